@@ -8,27 +8,42 @@ with Client() as client:
 
 from __future__ import annotations
 
-from onemap.choices import Choice, ChoiceOption
-from onemap.client import Client
-from onemap.connection import DEFAULT_URL
-from onemap.endings import FindEvidence, SearchCoverage
-from onemap.errors import InvalidSetting, OneMapError, Unreachable
-from onemap.events import SearchChanged, SearchEvent, SearchInterrupted
-from onemap.map_files import MapFiles
-from onemap.map_objects import MapObject
-from onemap.queries import LookedArea, QueryOptions, QueryResult, Region
-from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
+from onemap.client import (
+    Client,
+    MapFiles,
+    QueryEvent,
+    QueryInterrupted,
+    QueryOptions,
+)
+from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
 from onemap.replies import (
+    Choice,
+    ChoiceOption,
+    FindEvidence,
+    LookedArea,
     MapContent,
+    MapObject,
+    MapPose,
     MapStatistics,
     ObjectOutcome,
+    QueryResult,
+    Region,
+    SearchCoverage,
     SearchSnapshot,
     ServiceHealth,
     StoredMap,
     StreamHealth,
     SystemStatus,
 )
-from onemap.standing_queries import QueryEvent, QueryInterrupted
+from onemap.searches import (
+    NO_LIMITS,
+    RemoteSearch,
+    RemoteSearches,
+    SearchChanged,
+    SearchEvent,
+    SearchInterrupted,
+    SearchLimits,
+)
 
 __all__ = [
     "DEFAULT_URL",
@@ -42,6 +57,7 @@ __all__ = [
     "MapContent",
     "MapFiles",
     "MapObject",
+    "MapPose",
     "MapStatistics",
     "ObjectOutcome",
     "OneMapError",

@@ -3,19 +3,141 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from types import TracebackType
+from typing import Any
+from urllib.parse import quote, urlencode
 
 import httpx
 
-from onemap.connection import DEFAULT_URL, TIMEOUT_S, Connection
-from onemap.errors import OneMapError, Unreachable
-from onemap.map_files import MapFiles
-from onemap.map_objects import ADDRESS, MapObject, object_path
-from onemap.queries import NO_OPTIONS, QueryOptions, QueryResult
-from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
-from onemap.replies import SystemStatus
-from onemap.standing_queries import QueryEvent, StandingQueries
+from onemap.connection import (
+    DEFAULT_URL,
+    FILE_TIMEOUT_S,
+    TIMEOUT_S,
+    Connection,
+    EventStreams,
+    InvalidSetting,
+    OneMapError,
+    Retry,
+    StreamInterrupted,
+    Unreachable,
+)
+from onemap.replies import (
+    MapContent,
+    MapListReply,
+    MapObject,
+    MapStatistics,
+    ObjectListReply,
+    QueryListReply,
+    QueryResult,
+    StoredMap,
+    SystemStatus,
+)
+from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
+
+MAPS, OBJECTS, STANDING = "/v1/maps", "/v1/objects", "/v1/queries/events"
+QueryInterrupted = StreamInterrupted  # there are no answers at the moment
+QueryEvent = QueryResult | QueryInterrupted
+
+
+@dataclass(frozen=True, slots=True)
+class QueryOptions:
+    """What narrows a query.
+
+    max_regions: best regions of each text; negatives: texts that compete with it; area_m: x_min,
+    y_min, x_max, y_max of the part of the map that counts, None for all of it.
+    """
+
+    max_regions: int = 5
+    negatives: tuple[str, ...] = ()
+    area_m: tuple[float, float, float, float] | None = None
+
+    def body(self, texts: str | Sequence[str]) -> dict[str, Any]:
+        """The body of a request; what is not asked for is left out, for older gateways."""
+        return self._completed({"text": texts} if isinstance(texts, str) else {"texts": [*texts]})
+
+    def image_body(self, image: bytes) -> dict[str, Any]:
+        """The body of a request for what a PNG or JPEG shows."""
+        return self._completed({"image": b64encode(image).decode()})
+
+    def _completed(self, asked: dict[str, Any]) -> dict[str, Any]:
+        asked["max_regions"] = self.max_regions
+        if self.negatives:
+            asked["negatives"] = list(self.negatives)
+        if self.area_m is not None:
+            asked["area_m"] = list(self.area_m)
+        return asked
+
+    def query(self, texts: Sequence[str]) -> str:
+        """The same in the query of an address."""
+        asked = [("text", text) for text in texts]
+        asked += [("negative", text) for text in self.negatives]
+        if self.area_m is not None:
+            asked.append(("area_m", ",".join(map(str, self.area_m))))
+        return urlencode([*asked, ("max_regions", str(self.max_regions))])
+
+
+NO_OPTIONS = QueryOptions()
+
+
+class MapFiles:
+    """The robot's map: ``client.maps``. Files lie in the mapper's map folder."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def info(self) -> MapStatistics:
+        """Extent, areas and update rate of the map."""
+        return self._connection.fetch(MapStatistics.of, "GET", "/v1/map")
+
+    def list(self) -> tuple[StoredMap, ...]:
+        """The saved maps, newest first."""
+        return self._connection.fetch(MapListReply.of, "GET", MAPS).maps
+
+    def get(self, name: str) -> StoredMap:
+        """Size, encoder and time of a saved map."""
+        return self._connection.fetch(StoredMap.of, "GET", _address(MAPS, name))
+
+    def save(self, name: str) -> MapContent:
+        """Write the map to a file; an older one is replaced."""
+        return self._change("PUT", _address(MAPS, name))
+
+    def load(self, name: str) -> MapContent:
+        """Replace the map by a saved one; refused if another encoder made it."""
+        return self._change("POST", f"{_address(MAPS, name)}/load")
+
+    def merge(
+        self, name: str, *, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0
+    ) -> MapContent:
+        """Fuse a saved map into the map in use: turned by ``yaw_rad``, then moved.
+
+        Its frame is that of the map in use unless a motion is given.
+        """
+        motion = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad}
+        return self._connection.fetch(
+            MapContent.of, "POST", f"{_address(MAPS, name)}/merge", motion, timeout_s=FILE_TIMEOUT_S
+        )
+
+    def delete(self, name: str) -> StoredMap:
+        """Delete a file and say what it was; the map in use stays."""
+        return self._connection.fetch(StoredMap.of, "DELETE", _address(MAPS, name))
+
+    def clear(self) -> MapContent:
+        """Delete the content of the map."""
+        return self._connection.fetch(MapContent.of, "POST", "/v1/map/clear")
+
+    def archive(self, text: str = "") -> bytes:
+        """Occupancy, layers and geometry of the map, as an ``.npz`` file for ``numpy.load``.
+
+        text: also the similarity of every cell to it.
+        """
+        path = f"/v1/map.npz?text={quote(text)}" if text else "/v1/map.npz"
+        return self._connection.download(path, timeout_s=FILE_TIMEOUT_S)
+
+    def _change(self, method: str, path: str) -> MapContent:
+        return self._connection.fetch(MapContent.of, method, path, timeout_s=FILE_TIMEOUT_S)
 
 
 class Client:
@@ -35,9 +157,9 @@ class Client:
         transport: httpx.BaseTransport | None = None,
     ) -> None:
         self._connection = Connection(url, token or "", timeout_s, transport)
+        self._streams = EventStreams(self._connection, retry or Retry())
         self.url = url
-        self.searches = RemoteSearches(self._connection, retry or Retry())
-        self._standing = StandingQueries(self._connection, retry or Retry())
+        self.searches = RemoteSearches(self._connection, self._streams)
         self.maps = MapFiles(self._connection)
 
     def __enter__(self) -> Client:
@@ -82,19 +204,20 @@ class Client:
     ) -> tuple[QueryResult, ...]:
         """Where are they? The answers to several texts, in their order."""
         body = options.body(tuple(texts))
-        return self._connection.fetch(QueryResult.all_of, "POST", "/v1/queries", body)
+        return self._connection.fetch(QueryListReply.of, "POST", "/v1/queries", body).answers
 
     def follow_queries(
         self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """Standing queries: the answer to each text, and again whenever it changes, without end."""
-        return self._standing.events(tuple(texts), options)
+        path = f"{STANDING}?{options.query(texts)}"
+        return self._streams.follow(path, "answer", QueryResult.of)
 
     def follow_image(
         self, image: bytes, options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """The same for what a PNG or JPEG of one thing shows, as of ``query_image``."""
-        return self._standing.image_events(image, options)
+        return self._streams.follow(STANDING, "answer", QueryResult.of, options.image_body(image))
 
     def search(
         self,
@@ -113,17 +236,15 @@ class Client:
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""
-        return self._connection.fetch(
-            lambda document: list(map(MapObject.of, document["objects"])), "GET", ADDRESS
-        )
+        return [*self._connection.fetch(ObjectListReply.of, "GET", OBJECTS).objects]
 
     def object_picture(self, object_id: str) -> bytes:
         """The JPEG in which a found object was seen best."""
-        return self._connection.download(f"{object_path(object_id)}.jpg")
+        return self._connection.download(f"{_address(OBJECTS, object_id)}.jpg")
 
     def forget_object(self, object_id: str) -> MapObject:
         """Remove an object that was found wrongly, and say what it was."""
-        return self._connection.fetch(MapObject.of, "DELETE", object_path(object_id))
+        return self._connection.fetch(MapObject.of, "DELETE", _address(OBJECTS, object_id))
 
     def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
@@ -146,3 +267,13 @@ class Client:
         except OneMapError as error:
             return error.detail
         return ""
+
+
+def _address(folder: str, name: str) -> str:
+    """The address of a map or an object; InvalidSetting if the name would lead to another one."""
+    if not name or "/" in name or name.startswith("."):
+        raise InvalidSetting(
+            f"{name!r} is no name of a map and no id of an object: those begin with a letter or a "
+            "digit; Client.maps.list() and Client.objects() have them."
+        )
+    return f"{folder}/{quote(name, safe='')}"

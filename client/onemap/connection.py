@@ -1,15 +1,19 @@
-"""HTTP to one gateway; every failure raises a OneMapError."""
-# Talks: HTTP.
+"""HTTP to one gateway: requests, event streams, and what can go wrong.
+
+Every failure raises a OneMapError, whose text is one sentence that says what to do.
+"""
+# Talks: HTTP, and waits before it connects again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import contextmanager
+import json
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import httpx
-
-from onemap.errors import InvalidSetting, OneMapError, Unreachable, problem_error
 
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
@@ -17,7 +21,107 @@ FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
 SILENCE_S = 40.0  # an event stream without a change has a comment every 15 s
 MAX_PORT = 65535
 
-Reply = TypeVar("Reply")
+Parsed = TypeVar("Parsed")
+GATEWAY_ERRORS = (502, 503, 504)  # a service, or the gateway behind a proxy, is away for a while
+
+
+class OneMapError(Exception):
+    """A request that was refused or failed.
+
+    status: the HTTP status, 0 if there was no reply.
+    document: the problem details (RFC 9457) with all their members; empty without any.
+    """
+
+    def __init__(
+        self, detail: str, *, status: int = 0, document: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.status = status
+        self.document: Mapping[str, Any] = document or {}
+
+    @property
+    def type(self) -> str:
+        """Which problem, such as ``/docs#problem-unknown_word``; empty if unknown."""
+        return str(self.document.get("type", ""))
+
+    @property
+    def title(self) -> str:
+        """The problem in a few words; empty if unknown."""
+        return str(self.document.get("title", ""))
+
+    @property
+    def hints(self) -> dict[str, tuple[str, ...]]:
+        """For each word that the encoder does not know, the known words nearest to it."""
+        words = self.document.get("words", ())
+        return {str(each["word"]): tuple(each.get("did_you_mean", ())) for each in words}
+
+    @property
+    def search_id(self) -> str:
+        """The search that runs already, which refused this one (409); else empty."""
+        return str(self.document.get("search_id", ""))
+
+    @property
+    def temporary(self) -> bool:
+        """Whether the same request may succeed a little later."""
+        return self.status in GATEWAY_ERRORS
+
+
+class Unreachable(OneMapError):
+    """The gateway at ``url`` did not answer.
+
+    ``timed_out``: something accepted the connection, but did not answer in time.
+    """
+
+    def __init__(self, detail: str, url: str, *, timed_out: bool = False) -> None:
+        super().__init__(detail)
+        self.url = url
+        self.timed_out = timed_out
+
+    @property
+    def temporary(self) -> bool:
+        """Whether the same request may succeed a little later."""
+        return True
+
+
+class InvalidSetting(OneMapError, ValueError):
+    """An address, a token, a place or the name of a map that cannot be used."""
+
+
+def problem_error(status: int, document: object, otherwise: str) -> OneMapError:
+    """The error for a reply with this body; ``otherwise`` is said if it has no ``detail``."""
+    problem = document if isinstance(document, dict) else {}
+    detail = problem.get("detail")
+    sentence = detail if isinstance(detail, str) and detail else otherwise
+    return OneMapError(sentence, status=status, document=problem)
+
+
+@dataclass(frozen=True, slots=True)
+class Retry:
+    """How an interrupted event stream is opened again: after ``first_s``, then twice that, ...
+
+    attempts: in a row without any event, before the error is raised. A gateway that was killed is
+    back within seconds.
+    """
+
+    first_s: float = 0.5
+    most_s: float = 5.0
+    attempts: int = 10
+
+    def delay_s(self, failures: int) -> float:
+        """Seconds to wait after this many failures in a row, 0 or more."""
+        return min(self.first_s * 2.0 ** max(failures - 1, 0), self.most_s)
+
+
+@dataclass(frozen=True, slots=True)
+class StreamInterrupted:
+    """There are no events at the moment; ``detail`` is a sentence that says why."""
+
+    detail: str
+
+    def __str__(self) -> str:
+        """The sentence."""
+        return self.detail
 
 
 class Connection:
@@ -43,13 +147,13 @@ class Connection:
 
     def fetch(
         self,
-        parse: Callable[[Mapping[str, Any]], Reply],
+        parse: Callable[[Mapping[str, Any]], Parsed],
         method: str,
         path: str,
         body: Mapping[str, Any] | None = None,
         *,
         timeout_s: float = 0.0,
-    ) -> Reply:
+    ) -> Parsed:
         """Send a request; returns what ``parse`` makes of the JSON object in the reply.
 
         ``timeout_s``: for requests that may take longer than others.
@@ -135,3 +239,90 @@ def _refusal(reply: httpx.Response) -> OneMapError:
         document = None
     otherwise = f"{reply.request.url} answers {reply.status_code} {reply.reason_phrase}."
     return problem_error(reply.status_code, document, otherwise)
+
+
+@dataclass(frozen=True, slots=True)
+class StreamMessage:
+    """One message of an event stream, as it came."""
+
+    event: str
+    data: str
+
+
+def stream_messages(chunks: Iterable[bytes]) -> Iterator[StreamMessage]:
+    """The messages of a ``text/event-stream``; lines end with LF or CR LF.
+
+    Comments, and fields other than ``event`` and ``data``, are ignored. A message that was cut off
+    is not complete, and left out.
+    """
+    event, data = "", list[str]()
+    for line in _lines(chunks):
+        name, _, value = line.partition(":")
+        value = value.removeprefix(" ")
+        if not line and data:
+            yield StreamMessage(event or "message", "\n".join(data))
+        if not line:
+            event, data = "", []
+        elif name == "event":
+            event = value
+        elif name == "data":
+            data.append(value)
+
+
+def _lines(chunks: Iterable[bytes]) -> Iterator[str]:
+    """Complete lines. Splitting bytes leaves line separators inside a text, such as U+2028, be."""
+    rest = b""
+    for chunk in chunks:
+        *lines, rest = (rest + chunk).split(b"\n")
+        yield from (line.removesuffix(b"\r").decode("utf-8", "replace") for line in lines)
+
+
+class EventStreams:
+    """Streams of server-sent events; an interrupted one is opened again."""
+
+    def __init__(
+        self, connection: Connection, retry: Retry, sleep: Callable[[float], None] = time.sleep
+    ) -> None:
+        self._connection = connection
+        self._retry = retry
+        self._sleep = sleep
+
+    def follow(
+        self,
+        path: str,
+        event: str,
+        parse: Callable[[Mapping[str, Any]], Parsed],
+        body: Mapping[str, Any] | None = None,
+    ) -> Iterator[Parsed | StreamInterrupted]:
+        """The data of each ``event``, and of each ``problem`` why there are none, without end.
+
+        Raises OneMapError if the stream is refused or the gateway stays away (see ``Retry``).
+        """
+        failures = 0
+        while True:
+            try:
+                with closing(self._connection.stream(path, body)) as chunks:
+                    for message in stream_messages(chunks):
+                        failures = 0
+                        if message.event == event:
+                            yield _parsed(message, parse)
+                        elif message.event == "problem":
+                            detail = _parsed(message, lambda problem: str(problem["detail"]))
+                            yield StreamInterrupted(detail)
+            except OneMapError as error:
+                failures += 1
+                if not error.temporary or failures > self._retry.attempts:
+                    raise
+                if failures == 1:
+                    yield StreamInterrupted(error.detail)
+            self._sleep(self._retry.delay_s(failures))
+
+
+def _parsed(message: StreamMessage, parse: Callable[[Mapping[str, Any]], Parsed]) -> Parsed:
+    try:
+        return parse(json.loads(message.data))
+    except (ValueError, TypeError, KeyError, AttributeError) as problem:
+        raise OneMapError(
+            f"An event cannot be read: {message.data[:100]!r}. Do client and gateway have the "
+            "same version?"
+        ) from problem

@@ -1,102 +1,230 @@
-"""What the gateway replies, as frozen dataclasses.
+"""What a gateway replies, declared once: the gateway sends these models, the client returns them.
 
-Each has ``document``, the JSON object as it came, with members that this version does not know.
-Members that an older gateway leaves out are empty. Places are metres in the frame of the map: x
-forward from where the robot started, y to its left.
+Places are metres in the frame of the map: x forward from where the robot started, y to its left.
+Members that an older gateway leaves out have defaults; those that a newer one adds are in
+``document`` only.
+Values of closed lists (``state``, ``outcome``, ``kind``, ``order``, ``verdict``, ``reason_code``)
+are plain texts, so that a value which this version does not know can be read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from datetime import datetime, timezone
-from typing import Any
+from collections.abc import Mapping
+from datetime import datetime, timedelta, timezone
+from typing import Annotated, Any, TypeVar
 
-from onemap.choices import Choice
-from onemap.endings import FindEvidence, SearchCoverage
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    PlainSerializer,
+    PrivateAttr,
+    ValidationInfo,
+    WithJsonSchema,
+    computed_field,
+    model_validator,
+)
+from typing_extensions import Self
 
-Document = Mapping[str, Any]
+R = TypeVar("R", bound="Reply")
+
 FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived", "interrupted")
+DECIMALS = 3  # of lengths in metres: millimetres
+RECEIVED = "received"  # context of a validation of JSON that a gateway sent
+EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+EMPTY = BeforeValidator(lambda value: value or None)  # messages of the bus have () and "" for none
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectOutcome:
-    """How the search for one object, or the drive to the place, ended.
+def moment(time_ns: int) -> datetime:
+    """Nanoseconds since 1970 as a time in UTC, cut to microseconds."""
+    return EPOCH + timedelta(microseconds=time_ns // 1000)
 
-    name: of the object, empty for a place; outcome: one of ``FINAL_STATES``; position_m: x, y, z
-    of the object, None if it was not found; end_xy_m: where the robot stood then, None if that
-    was not known; reason_code: why it failed, empty unless it did; coverage: what was looked at, if
-    it was not found; evidence: frame, box and cells, if it was.
-    """
 
-    name: str
+def rfc3339(time: datetime) -> str:
+    """A time in UTC as in RFC 3339, cut to milliseconds."""
+    return f"{time:%Y-%m-%dT%H:%M:%S}.{time.microsecond // 1000:03d}Z"
+
+
+TIME_SCHEMA = {
+    "type": "string",
+    "format": "date-time",
+    "description": "RFC 3339, in UTC, cut to milliseconds.",
+}
+Time = Annotated[
+    datetime,
+    PlainSerializer(rfc3339, return_type=str, when_used="json"),
+    WithJsonSchema(TIME_SCHEMA),
+]
+Nanoseconds = Annotated[
+    int,
+    PlainSerializer(str, return_type=str, when_used="json"),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "pattern": "^[0-9]+$",
+            "description": "Nanoseconds since 1970; a string, because JavaScript rounds such "
+            "numbers.",
+        }
+    ),
+]
+Rounded = Annotated[float, AfterValidator(lambda value: round(value, DECIMALS))]
+Point = tuple[Rounded, Rounded]
+Box = tuple[Rounded, Rounded, Rounded, Rounded]  # x_min, y_min, x_max, y_max
+MaybePoint = Annotated[Point | None, EMPTY]
+ReasonCode = Annotated[str | None, EMPTY, Field(description="Why it failed; null unless it did.")]
+
+
+class Reply(BaseModel):
+    """Base of everything a gateway replies: frozen; equal if its members are."""
+
+    model_config = ConfigDict(
+        frozen=True, from_attributes=True, json_schema_serialization_defaults_required=True
+    )
+    _document: dict[str, Any] | None = PrivateAttr(default=None)
+
+    @classmethod
+    def of(cls: type[R], document: Mapping[str, Any]) -> R:
+        """The reply that a JSON object holds; ValueError if it holds none."""
+        return cls.model_validate(document, context=RECEIVED)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _keep_document(
+        cls, value: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
+    ) -> Self:
+        reply = handler(value)
+        if info.context is RECEIVED:
+            reply._document = value
+        return reply
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The JSON object as it came, with members that this version does not know."""
+        return self.model_dump(mode="json") if self._document is None else self._document
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all members that this version knows are equal."""
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
+
+class ChoiceOption(Reply):
+    """A goal that the planner weighed."""
+
+    kind: str = Field(description="frontier, region, detection, go_to or look_at.")
+    xy_m: Point = Field(description="x, y of what the robot would look at.")
+    score: Rounded = Field(description="Similarity expected there, 0 to 1; 0 for a place.")
+    travel_m: Rounded = Field(description="Metres of way to where the robot would stand.")
+    utility: Rounded = Field(description="Goals are ranked by it: score and size less the way.")
+    chosen: bool = Field(description="Whether the robot drives there.")
+
+
+class Choice(Reply):
+    """Where the robot drives, and why."""
+
+    number: int = Field(description="Counts the decisions of the search, from 1.")
+    sentence: str = Field(description="Why the chosen goal won.")
+    options: tuple[ChoiceOption, ...] = Field(
+        description="The best of the goals that were weighed, at most 5, the chosen one among them."
+    )
+    left_out: int = Field(default=0, description="Goals that were weighed and are not listed.")
+
+
+class SearchCoverage(Reply):
+    """What a search that found nothing has looked at."""
+
+    explored_m2: Rounded = Field(description="Free floor that was seen well enough.")
+    free_m2: Rounded = Field(description="Free floor that was seen at all.")
+    unreachable_m2: Rounded = Field(description="Free floor that no way leads to.")
+    best_match_m: MaybePoint = Field(
+        description="x, y of where the map resembles the object most; null without features."
+    )
+    best_score: Rounded = Field(description="Similarity there, 0 to 1.")
+
+
+class FindEvidence(Reply):
+    """In what an object was seen; its picture is at `/v1/objects/{id}.jpg`."""
+
+    frame_ns: Nanoseconds = Field(
+        description="Capture time of the frame; a string, as all nanoseconds."
+    )
+    box_px: Annotated[Box | None, EMPTY] = Field(
+        description="x_min, y_min, x_max, y_max in that frame; null if there is none."
+    )
+    cells: int = Field(description="Cells of the map that support it.")
+
+
+class ObjectOutcome(Reply):
+    """How the search for one object, or the drive to the place, ended."""
+
+    name: str = Field(description="Of the object; empty for a place.")
     outcome: str
-    reason: str
-    position_m: tuple[float, ...] | None
-    score: float
-    duration_s: float
-    path_length_m: float
-    end_xy_m: tuple[float, ...] | None
-    reason_code: str
-    coverage: SearchCoverage | None
-    evidence: FindEvidence | None
-    document: Document = field(repr=False, compare=False)
+    reason: str = ""
+    position_m: Annotated[tuple[Rounded, Rounded, Rounded] | None, EMPTY] = Field(
+        default=None, description="x, y, z; null: not found."
+    )
+    score: float = 0.0
+    duration_s: float = 0.0
+    path_length_m: Rounded = 0.0
+    start_xy_m: MaybePoint = None
+    end_xy_m: MaybePoint = None
+    reason_code: ReasonCode = None
+    coverage: SearchCoverage | None = Field(default=None, description="If it was not found.")
+    evidence: FindEvidence | None = Field(default=None, description="If it was found.")
 
     @property
     def found(self) -> bool:
         """Whether the object was found."""
         return self.outcome == "found"
 
-    @classmethod
-    def of(cls, document: Document) -> ObjectOutcome:
-        """The outcome that ``document`` describes."""
-        position_m, end_xy_m = document.get("position_m"), document.get("end_xy_m")
-        return cls(
-            name=str(document["name"]),
-            outcome=str(document["outcome"]),
-            reason=str(document.get("reason", "")),
-            position_m=_floats(position_m) if position_m else None,
-            score=float(document.get("score", 0.0)),
-            duration_s=float(document.get("duration_s", 0.0)),
-            path_length_m=float(document.get("path_length_m", 0.0)),
-            end_xy_m=_floats(end_xy_m) if end_xy_m else None,
-            reason_code=str(document.get("reason_code") or ""),
-            coverage=SearchCoverage.of(c) if (c := document.get("coverage")) else None,
-            evidence=FindEvidence.of(e) if (e := document.get("evidence")) else None,
-            document=document,
-        )
 
-
-@dataclass(frozen=True, slots=True)
-class SearchSnapshot:
-    """A search at one moment.
-
-    state: exploring, approaching, confirming, or one of ``FINAL_STATES``; target: the object now
-    sought; reason: in a sentence, what goes on or why it ended; results: of the objects that are
-    done; updated_ns: nanoseconds since 1970; kind: find, go_to or look_at; place_m: x, y of the
-    place to go to or to look at, None for objects; choice: where the robot drives now and why, None
-    while it has no goal; reason_code: why it failed, empty unless it did.
-    """
+class SearchSnapshot(Reply):
+    """Progress of a search; ``state`` is that of the object now sought, or the final one."""
 
     id: str
+    kind: str = "find"
+    place_m: MaybePoint = Field(
+        default=None,
+        description="x, y of the place to drive to or to look at, metres; null for objects.",
+    )
     state: str
-    objects: tuple[str, ...]
-    target: str
-    reason: str
-    results: tuple[ObjectOutcome, ...]
-    elapsed_s: float
-    path_length_m: float
-    updated_ns: int
-    kind: str
-    place_m: tuple[float, float] | None
-    choice: Choice | None
-    reason_code: str
-    document: Document = field(repr=False, compare=False)
+    objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
+    order: str = Field(default="given", description="Of the objects, as requested: given or any.")
+    index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
+    target: str = Field(
+        default="",
+        description="The object now sought; empty when the search is over or for a place.",
+    )
+    reason: str = Field(default="", description="In a sentence, what is going on or why it ended.")
+    reason_code: ReasonCode = None
+    results: tuple[ObjectOutcome, ...] = Field(
+        description="Of the objects that are done, in the order of the request."
+    )
+    choice: Choice | None = Field(
+        default=None, description="Where the robot drives, and why; null while it has no goal."
+    )
+    elapsed_s: float = 0.0
+    path_length_m: Rounded = 0.0
+    started_ns: Nanoseconds = 0
+    updated_ns: Nanoseconds = 0
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def active(self) -> bool:
         """Whether the search still runs."""
         return self.state not in FINAL_STATES
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def started_at(self) -> Time:
+        return moment(self.started_ns)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def updated_at(self) -> Time:
+        return moment(self.updated_ns)
 
     @property
     def all_found(self) -> bool:
@@ -116,193 +244,282 @@ class SearchSnapshot:
         """Whether the robot has reached the place, or looks at it; False for objects."""
         return self.state == "arrived"
 
-    @classmethod
-    def of(cls, document: Document) -> SearchSnapshot:
-        """The snapshot that ``document`` describes."""
-        return cls(
-            id=str(document["id"]),
-            state=str(document["state"]),
-            objects=tuple(document["objects"]),
-            target=str(document.get("target", "")),
-            reason=str(document.get("reason", "")),
-            results=tuple(map(ObjectOutcome.of, document["results"])),
-            elapsed_s=float(document.get("elapsed_s", 0.0)),
-            path_length_m=float(document.get("path_length_m", 0.0)),
-            updated_ns=int(document.get("updated_ns", 0)),
-            kind=str(document.get("kind", "find")),
-            place_m=_point(place_m) if (place_m := document.get("place_m")) else None,
-            choice=Choice.of(choice) if (choice := document.get("choice")) else None,
-            reason_code=str(document.get("reason_code") or ""),
-            document=document,
-        )
+
+class SearchListReply(Reply):
+    """The searches that the planner remembers, newest first."""
+
+    searches: tuple[SearchSnapshot, ...]
+    left_out: int = Field(
+        default=0, description="Older searches that one reply cannot hold; usually 0."
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class MapContent:
-    """What the map holds after it was saved, loaded or cleared.
+class MapContent(Reply):
+    """What the map holds after it was saved, loaded or cleared."""
 
-    path: where the file lies on the mapper's machine; empty if there is none.
-    """
-
-    path: str
+    path: str = Field(description="Where the file lies on the mapper's machine; empty if none.")
+    encoder_id: str = ""
+    text_space: str = ""
+    cell_size_m: float = 0.0
     cells_observed: int
     frames_fused: int
     file_bytes: int
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> MapContent:
-        """The content that ``document`` describes."""
-        return cls(
-            path=str(document["path"]),
-            cells_observed=int(document["cells_observed"]),
-            frames_fused=int(document["frames_fused"]),
-            file_bytes=int(document["file_bytes"]),
-            document=document,
-        )
 
 
-@dataclass(frozen=True, slots=True)
-class StoredMap:
-    """A map file in the mapper's map folder.
-
-    saved_ns: nanoseconds since 1970; problem: why the file cannot be loaded, empty if it can.
-    """
+class StoredMap(Reply):
+    """A map in the mapper's map folder; without content if its file cannot be read."""
 
     name: str
     file_bytes: int
-    saved_ns: int
+    saved_ns: Nanoseconds
     encoder_id: str
+    text_space: str = ""
+    cell_size_m: float = 0.0
     cells_observed: int
-    problem: str
-    document: Document = field(repr=False, compare=False)
+    frames_fused: int = 0
+    problem: str = Field(description="Why the file cannot be loaded; empty if nothing is wrong.")
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
-    def saved_at(self) -> datetime:
-        """When it was saved, in UTC."""
-        return datetime.fromtimestamp(self.saved_ns / 1e9, tz=timezone.utc)
-
-    @classmethod
-    def of(cls, document: Document) -> StoredMap:
-        """The file that ``document`` describes."""
-        return cls(
-            name=str(document["name"]),
-            file_bytes=int(document["file_bytes"]),
-            saved_ns=int(document["saved_ns"]),
-            encoder_id=str(document["encoder_id"]),
-            cells_observed=int(document["cells_observed"]),
-            problem=str(document["problem"]),
-            document=document,
-        )
+    def saved_at(self) -> Time:
+        return moment(self.saved_ns)
 
 
-@dataclass(frozen=True, slots=True)
-class MapStatistics:
-    """The map in numbers.
+class MapListReply(Reply):
+    """The maps in the mapper's map folder, newest first."""
 
-    age_s: of the newest frame in the map, None if it is empty; bounds_m: x_min, y_min, x_max,
-    y_max; rate_hz: updates per second.
-    """
+    maps: tuple[StoredMap, ...]
+    left_out: int = Field(
+        default=0, description="Older maps that one reply cannot hold; usually 0."
+    )
 
-    revision: int
-    age_s: float | None
-    bounds_m: tuple[float, float, float, float]
-    observed_m2: float
+
+class MapStatistics(Reply):
+    """The map in numbers."""
+
+    revision: int = Field(description="Counts every change of the map.")
+    age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
+    bounds_m: Box = Field(description="x_min, y_min, x_max, y_max in metres.")
+    cell_size_m: float = 0.0
     free_m2: float
     occupied_m2: float
-    rate_hz: float
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> MapStatistics:
-        """The numbers that ``document`` holds."""
-        return cls(
-            revision=int(document["revision"]),
-            age_s=_number(document["age_s"]),
-            bounds_m=_box(document["bounds_m"]),
-            observed_m2=float(document["observed_m2"]),
-            free_m2=float(document["free_m2"]),
-            occupied_m2=float(document["occupied_m2"]),
-            rate_hz=float(document["rate_hz"]),
-            document=document,
-        )
+    observed_m2: float
+    frames_fused: int = 0
+    memory_bytes: int = 0
+    update_ms: float = 0.0
+    rate_hz: float = 0.0
+    encoder_id: str = ""
+    text_space: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceHealth:
-    """One service, or the robot: ``condition`` is ok, degraded or down; ``problem`` says why."""
+class MapObject(Reply):
+    """An object that was found, kept with the map."""
+
+    id: str
+    name: str = Field(description="As it was searched for when it was last found.")
+    position_m: tuple[Rounded, Rounded, Rounded] = Field(
+        description="x, y, z of its middle in the map frame, metres."
+    )
+    extent_m: Box = Field(
+        description="x_min, y_min, x_max, y_max of the cells that it was seen on, metres."
+    )
+    height_m: MaybePoint = Field(
+        default=None,
+        description="Between which heights above the floor it lies, such as on a table or under "
+        "it; null: not known.",
+    )
+    score: float = Field(description="Similarity of the map where it was found, 0 to 1.")
+    times_found: int = Field(description="How many searches found it there.")
+    search_id: str = Field(default="", description="The newest of these searches.")
+    first_found_ns: Nanoseconds
+    last_seen_ns: Nanoseconds
+    box_px: Annotated[Box | None, EMPTY] = Field(
+        default=None,
+        description="x0, y0, x1, y1 of the object in pixels of the picture; null: not known.",
+    )
+    picture: str | None = Field(
+        default=None,
+        description="Address of the JPEG in which it was seen best; null: there is none.",
+    )
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def first_found_at(self) -> Time:
+        return moment(self.first_found_ns)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def last_seen_at(self) -> Time:
+        """When the picture was taken, by the robot's clock."""
+        return moment(self.last_seen_ns)
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether ``Client.object_picture`` has one."""
+        return self.picture is not None
+
+
+class ObjectListReply(Reply):
+    """The objects that were found, the one found last first."""
+
+    objects: tuple[MapObject, ...]
+    left_out: int = Field(
+        default=0,
+        description="Objects that are not kept any more, because others took their room.",
+    )
+
+
+class MapPose(Reply):
+    """Where something stands in the map frame, and where it faces."""
+
+    x_m: Rounded
+    y_m: Rounded
+    yaw_rad: Rounded = Field(description="0 faces along x, positive is to the left.")
+
+
+class Region(Reply):
+    """A region of the map that looks like the text."""
+
+    rank: int = Field(description="1 is the best.")
+    centre_m: Point = Field(description="x, y in the map frame, metres.")
+    extent_m: Box = Field(description="x_min, y_min, x_max, y_max in metres.")
+    outline_m: tuple[Point, ...] = Field(
+        default=(),
+        description="Corners of the polygon around its cells, counter-clockwise, metres.",
+    )
+    score: float = Field(description="Mean score of its best cells, 0 to 1.")
+    variance: float | None = Field(
+        default=None, description="Variance of the belief there; null: unbounded."
+    )
+    height_m: Point | None = Field(
+        default=None,
+        description="Between which heights above the floor the match lies, such as on a table or "
+        "under it; null: not known, as in a map of an old file.",
+    )
+    last_seen_at: Annotated[str, WithJsonSchema(TIME_SCHEMA)] | None = Field(
+        default=None,
+        description="When a camera last saw it, by the robot's clock; null: not known, as in a map "
+        "of an old file.",
+    )
+    best_view: MapPose | None = Field(
+        default=None, description="Where the camera was when it saw it best; null: as above."
+    )
+
+
+class LookedArea(Reply):
+    """How much of the reachable area was looked at, or of the part of it that was asked for."""
+
+    share: Rounded = Field(default=0.0, description="0 to 1.")
+    looked_m2: float = 0.0
+    not_looked_m2: float = Field(
+        default=0.0, description="Seen from too far or too briefly, or hidden behind a frontier."
+    )
+    frontiers: int = Field(
+        default=0, description="Borders of the known floor behind which nobody looked."
+    )
+    frontier_m: MaybePoint = Field(
+        default=None, description="x, y of the one to look behind next; null if there is none."
+    )
+
+
+class ScoreGrid(Reply):
+    """The score of every cell: ``scores[ix][iy]``, x to the right, y up, null: not observed."""
+
+    cell_size_m: float
+    origin_m: Point = Field(description="x, y of the lower left corner of [0][0].")
+    shape: tuple[int, int]
+    scores: tuple[tuple[float | None, ...], ...]
+
+
+class QueryResult(Reply):
+    """Whether it is on the map, and ranked regions that look like it, best first.
+
+    What scores below the encoder's floor is left out; ``message`` then says so.
+    """
+
+    text: str = Field(description="As it was asked; `image` where an image was.")
+    verdict: str = Field(
+        default="",
+        description="`found`, `not_here`: the reachable area was looked at without finding it, or "
+        "`not_looked_yet`.",
+    )
+    sentence: str = Field(default="", description="The verdict in words.")
+    regions: tuple[Region, ...]
+    looked: LookedArea = LookedArea()
+    revision: int = Field(default=0, description="Counts every change of the map.")
+    age_s: float | None = Field(
+        default=None, description="Age of the newest frame in the map; null if empty."
+    )
+    encoder_id: str = ""
+    best_score: float = Field(
+        default=0.0, description="Of the best region, also if it was left out."
+    )
+    calibrated: bool = Field(
+        default=False,
+        description="Whether scores are probabilities; if not, as of an image or of an encoder "
+        "without a calibration, only their order means anything.",
+    )
+    message: str = Field(default="", description="Why there are no regions; empty if there are.")
+    did_you_mean: tuple[str, ...] = Field(
+        default=(), description="The nearest known words, if the encoder cannot place the text."
+    )
+    grid: ScoreGrid | None = None
+
+    @property
+    def found(self) -> bool:
+        """Whether it is on the map; without a verdict, of an older gateway: if it has regions."""
+        return self.verdict == "found" if self.verdict else bool(self.regions)
+
+
+class QueryListReply(Reply):
+    """The answers to several texts, in their order."""
+
+    answers: tuple[QueryResult, ...]
+
+
+class ServiceHealth(Reply):
+    """One service, or the robot, as seen from the gateway."""
 
     name: str
-    condition: str
-    problem: str
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> ServiceHealth:
-        """The health that ``document`` describes."""
-        return cls(
-            name=str(document["name"]),
-            condition=str(document["condition"]),
-            problem=str(document["problem"]),
-            document=document,
-        )
+    condition: str = Field(description="ok, degraded or down.")
+    problem: str = Field(description="One sentence; empty when all is well.")
+    alive: bool = Field(
+        default=False, description="Its process is connected now; for the robot: it sends."
+    )
+    ready: bool = False
+    heartbeat_age_s: float | None = None
+    metrics: Mapping[str, float | None] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class StreamHealth:
-    """One stream of messages; ``age_s``: since the last message, None if there was none."""
+class StreamHealth(Reply):
+    """One stream of messages as it reaches the gateway."""
 
     name: str
-    age_s: float | None
+    age_s: float | None = Field(description="Since the last message; null: none yet.")
     rate_hz: float
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> StreamHealth:
-        """The health that ``document`` describes."""
-        return cls(
-            name=str(document["name"]),
-            age_s=_number(document["age_s"]),
-            rate_hz=float(document["rate_hz"]),
-            document=document,
-        )
+    received: int = 0
+    missed: int = Field(default=0, description="Gaps in the sequence numbers; a slow stage skips.")
+    skipped: int = Field(
+        default=0, description="Replaced by a newer one before the gateway looked."
+    )
+    refused: int = Field(default=0, description="Could not be decoded.")
+    last_problem: str = Field(default="", description="Why the last one was refused.")
 
 
-@dataclass(frozen=True, slots=True)
-class SystemStatus:
-    """What runs: ``ready`` if a search could start now, otherwise ``problem`` says why not."""
+class StageLatency(Reply):
+    """How long frames took from the gateway to a stage's result, the newest 200 of them."""
 
-    ready: bool
-    problem: str
-    services: tuple[ServiceHealth, ...]
-    streams: tuple[StreamHealth, ...]
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> SystemStatus:
-        """The status that ``document`` describes."""
-        return cls(
-            ready=bool(document.get("ready", False)),
-            problem=str(document.get("problem", "")),
-            services=tuple(map(ServiceHealth.of, document.get("services", ()))),
-            streams=tuple(map(StreamHealth.of, document.get("streams", ()))),
-            document=document,
-        )
+    stage: str = Field(description="map, detections or command: the first that rests on a frame.")
+    p50_s: Rounded
+    p95_s: Rounded
+    count: int = Field(description="Of frames that were timed since the gateway started.")
 
 
-def _number(value: Any) -> float | None:
-    return None if value is None else float(value)
+class SystemStatus(Reply):
+    """Every service and stream; whether a search could start now."""
 
-
-def _floats(values: Iterable[Any]) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
-
-
-def _point(values: Iterable[Any]) -> tuple[float, float]:
-    x, y = _floats(values)
-    return x, y
-
-
-def _box(values: Iterable[Any]) -> tuple[float, float, float, float]:
-    x_min, y_min, x_max, y_max = _floats(values)
-    return x_min, y_min, x_max, y_max
+    ready: bool = Field(default=False, description="As /readyz.")
+    problem: str = Field(default="", description="The reason why not.")
+    services: tuple[ServiceHealth, ...] = ()
+    streams: tuple[StreamHealth, ...] = ()
+    latencies: tuple[StageLatency, ...] = ()

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
+from dataclasses import replace
 
 import httpx
+import numpy as np
 import pytest
 
-from onemap import DEFAULT_URL, Client, OneMapError
+from onemap import (
+    DEFAULT_URL,
+    Client,
+    InvalidSetting,
+    MapPose,
+    OneMapError,
+    QueryOptions,
+)
 from onemap_tools.processes.network import DEFAULT_URL as URL_OF_COMMANDS
 from onemap_tools.processes.network import any_free_port
-from tests.gateway.fakes import FakeMapper, FakePlanner
+from tests.gateway.fakes import PICTURE, STAMP_NS, FakeMapper, FakePlanner, kept_object
+from tests.shared.samples import PNG
 
-HEAVY = ("numpy", "zenoh", "torch", "pydantic", "onemap_shared")
+HEAVY = ("numpy", "zenoh", "torch", "fastapi", "onemap_shared")
 
 
 def test_the_import_is_light() -> None:
@@ -77,3 +88,127 @@ def test_the_missing_stage_is_that_of_readyz(client: Client) -> None:
     assert "gateway" in Client(f"http://127.0.0.1:{any_free_port()}").missing_stage()
     ready = httpx.MockTransport(lambda _: httpx.Response(200, json={"status": "ok"}))
     assert Client(transport=ready).missing_stage() == ""
+
+
+def test_a_query_has_a_verdict_and_where_it_was_seen(client: Client, mapper: FakeMapper) -> None:
+    result = client.query("sofa")
+    assert result.found
+    assert result.sentence.startswith("'sofa' is at (0.35, 1.15) m")
+    assert (result.looked.share, result.looked.frontier_m) == (0.75, (1.5, 0.5))
+    best, second = result.regions
+    assert best.outline_m[0] == pytest.approx((0.2, 1.0))
+    assert best.best_view == MapPose(x_m=1.0, y_m=2.0, yaw_rad=0.5)
+    assert best.last_seen_at == "2026-01-01T00:00:00.000Z"
+    assert (second.best_view, second.last_seen_at) == (None, None)
+    assert (best.height_m, second.height_m) == ((0.1, 0.9), None)
+
+
+def test_negatives_and_area_are_asked_for(client: Client, mapper: FakeMapper) -> None:
+    client.query("sofa", negatives=["kettle"], area_m=(0, -1, 2, 3))
+    (asked,) = mapper.asked
+    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
+
+
+def test_several_texts_have_an_answer_each(client: Client, mapper: FakeMapper) -> None:
+    kite, sofa = client.query_all(["kite", "sofa"], QueryOptions(max_regions=1))
+    assert (kite.text, kite.verdict) == ("kite", "not_looked_yet")
+    assert (sofa.text, len(sofa.regions)) == ("sofa", 1)
+    with pytest.raises(OneMapError, match="flurb"):
+        client.query_all(["sofa", "flurb"])
+
+
+def test_an_image_is_asked_for(client: Client, mapper: FakeMapper) -> None:
+    result = client.query_image(PNG, QueryOptions(max_regions=1, area_m=(0, -1, 2, 3)))
+    assert mapper.images == [PNG]
+    assert mapper.asked[0].area_m == (0.0, -1.0, 2.0, 3.0)
+    assert (result.text, result.calibrated, len(result.regions)) == ("image", False, 1)
+    assert client.query("sofa").calibrated
+    with pytest.raises(OneMapError, match="no PNG and no JPEG"):
+        client.query_image(b"GIF89a")
+
+
+def test_objects_are_listed_shown_and_forgotten(client: Client, mapper: FakeMapper) -> None:
+    blind = replace(kept_object("00ff00ff", "sofa"), box_px=(), picture_bytes=0, height_m=())
+    mapper.objects += [kept_object(), blind]
+    bed, sofa = client.objects()
+    assert (bed.id, bed.name, bed.position_m) == ("3f9a12c4", "bed", (3.42, -1.15, 0.41))
+    assert (bed.extent_m, bed.box_px) == ((2.5, -2.1, 4.4, -0.3), (4.0, 6.0, 20.0, 18.0))
+    assert (bed.height_m, sofa.height_m) == ((0.1, 0.7), None)
+    assert (bed.score, bed.times_found, bed.search_id) == (0.93, 2, "s1")
+    assert (bed.first_found_ns, bed.last_seen_ns) == (STAMP_NS, STAMP_NS + 10**9)
+    assert bed.last_seen_at.isoformat() == "2026-01-01T00:00:01+00:00"
+    assert (bed.has_picture, sofa.has_picture, sofa.box_px) == (True, False, None)
+    assert client.object_picture(bed.id) == PICTURE
+    assert client.forget_object(bed.id) == bed
+    assert client.objects() == [sofa]
+
+
+def test_an_object_that_is_not_there_is_an_error(client: Client, mapper: FakeMapper) -> None:
+    for ask in (client.object_picture, client.forget_object):
+        with pytest.raises(OneMapError, match="'nix'") as error:
+            ask("nix")
+        assert error.value.status == 404
+
+
+def test_a_map_is_saved_and_loaded_by_its_name(client: Client, mapper: FakeMapper) -> None:
+    saved = client.maps.save("flat")
+    assert (saved.path, saved.cells_observed, saved.frames_fused) == ("maps/flat", 315, 7)
+    assert client.maps.load("flat") == saved
+    assert client.maps.clear().path == ""
+    assert mapper.saved == ["flat"]
+
+
+def test_a_map_that_is_not_there_is_an_error(client: Client, mapper: FakeMapper) -> None:
+    with pytest.raises(OneMapError, match="'house'") as error:
+        client.maps.load("house")
+    assert error.value.status == 404
+    with pytest.raises(OneMapError, match="begins with a letter") as error:
+        client.maps.save("-flat")
+    assert error.value.status == 422
+
+
+@pytest.mark.parametrize("name", ["", "../etc", "..", "a/b"])
+def test_a_name_that_would_be_another_address_is_not_sent(client: Client, name: str) -> None:
+    for ask in (client.maps.delete, client.object_picture):
+        with pytest.raises(InvalidSetting, match="begin with a letter"):
+            ask(name)
+
+
+def test_saved_maps_are_listed_and_deleted(client: Client, mapper: FakeMapper) -> None:
+    client.maps.save("flat")
+    client.maps.save("house")
+    newest, oldest = client.maps.list()
+    assert (newest.name, oldest.name) == ("house", "flat")
+    assert client.maps.get("house") == newest
+    assert newest.saved_at.tzinfo is not None
+    assert newest.saved_at.timestamp() == pytest.approx(newest.saved_ns / 1e9)
+    assert client.maps.delete("house") == newest
+    assert [stored.name for stored in client.maps.list()] == ["flat"]
+
+
+def test_the_map_in_numbers(client: Client, mapper: FakeMapper) -> None:
+    info = client.maps.info()
+    assert info.bounds_m == pytest.approx((-1.0, -0.5, 3.0, 2.5))
+    assert info.free_m2 == pytest.approx(3.0)
+    assert info.occupied_m2 == pytest.approx(0.15)
+    assert (info.revision, info.rate_hz) == (7, 0.0)
+
+
+def test_the_archive_is_what_numpy_loads(client: Client, mapper: FakeMapper) -> None:
+    with np.load(io.BytesIO(client.maps.archive())) as archive:
+        assert archive["occupancy"].shape == (40, 30)
+
+
+def test_a_saved_map_is_merged(client: Client, mapper: FakeMapper) -> None:
+    client.maps.save("flat")
+    assert client.maps.merge("flat", x_m=1.5, yaw_rad=0.5).cells_observed == 315
+    (merged,) = mapper.merged
+    assert (merged.x_m, merged.y_m, merged.yaw_rad) == (1.5, 0.0, 0.5)
+
+
+def test_an_archive_holds_the_similarity_that_is_asked_for(
+    client: Client, mapper: FakeMapper
+) -> None:
+    assert client.maps.archive("sofa") != client.maps.archive()
+    with pytest.raises(OneMapError, match="flurb"):
+        client.maps.archive("flurb")

@@ -1,13 +1,23 @@
-"""Requests as they are sent, and errors for bad replies, timeouts and addresses."""
+"""Requests as they are sent, errors for bad replies, timeouts and addresses, event streams."""
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import httpx
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from onemap import Client, InvalidSetting, OneMapError, Unreachable
+from onemap.connection import StreamMessage, stream_messages
+
+STREAM = (
+    b": ping\n\nretry: 2000\nevent: status\ndata: {}\n\n"
+    b"data: one\r\ndata:two\r\n\r\nevent: problem\n\nevent: cut"
+)
+MESSAGES = [StreamMessage("status", "{}"), StreamMessage("message", "one\ntwo")]
 
 
 def client_at(transport: httpx.MockTransport) -> Client:
@@ -89,3 +99,20 @@ def test_a_wrong_url_is_refused(url: str) -> None:
 def test_a_token_that_cannot_be_sent_is_refused(token: str) -> None:
     with pytest.raises(InvalidSetting, match="token"):
         Client(token=token)
+
+
+def test_comments_and_what_was_cut_off_are_ignored() -> None:
+    assert list(stream_messages([STREAM])) == MESSAGES
+
+
+@given(st.lists(st.integers(0, len(STREAM)), max_size=8))
+def test_messages_do_not_depend_on_how_the_bytes_arrive(cuts: list[int]) -> None:
+    places = [0, *sorted(cuts), len(STREAM)]
+    chunks = [STREAM[a:b] for a, b in itertools.pairwise(places)]
+    assert list(stream_messages(chunks)) == MESSAGES
+
+
+def test_a_line_separator_inside_a_text_ends_no_line() -> None:
+    assert [m.data for m in stream_messages(["data: a\u2028b\x85c\n\n".encode()])] == [
+        "a\u2028b\x85c"
+    ]

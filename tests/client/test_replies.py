@@ -1,37 +1,108 @@
-"""Replies of older and newer gateways."""
+"""Replies of older and newer gateways, and of the messages that the gateway makes them of."""
 
 from __future__ import annotations
 
-from onemap.replies import FINAL_STATES, ObjectOutcome, SearchSnapshot
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap import Choice, MapObject, ObjectOutcome, QueryResult, SearchCoverage, SearchSnapshot
+from onemap.replies import FINAL_STATES, moment, rfc3339
 from onemap_shared import messages
+
+OUTCOME = {"name": "sofa", "outcome": "not_found"}
+REPORT = {"id": "s1", "state": "failed", "objects": ["sofa"], "results": []}
+COVERAGE = {
+    "explored_m2": 8,
+    "free_m2": 10,
+    "unreachable_m2": 1.5,
+    "best_match_m": [1, 2],
+    "best_score": 0.4,
+}
+OPTION = {
+    "kind": "frontier",
+    "xy_m": [1, 2],
+    "score": 0.5,
+    "travel_m": 3,
+    "utility": 0.4,
+    "chosen": True,
+}
+CHOICE = {"number": 2, "sentence": "the only goal", "options": [OPTION]}
+LATE_NS = 1767225612400000001  # more digits than a float has
+
+
+def test_an_object_has_coverage_or_evidence_by_how_its_search_ended() -> None:
+    absent = ObjectOutcome.of({**OUTCOME, "coverage": COVERAGE, "evidence": None})
+    assert absent.coverage is not None
+    assert absent.coverage.best_match_m == (1.0, 2.0)
+    assert SearchCoverage.of({**COVERAGE, "best_match_m": None}).best_match_m is None
+    evidence = {"frame_ns": str(LATE_NS), "box_px": [1, 2, 3, 4], "cells": 7}
+    found = ObjectOutcome.of({**OUTCOME, "outcome": "found", "evidence": evidence})
+    assert found.found
+    assert found.evidence is not None
+    assert (found.evidence.frame_ns, found.evidence.box_px) == (LATE_NS, (1.0, 2.0, 3.0, 4.0))
+
+
+def test_a_search_is_complete_if_every_object_was_found() -> None:
+    found = {"name": "sofa", "outcome": "found", "position_m": [1, 2, 0.5]}
+    assert SearchSnapshot.of({**REPORT, "state": "found", "results": [found]}).all_found
+    assert not SearchSnapshot.of(REPORT).all_found
+    assert ObjectOutcome.of(found).position_m == (1.0, 2.0, 0.5)
+
+
+def test_members_that_an_older_gateway_leaves_out_are_empty() -> None:
+    snapshot = SearchSnapshot.of(REPORT)
+    assert (snapshot.kind, snapshot.place_m, snapshot.choice) == ("find", None, None)
+    assert (snapshot.reason_code, snapshot.updated_ns) == (None, 0)
+    assert ObjectOutcome.of(OUTCOME).coverage is None
+    result = QueryResult.of({"text": "yeti", "regions": []})
+    assert (result.best_score, result.message, result.did_you_mean) == (0.0, "", ())
+    assert (result.verdict, result.found, result.calibrated) == ("", False, False)
+    assert (result.looked.share, result.looked.frontier_m) == (0.0, None)
+    old = {"rank": 1, "centre_m": [1, 2], "extent_m": [0, 1, 2, 3], "score": 0.5}
+    (region,) = QueryResult.of({"text": "yeti", "regions": [old]}).regions
+    assert (region.outline_m, region.last_seen_at, region.best_view) == ((), None, None)
+
+
+def test_members_and_values_of_a_newer_gateway_do_no_harm() -> None:
+    newer = {"text": "yeti", "regions": [], "colour": "white", "verdict": "perhaps"}
+    result = QueryResult.of(newer)
+    assert (result.verdict, result.document) == ("perhaps", newer)
+    assert result == QueryResult.of({**newer, "colour": "black"})
+    assert SearchSnapshot.of({**REPORT, "state": "dreaming"}).state == "dreaming"
+
+
+def test_a_reply_is_the_same_after_a_round_trip() -> None:
+    snapshot = SearchSnapshot.of({**REPORT, "choice": CHOICE, "updated_ns": str(LATE_NS)})
+    assert snapshot.updated_ns == LATE_NS
+    document = snapshot.model_dump(mode="json")
+    assert document["updated_ns"] == str(LATE_NS)
+    assert document["updated_at"] == "2026-01-01T00:00:12.400Z"
+    assert SearchSnapshot.of(document) == snapshot
+    assert snapshot.choice == Choice.of(CHOICE)
+
+
+def test_an_object_of_a_map_has_times_in_utc() -> None:
+    document = {
+        "id": "3f9a12c4",
+        "name": "bed",
+        "position_m": [1, 2, 0],
+        "extent_m": [0, 1, 2, 3],
+        "score": 1,
+        "times_found": 1,
+        "first_found_ns": str(LATE_NS),
+        "last_seen_ns": str(LATE_NS),
+    }
+    found = MapObject.of(document)
+    assert found.last_seen_at.isoformat() == "2026-01-01T00:00:12.400000+00:00"
+    assert (found.search_id, found.box_px, found.has_picture) == ("", None, False)
 
 
 def test_the_final_states_are_those_of_the_planner() -> None:
     assert set(FINAL_STATES) == {state.value for state in messages.FINAL_STATES}
 
 
-def test_nanoseconds_may_be_a_string() -> None:
-    report = {"id": "s1", "state": "found", "objects": [], "results": []}
-    late = SearchSnapshot.of({**report, "updated_ns": "1767225612400000001"})
-    assert late.updated_ns == 1767225612400000001
-
-
-def test_a_search_is_complete_if_every_object_was_found() -> None:
-    found = {"name": "sofa", "outcome": "found", "position_m": [1, 2, 0.5]}
-    report = {"id": "s1", "state": "found", "objects": ["sofa"], "results": [found]}
-    assert SearchSnapshot.of(report).all_found
-    assert not SearchSnapshot.of({**report, "results": []}).all_found
-    assert ObjectOutcome.of(found).position_m == (1.0, 2.0, 0.5)
-    assert ObjectOutcome.of({**found, "position_m": None}).position_m is None
-
-
-def test_a_gateway_without_kinds_only_finds() -> None:
-    report = {"id": "s1", "state": "exploring", "objects": ["sofa"], "results": []}
-    snapshot = SearchSnapshot.of(report)
-    assert (snapshot.kind, snapshot.place_m, snapshot.arrived) == ("find", None, False)
-
-
-def test_an_outcome_says_where_the_robot_stood() -> None:
-    outcome = {"name": "", "outcome": "arrived", "end_xy_m": [1.5, -2.0]}
-    assert ObjectOutcome.of(outcome).end_xy_m == (1.5, -2.0)
-    assert ObjectOutcome.of({**outcome, "end_xy_m": None}).end_xy_m is None
+@given(st.integers(0, 2**62))
+def test_a_time_is_cut_to_milliseconds(time_ns: int) -> None:
+    text = rfc3339(moment(time_ns))
+    assert (len(text), text[-1]) == (24, "Z")
+    assert int(text[20:23]) == time_ns // 10**6 % 1000

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from onemap import Client, OneMapError, QueryInterrupted, QueryOptions, QueryResult, Retry
-from onemap.events import StreamMessage
-from onemap.standing_queries import StandingQueries, _event
+from onemap.connection import EventStreams
 from tests.gateway.fakes import FakeMapper
 from tests.shared.samples import PNG
 
@@ -34,12 +33,13 @@ class Streams:
 
 SOFA = b'event: answer\ndata: {"text": "sofa", "regions": [], "verdict": "not_here"}\n\n'
 LOST = b'event: problem\ndata: {"detail": "The mapper is not running."}\n\n'
+ODD = b"event: news\ndata: {}\n\nevent: answer\ndata: []\n\n"
 
 
 def followed(*streams: bytes | OneMapError) -> tuple[Streams, Iterator[object], list[float]]:
     source, slept = Streams(*streams), list[float]()
-    standing = StandingQueries(source, Retry(0.5, attempts=2), slept.append)  # type: ignore[arg-type]
-    return source, standing.events(("sofa",), QueryOptions()), slept
+    opened = EventStreams(source, Retry(0.5, attempts=2), slept.append)  # type: ignore[arg-type]
+    return source, opened.follow("/events", "answer", QueryResult.of, {"text": "sofa"}), slept
 
 
 def test_each_text_of_a_gateway_is_answered(client: Client, mapper: FakeMapper) -> None:
@@ -71,20 +71,11 @@ def test_an_image_is_followed(client: Client, mapper: FakeMapper) -> None:
         next(client.follow_image(PNG, QueryOptions(negatives=("bed",))))
 
 
-def test_an_image_is_sent_again_when_its_stream_has_ended() -> None:
-    source = Streams(SOFA, SOFA)
-    standing = StandingQueries(source, Retry(0.5), lambda _: None)  # type: ignore[arg-type]
-    events = standing.image_events(PNG, QueryOptions())
-    assert [isinstance(next(events), QueryResult) for _ in range(2)] == [True, True]
-    assert source.paths == ["/v1/queries/events"] * 2
-    assert source.bodies == [QueryOptions().image_body(PNG)] * 2
-
-
 def test_a_stream_that_ends_is_opened_again() -> None:
     source, events, slept = followed(SOFA, LOST + SOFA)
     assert [str(next(events)) for _ in range(2)][1] == "The mapper is not running."
     assert isinstance(next(events), QueryResult)
-    assert len(source.paths) == 2
+    assert (source.paths, source.bodies) == (["/events"] * 2, [{"text": "sofa"}] * 2)
     assert slept == [0.5]
 
 
@@ -99,5 +90,4 @@ def test_a_gateway_that_stays_away_ends_it() -> None:
 
 def test_an_answer_that_cannot_be_read_is_named() -> None:
     with pytest.raises(OneMapError, match="same version"):
-        _event(StreamMessage("answer", "[]"))
-    assert _event(StreamMessage("news", "{}")) is None
+        next(followed(ODD)[1])

@@ -18,9 +18,8 @@ from typer.testing import CliRunner
 
 from onemap import MapObject, QueryResult
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.present.objects import MapObjectReport
-from onemap_gateway.present.queries import QueryReply
-from onemap_gateway.present.views import map_archive
+from onemap_gateway.http.reply_docs import EXAMPLES
+from onemap_gateway.present.replies import map_archive
 from onemap_gateway.service import build
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Layer, Occupancy
@@ -243,8 +242,8 @@ def test_what_is_no_map_is_refused(content: bytes, reason: str) -> None:
         read_archive(content)
 
 
-(FOUND, _) = QueryReply.model_json_schema()["examples"]
-(OBJECT,) = MapObjectReport.model_json_schema()["examples"]
+(FOUND, _) = EXAMPLES["QueryResult"]
+(OBJECT,) = EXAMPLES["MapObject"]
 
 
 @pytest.fixture

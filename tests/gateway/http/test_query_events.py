@@ -15,7 +15,7 @@ import pytest
 from fastapi.sse import ServerSentEvent
 from starlette.testclient import TestClient
 
-from onemap.events import stream_messages
+from onemap.connection import stream_messages
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.queries import QueryIntervals, query_events

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from onemap.replies import SearchSnapshot
 from onemap_gateway.present.agents import (
     map_reply,
     progress_summary,
@@ -13,15 +14,13 @@ from onemap_gateway.present.agents import (
     started_summary,
     stopped_summary,
 )
-from onemap_gateway.present.objects import object_report
-from onemap_gateway.present.replies import SearchReport
-from onemap_gateway.present.views import map_info, search_report
+from onemap_gateway.present.replies import map_object, map_statistics, search_snapshot
 from onemap_shared.messages import SearchKind, SearchOrder, SearchState, SearchStatus
 from tests.gateway.fakes import STAMP_NS, find_result, kept_object, search, search_view
 
 
-def report(status: SearchStatus, seconds: int = 12) -> SearchReport:
-    return search_report(status, STAMP_NS + seconds * 10**9)
+def report(status: SearchStatus, seconds: int = 12) -> SearchSnapshot:
+    return search_snapshot(status, STAMP_NS + seconds * 10**9)
 
 
 def test_a_start_says_what_the_robot_does_and_for_how_long() -> None:
@@ -56,11 +55,11 @@ def test_a_drive_to_a_place_has_progress_too() -> None:
 
 
 def test_an_object_without_a_picture_says_so() -> None:
-    kept = object_report(replace(kept_object(), picture_bytes=0))
+    kept = map_object(replace(kept_object(), picture_bytes=0))
     assert seen_object_reply(kept).summary.endswith("there is no picture of it.")
 
 
 def test_a_map_that_is_updated_has_no_problem() -> None:
-    reply = map_reply(map_info(search_view(), None, STAMP_NS), None, "")
+    reply = map_reply(map_statistics(search_view(), None, STAMP_NS), None, "")
     assert (reply.ready, reply.problem) == (True, "")
     assert reply.summary.endswith("no pose of the robot is known.")

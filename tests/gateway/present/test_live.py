@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.live import live_document
+from onemap_gateway.present.live import build_overlay, live_document
 from onemap_gateway.present.service_status import PipelineFault
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, full_state
@@ -49,3 +49,18 @@ def test_the_live_document_of_nothing_says_what_is_missing() -> None:
     for part in ("robot", "map", "camera", "path", "search", "trail_m"):
         assert document[part] is None
     assert all(service["condition"] == "down" for service in document["services"])
+
+
+def test_an_overlay_holds_what_the_state_has() -> None:
+    overlay = build_overlay(full_state(), 1.0)
+    np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
+    np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
+    assert overlay.found == (("sofa", 1.0, 2.0),)
+    assert len(overlay.frontiers_m) == 1
+
+
+def test_an_overlay_of_nothing_is_empty() -> None:
+    overlay = build_overlay(LiveState(), 0.0)
+    assert not overlay.robot
+    assert not overlay.found
+    assert len(overlay.path_m) == len(overlay.trail_m) == 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_gateway.present.queries import no_match_message, query_reply, verdict_sentence
+from onemap_gateway.present.queries import no_match_message, query_result, verdict_sentence
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MapVerdict, SimilarityReply, SimilarityRequest, Verdict
 from tests.gateway import fakes
@@ -46,18 +46,18 @@ def sofa() -> SimilarityReply:
 
 
 def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> None:
-    first, second = query_reply(sofa, STAMP_NS).regions
-    assert first.outline_m == [(0.2, 1.0), (0.5, 1.0), (0.5, 1.3)]
+    first, second = query_result(sofa, STAMP_NS).regions
+    assert first.outline_m == ((0.2, 1.0), (0.5, 1.0), (0.5, 1.3))
     assert first.last_seen_at == "2026-01-01T00:00:00.000Z"
     assert first.best_view is not None
     assert (first.best_view.x_m, first.best_view.yaw_rad) == (1.0, 0.5)
-    assert (second.outline_m, second.last_seen_at, second.best_view) == ([], None, None)
+    assert (second.outline_m, second.last_seen_at, second.best_view) == ((), None, None)
     assert (first.height_m, second.height_m) == ((0.1, 0.9), None)
 
 
 def test_a_verdict_says_how_much_was_looked_at(sofa: SimilarityReply) -> None:
-    reply = query_reply(sofa, STAMP_NS)
-    assert reply.verdict is Verdict.FOUND
+    reply = query_result(sofa, STAMP_NS)
+    assert reply.verdict == "found"
     assert reply.looked.share == 0.75
     assert (reply.looked.frontiers, reply.looked.frontier_m) == (1, (1.5, 0.5))
 

@@ -10,8 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.present.objects import MapObjectReport
-from onemap_gateway.present.queries import QueryReply
+from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
@@ -55,7 +54,7 @@ def test_a_query_without_a_match_exits_with_1() -> None:
     [("found", EXIT_OK), ("not_here", EXIT_FAILED), ("not_looked_yet", EXIT_FAILED)],
 )
 def test_the_verdict_decides_the_exit_code(verdict: str, code: int) -> None:
-    (example, _) = QueryReply.model_json_schema()["examples"]
+    (example, _) = EXAMPLES["QueryResult"]
     with fake_gateway({("POST", "/v1/queries"): (200, {**example, "verdict": verdict})}) as url:
         assert RUNNER.invoke(app, ["query", "sofa", "--url", url]).exit_code == code
 
@@ -102,7 +101,7 @@ def test_an_area_that_is_none_is_refused(area: str) -> None:
 
 
 def test_objects_are_printed_and_are_json() -> None:
-    (example,) = MapObjectReport.model_json_schema()["examples"]
+    (example,) = EXAMPLES["MapObject"]
     reply = {"objects": [example], "left_out": 3}
     with fake_gateway({("GET", "/v1/objects"): (200, reply)}) as url:
         result = RUNNER.invoke(app, ["objects", "--url", url, "--json"])
@@ -236,7 +235,7 @@ def test_a_search_exits_with_0_only_if_all_were_found() -> None:
         "name": "sofa",
         "outcome": "found",
         "reason": "confirmed",
-        "position_m": [1.0, 2.0],
+        "position_m": [1.0, 2.0, 0.5],
         "duration_s": 3.0,
         "path_length_m": 1.0,
     }

@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console
 
 from onemap import Client, QueryInterrupted, QueryResult
-from onemap_gateway.present.queries import QueryReply
+from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_tools.cli import remote
 from onemap_tools.cli.remote import all_found, arrived, drive, search
 from onemap_tools.errors import CliError
@@ -175,7 +175,7 @@ def test_a_search_has_a_row_for_each_object_and_says_what_is_missing(console: Co
 
 
 def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:
-    (found, absent) = QueryReply.model_json_schema()["examples"]
+    (found, absent) = EXAMPLES["QueryResult"]
     remote.describe_query(found, console)
     remote.describe_query(absent, console)
     remote.describe_query({**found, "did_you_mean": ["couch", "bed"]}, console)
@@ -202,7 +202,7 @@ def test_a_reply_of_an_older_gateway_is_printed_too(console: Console) -> None:
 
 
 def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str]) -> None:
-    (found, absent) = QueryReply.model_json_schema()["examples"]
+    (found, absent) = EXAMPLES["QueryResult"]
     results = [QueryResult.of(each) for each in (absent, found)]
     away = QueryInterrupted("The mapper is away.")
     remote.follow_query([results[0], away, results[1]], as_json=True)

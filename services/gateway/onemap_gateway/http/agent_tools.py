@@ -10,6 +10,7 @@ from typing import Any
 from anyio import to_thread
 from pydantic import ConfigDict, Field, ValidationError
 
+from onemap.replies import MapObject, MapPose
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
@@ -21,7 +22,6 @@ from onemap_gateway.present.agents import (
     FoundObjectsReply,
     MapReply,
     PlacesReply,
-    RobotPose,
     SeenObjectReply,
     found_objects_reply,
     map_reply,
@@ -31,10 +31,10 @@ from onemap_gateway.present.agents import (
     started_summary,
     stopped_summary,
 )
-from onemap_gateway.present.objects import MapObjectReport, object_report
+from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
-from onemap_gateway.present.views import build_overlay, map_info, search_report
+from onemap_gateway.present.replies import map_object, map_statistics, search_snapshot
 from onemap_shared import keys
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
@@ -141,7 +141,7 @@ async def where_is(gateway: GatewayContext, asked: PlacesArguments) -> ToolResul
     """Objects of that name that a search found, then regions that look like it."""
     request = SimilarityRequest(asked.object, asked.max_places, robot_xy_m=robot_xy_m(gateway))
     reply = await answer(gateway, request)
-    found = [kept for kept in await _found(gateway) if _is_called(kept, asked.object)]
+    found = tuple(kept for kept in await _found(gateway) if _is_called(kept, asked.object))
     return ToolResult(places_reply(reply, found))
 
 
@@ -153,15 +153,14 @@ async def list_objects(gateway: GatewayContext, _asked: NoArguments) -> ToolResu
 async def describe_map(gateway: GatewayContext, asked: MapArguments) -> ToolResult:
     """The map in numbers, where the robot stands, and on request an image of both."""
     view, state = await gateway.view(), gateway.cache.state
-    info = map_info(view, state.revision.message if state.revision else None, gateway.now_ns())
+    info = map_statistics(
+        view, state.revision.message if state.revision else None, gateway.now_ns()
+    )
     robot = None
     if state.odometry is not None:
         T_map_body = state.odometry.message.T_map_body
-        robot = RobotPose(
-            x_m=round(float(T_map_body[0, 3]), 3),
-            y_m=round(float(T_map_body[1, 3]), 3),
-            yaw_rad=round(yaw_of(T_map_body), 3),
-        )
+        x_m, y_m = T_map_body[:2, 3].tolist()
+        robot = MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_of(T_map_body))
     fault = gateway.fault()
     reply = map_reply(info, robot, fault.detail if fault else "")
     if not asked.picture:
@@ -177,7 +176,7 @@ async def look_at(gateway: GatewayContext, asked: SeenObjectArguments) -> ToolRe
     for kept in found:
         if kept.id == asked.object or _is_called(kept, asked.object):
             seen = await gateway.call(keys.MAP_OBJECT, ObjectId(kept.id))
-            reply = seen_object_reply(object_report(seen.kept))
+            reply = seen_object_reply(map_object(seen.kept))
             return ToolResult(reply, seen.picture, "image/jpeg")
     raise HttpProblem(
         "unknown_object",
@@ -207,7 +206,7 @@ async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> 
             "The robot is busy with another search: wait until 'search_status' says that it has "
             "ended, or end it with 'stop'.",
         ) from None
-    report = search_report(status, gateway.now_ns())
+    report = search_snapshot(status, gateway.now_ns())
     summary = started_summary(report, asked.max_distance_m, asked.max_time_s)
     return ToolResult(AgentSearchReply(summary=summary, search=report))
 
@@ -218,7 +217,7 @@ async def search_status(gateway: GatewayContext, asked: WhichSearchArguments) ->
         status = await gateway.call(keys.SEARCH_GET, SearchId(asked.search_id))
     except HttpProblem as problem:
         return _no_search(asked, problem)
-    report = search_report(status, gateway.now_ns())
+    report = search_snapshot(status, gateway.now_ns())
     return ToolResult(AgentSearchReply(summary=progress_summary(report), search=report))
 
 
@@ -230,7 +229,7 @@ async def stop(gateway: GatewayContext, asked: WhichSearchArguments) -> ToolResu
     except HttpProblem as problem:
         return _no_search(asked, problem)
     ended = {before.message.search_id} if before and not before.message.active else set()
-    report = search_report(status, gateway.now_ns())
+    report = search_snapshot(status, gateway.now_ns())
     summary = stopped_summary(report, had_ended=status.search_id in ended)
     return ToolResult(AgentSearchReply(summary=summary, search=report))
 
@@ -260,12 +259,12 @@ def budget_limits(config: GatewayConfig) -> tuple[tuple[str, float, str], ...]:
     )
 
 
-async def _found(gateway: GatewayContext) -> list[MapObjectReport]:
+async def _found(gateway: GatewayContext) -> tuple[MapObject, ...]:
     listed = await gateway.call(keys.MAP_OBJECTS, ObjectListRequest())
-    return [object_report(kept) for kept in listed.objects]
+    return tuple(map(map_object, listed.objects))
 
 
-def _is_called(kept: MapObjectReport, name: str) -> bool:
+def _is_called(kept: MapObject, name: str) -> bool:
     return kept.name.casefold() == name.casefold()
 
 

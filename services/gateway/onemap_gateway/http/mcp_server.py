@@ -22,6 +22,7 @@ from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agent_tools import TOOLS, AgentTool, ToolResult, budget_limits, call_tool
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.reply_docs import complete
 from onemap_gateway.present.formats import finite, json_text
 
 LOG = logging.getLogger("onemap.gateway")
@@ -90,11 +91,13 @@ def described(tool: AgentTool, config: GatewayConfig) -> types.Tool:
     for name, limit, _unit in budget_limits(config):
         if name in takes.get("properties", {}):
             takes["properties"][name]["maximum"] = limit
+    gives = tool.reply.model_json_schema(mode="serialization")
+    complete(gives.get("$defs", {}))
     return types.Tool(
         name=tool.name,
         description=tool.description,
         input_schema=takes,
-        output_schema=tool.reply.model_json_schema(),
+        output_schema=gives,
         annotations=types.ToolAnnotations(
             read_only_hint=not tool.changes, destructive_hint=False, open_world_hint=False
         ),

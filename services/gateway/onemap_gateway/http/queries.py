@@ -12,23 +12,23 @@ import anyio
 from fastapi.sse import ServerSentEvent
 from pydantic import ValidationError
 
+from onemap.replies import QueryResult
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
 from onemap_gateway.http.routes.searches import RETRY_MS
 from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.queries import IMAGE_SUBJECT, QueryReply, differ, query_reply
-from onemap_gateway.present.views import with_scores
+from onemap_gateway.present.queries import IMAGE_SUBJECT, differ, query_result, with_scores
 from onemap_shared import keys
 from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
 
 
-async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryReply]:
+async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryResult]:
     """The answers to the texts, in their order, or to the image; HttpProblem if one fails."""
     asked = request.requests(robot_xy_m(gateway))
     if len(asked) == 1:
         return [await answer(gateway, asked[0])]
-    replies: list[QueryReply | HttpProblem | None] = [None] * len(asked)
+    replies: list[QueryResult | HttpProblem | None] = [None] * len(asked)
 
     async def ask(index: int) -> None:
         try:
@@ -50,13 +50,13 @@ async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryR
 
 async def answer(
     gateway: GatewayContext, request: SimilarityRequest | ImageSimilarityRequest
-) -> QueryReply:
+) -> QueryResult:
     """The answer to one text or image."""
     if isinstance(request, ImageSimilarityRequest):
         reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, request)
-        return query_reply(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
+        return query_result(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
     reply = await gateway.call(keys.MAP_SIMILARITY, request)
-    return query_reply(reply, gateway.now_ns())
+    return query_result(reply, gateway.now_ns())
 
 
 async def image_view(gateway: GatewayContext, image: bytes) -> SearchView:
@@ -151,7 +151,7 @@ async def query_changes(
     goes on and gives a problem; any other problem ends it.
     """
     intervals = intervals or QueryIntervals()
-    sent: dict[str, QueryReply] = {}
+    sent: dict[str, QueryResult] = {}
     asked_revision: int | None = NEVER
     asked_s = -math.inf
     last_problem = ""

@@ -6,9 +6,16 @@ from collections.abc import Sequence
 
 from pydantic import BaseModel, Field
 
-from onemap_gateway.present.objects import MapObjectReport
-from onemap_gateway.present.queries import LookedReport, QueryRegion, QueryReply
-from onemap_gateway.present.replies import MapInfo, SearchReport
+from onemap.replies import (
+    LookedArea,
+    MapObject,
+    MapPose,
+    MapStatistics,
+    QueryResult,
+    Region,
+    SearchSnapshot,
+    rfc3339,
+)
 from onemap_gateway.present.service_status import sentence
 from onemap_shared.messages import SearchOrder, SearchState, Verdict
 
@@ -22,28 +29,22 @@ class AgentReply(BaseModel):
 class PlacesReply(AgentReply):
     """Where something is, or may be."""
 
-    found: list[MapObjectReport] = Field(description="Of this name, confirmed by a search.")
-    likely: list[QueryRegion] = Field(description="Regions that look like it, not confirmed.")
-    did_you_mean: list[str] = Field(description="The nearest known words, if there are no regions.")
+    found: tuple[MapObject, ...] = Field(description="Of this name, confirmed by a search.")
+    likely: tuple[Region, ...] = Field(description="Regions that look like it, not confirmed.")
+    did_you_mean: tuple[str, ...] = Field(
+        description="The nearest known words, if there are no regions."
+    )
     map_age_s: float | None = Field(description="Age of the newest frame in the map.")
     verdict: Verdict = Field(
         description="By the map alone: found, not_here or not_looked_yet (search for it)."
     )
-    looked: LookedReport
+    looked: LookedArea
 
 
 class FoundObjectsReply(AgentReply):
     """The objects that searches found, the one found last first."""
 
-    objects: list[MapObjectReport]
-
-
-class RobotPose(BaseModel):
-    """Where the robot stands, in the map frame."""
-
-    x_m: float
-    y_m: float
-    yaw_rad: float = Field(description="0 faces along x, positive is to the left.")
+    objects: tuple[MapObject, ...]
 
 
 class MapReply(AgentReply):
@@ -51,23 +52,23 @@ class MapReply(AgentReply):
 
     ready: bool = Field(description="Whether frames reach the map and all services are there.")
     problem: str = Field(description="The reason why not; empty if all is well.")
-    map: MapInfo
-    robot: RobotPose | None = Field(description="null: no pose yet.")
+    map: MapStatistics
+    robot: MapPose | None = Field(description="null: no pose yet.")
 
 
 class SeenObjectReply(AgentReply):
     """A found object; its picture is beside this reply."""
 
-    object: MapObjectReport
+    object: MapObject
 
 
 class AgentSearchReply(AgentReply):
     """A search; the summary says what the call did."""
 
-    search: SearchReport | None = Field(description="null: there has been none.")
+    search: SearchSnapshot | None = Field(description="null: there has been none.")
 
 
-def places_reply(reply: QueryReply, found: list[MapObjectReport]) -> PlacesReply:
+def places_reply(reply: QueryResult, found: tuple[MapObject, ...]) -> PlacesReply:
     """Confirmed places before likely ones."""
     parts = [f"{_place(kept)} was found there by a search." for kept in found]
     if reply.regions:
@@ -84,12 +85,12 @@ def places_reply(reply: QueryReply, found: list[MapObjectReport]) -> PlacesReply
         likely=reply.regions,
         did_you_mean=reply.did_you_mean,
         map_age_s=reply.age_s,
-        verdict=reply.verdict,
+        verdict=Verdict(reply.verdict),
         looked=reply.looked,
     )
 
 
-def found_objects_reply(objects: list[MapObjectReport]) -> FoundObjectsReply:
+def found_objects_reply(objects: tuple[MapObject, ...]) -> FoundObjectsReply:
     """All found objects by name."""
     summary = "No search has found anything on this map yet."
     if objects:
@@ -97,7 +98,7 @@ def found_objects_reply(objects: list[MapObjectReport]) -> FoundObjectsReply:
     return FoundObjectsReply(summary=summary, objects=objects)
 
 
-def map_reply(info: MapInfo, robot: RobotPose | None, problem: str) -> MapReply:
+def map_reply(info: MapStatistics, robot: MapPose | None, problem: str) -> MapReply:
     """The map in numbers and words; ``problem``: why it is not updated, empty if it is."""
     stands = "no pose of the robot is known"
     if robot is not None:
@@ -115,17 +116,18 @@ def map_reply(info: MapInfo, robot: RobotPose | None, problem: str) -> MapReply:
     )
 
 
-def seen_object_reply(kept: MapObjectReport) -> SeenObjectReply:
+def seen_object_reply(kept: MapObject) -> SeenObjectReply:
     """A found object and whether there is a picture of it."""
     picture = "the picture is from then" if kept.picture else "there is no picture of it"
     return SeenObjectReply(
-        summary=f"{_place(kept)} was last seen at {kept.last_seen_at}; {picture}.", object=kept
+        summary=f"{_place(kept)} was last seen at {rfc3339(kept.last_seen_at)}; {picture}.",
+        object=kept,
     )
 
 
-def started_summary(report: SearchReport, max_distance_m: float, max_time_s: float) -> str:
+def started_summary(report: SearchSnapshot, max_distance_m: float, max_time_s: float) -> str:
     """What starting a search did."""
-    order = "in the cheapest order" if report.order is SearchOrder.ANY else "in this order"
+    order = "in the cheapest order" if report.order == SearchOrder.ANY else "in this order"
     order = f" {order}" if len(report.objects) > 1 else ""
     return (
         f"Started the search {report.id} for {_subject(report)}{order}: the robot drives now, at "
@@ -134,9 +136,9 @@ def started_summary(report: SearchReport, max_distance_m: float, max_time_s: flo
     )
 
 
-def stopped_summary(report: SearchReport, *, had_ended: bool) -> str:
+def stopped_summary(report: SearchSnapshot, *, had_ended: bool) -> str:
     """What stopping a search did; ``had_ended``: it was over before."""
-    if had_ended or report.state is not SearchState.CANCELLED:
+    if had_ended or report.state != SearchState.CANCELLED:
         return (
             f"The search {report.id} for {_subject(report)} had ended before as {report.state}: "
             "there was nothing to stop."
@@ -147,7 +149,7 @@ def stopped_summary(report: SearchReport, *, had_ended: bool) -> str:
     )
 
 
-def progress_summary(report: SearchReport) -> str:
+def progress_summary(report: SearchSnapshot) -> str:
     """How a search goes, or how it ended."""
     return (
         f"The search {report.id} for {_subject(report)} is {report.state} after {_spent(report)}: "
@@ -155,20 +157,20 @@ def progress_summary(report: SearchReport) -> str:
     )
 
 
-def _subject(report: SearchReport) -> str:
+def _subject(report: SearchSnapshot) -> str:
     return f"the place {_xy(report.place_m)}" if report.place_m else _names(report.objects)
 
 
-def _spent(report: SearchReport) -> str:
+def _spent(report: SearchSnapshot) -> str:
     return f"{report.elapsed_s:.0f} s and {report.path_length_m:.1f} m"
 
 
-def _found(report: SearchReport) -> str:
-    names = [result.name for result in report.results if result.outcome is SearchState.FOUND]
+def _found(report: SearchSnapshot) -> str:
+    names = [result.name for result in report.results if result.found]
     return f" Found: {_names(names)}." if names else ""
 
 
-def _place(kept: MapObjectReport) -> str:
+def _place(kept: MapObject) -> str:
     return f"{kept.name!r} ({kept.id}) at {_xy(kept.position_m)}"
 
 

@@ -1,10 +1,9 @@
-"""Values as clients get them: JSON that browsers read, times, lengths."""
+"""JSON as browsers read it: without NaN and infinity, which Python writes and they refuse."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from datetime import datetime, timezone
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -21,19 +20,3 @@ def finite(value: Any) -> Any:
 def json_text(value: Any) -> str:
     """The JSON of a document; ASCII only, because it may quote text that is not valid Unicode."""
     return json.dumps(finite(value), allow_nan=False)
-
-
-DECIMALS = 3  # of lengths in metres: millimetres
-
-
-def rfc3339(time_ns: int) -> str:
-    """Nanoseconds since 1970 as a time of RFC 3339 in UTC, cut to milliseconds."""
-    seconds, rest_ns = divmod(time_ns, 10**9)
-    moment = datetime.fromtimestamp(seconds, tz=timezone.utc)
-    return f"{moment:%Y-%m-%dT%H:%M:%S}.{rest_ns // 10**6:03d}Z"
-
-
-def millimetres(values: Iterable[Any]) -> Any:
-    """Lengths in metres as a tuple of floats, rounded to millimetres."""
-    # Any: pydantic checks the length that the schema of the reply promises
-    return tuple(round(float(value), DECIMALS) for value in values)

@@ -1,4 +1,4 @@
-"""The state as one JSON document, for the live page."""
+"""What the robot is doing now: as one JSON document, and as what is drawn over the map."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from onemap.replies import DECIMALS
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.formats import DECIMALS
+from onemap_gateway.present.render import Overlay
+from onemap_gateway.present.replies import age_s, search_snapshot, stage_latencies
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_gateway.present.views import age_s, latency_reports, search_report
 from onemap_shared.geometry import yaw_of
+from onemap_shared.messages import SearchState, SearchStatus
 
 
 def live_document(
@@ -26,12 +28,12 @@ def live_document(
         "map": _map(state, now_s, now_ns),
         "camera": _camera(state, now_s),
         "path": _path(state, now_s),
-        "search": search_report(search, now_ns).model_dump(mode="json") if search else None,
+        "search": search_snapshot(search, now_ns).model_dump(mode="json") if search else None,
         "services": [
             {"name": r.name, "condition": str(r.condition), "problem": r.problem}
             for r in assess_services(state, now_s)
         ],
-        "latencies": [report.model_dump() for report in latency_reports(state.latencies)],
+        "latencies": [each.model_dump() for each in stage_latencies(state.latencies)],
     }
 
 
@@ -109,3 +111,35 @@ def _rounded(values: Any) -> Any:
     cells = np.round(array, DECIMALS).astype(object)
     cells[~np.isfinite(array)] = None
     return cells.tolist()
+
+
+def build_overlay(state: LiveState, now_s: float) -> Overlay:
+    """Robot, trail, path, frontiers, regions and found objects of a state."""
+    path = state.path_now(now_s)
+    robot: tuple[float, ...] = ()
+    if state.odometry:
+        T_map_body = state.odometry.message.T_map_body
+        robot = (float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
+    trail_m = np.array(state.trail_m, dtype=np.float64).reshape(-1, 2)
+    found = found_objects(state.search.message) if state.search else ()
+    if path is None:
+        return Overlay(trail_m=trail_m, robot=robot, found=found)
+    return Overlay(
+        trail_m=trail_m,
+        path_m=path.points_m,
+        goal_m=path.goal_m,
+        frontiers_m=path.frontiers_m,
+        frontier_scores=path.frontier_scores,
+        regions_m=path.regions_m,
+        robot=robot,
+        found=found,
+    )
+
+
+def found_objects(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
+    """Name, x and y of every object that was found."""
+    return tuple(
+        (result.name, result.position_m[0], result.position_m[1])
+        for result in status.results
+        if result.outcome is SearchState.FOUND and len(result.position_m) >= 2
+    )

@@ -1,259 +1,199 @@
-"""What clients get over HTTP, with examples for the documentation."""
+"""Messages of the bus as the replies that clients get (``onemap.replies``)."""
+# Touches files: an archive in memory.
 
 from __future__ import annotations
 
-from typing import Annotated
+import io
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
 
-from onemap_gateway.present.choices import CHOICE_EXAMPLE, ChoiceReport
-from onemap_gateway.present.endings import CoverageReport, EvidenceReport
-from onemap_shared.messages import FailureCode, SearchKind, SearchOrder, SearchState
+from onemap.replies import (
+    MapContent,
+    MapListReply,
+    MapObject,
+    MapStatistics,
+    ObjectListReply,
+    ObjectOutcome,
+    Reply,
+    SearchListReply,
+    SearchSnapshot,
+    ServiceHealth,
+    StageLatency,
+    StoredMap,
+    StreamHealth,
+    SystemStatus,
+)
+from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
+from onemap_gateway.present.service_status import PipelineFault, assess_services
+from onemap_shared.messages import (
+    KeptObject,
+    Layer,
+    MapList,
+    MapRevision,
+    MapSummary,
+    ObjectList,
+    ObjectResult,
+    Occupancy,
+    SavedMap,
+    SearchList,
+    SearchState,
+    SearchStatus,
+    SearchView,
+)
+from onemap_shared.transport import Counters
 
-Time = Annotated[
-    str,
-    Field(
-        description="RFC 3339, in UTC, cut to milliseconds.",
-        json_schema_extra={"format": "date-time"},
-    ),
-]
-Nanoseconds = Annotated[
-    str,
-    Field(
-        description="Nanoseconds since 1970; a string, because JavaScript rounds such numbers.",
-        json_schema_extra={"pattern": "^[0-9]+$"},
-    ),
-]
-
-
-ReasonCode = Annotated[
-    FailureCode | None,
-    Field(
-        description="Why it failed; null unless it did. "
-        + " ".join(f"`{code}`: {code.sentence}" for code in FailureCode if code)
-    ),
-]
-
-
-class ObjectReport(BaseModel):
-    """How the search for one object, or the drive to the place, ended."""
-
-    name: str = Field(description="Of the object; empty for a place.")
-    outcome: SearchState
-    reason: str
-    position_m: tuple[float, float, float] | None = Field(description="x, y, z; null: not found.")
-    score: float
-    duration_s: float
-    path_length_m: float
-    start_xy_m: tuple[float, float] | None
-    end_xy_m: tuple[float, float] | None
-    reason_code: ReasonCode = None
-    coverage: CoverageReport | None = Field(default=None, description="If it was not found.")
-    evidence: EvidenceReport | None = Field(default=None, description="If it was found.")
+R = TypeVar("R", bound=Reply)
 
 
-class SearchReport(BaseModel):
-    """Progress of a search; ``state`` is that of the object now sought, or the final one."""
+def reply_of(model: type[R], message: object, /, **more: Any) -> R:
+    """The reply with the members of ``message`` that have its names, and ``more``."""
+    names = [name for name in model.model_fields if name not in more and hasattr(message, name)]
+    return model.model_validate({**{name: getattr(message, name) for name in names}, **more})
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "id": "8f14e45f",
-                    "kind": "find",
-                    "place_m": None,
-                    "state": "exploring",
-                    "active": True,
-                    "objects": ["sofa", "kettle"],
-                    "order": "given",
-                    "index": 0,
-                    "target": "sofa",
-                    "reason": "Walking to the frontier that looks most like a sofa.",
-                    "reason_code": None,
-                    "results": [],
-                    "choice": CHOICE_EXAMPLE,
-                    "elapsed_s": 12.4,
-                    "path_length_m": 3.2,
-                    "started_at": "2026-01-01T00:00:00.000Z",
-                    "updated_at": "2026-01-01T00:00:12.400Z",
-                    "started_ns": "1767225600000000000",
-                    "updated_ns": "1767225612400000000",
-                }
-            ]
-        }
+
+def age_s(stamp_ns: int, now_ns: int) -> float | None:
+    """Seconds since a capture stamp; None for 0, which stands for none."""
+    return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
+
+
+def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
+    """The state of a search, results in the order of the request; it ages until its end."""
+    order = {name: index for index, name in reversed(list(enumerate(status.objects)))}
+    results = sorted(status.results, key=lambda result: order.get(result.name, 0))
+    end_ns = now_ns if status.active else status.updated_ns
+    return reply_of(
+        SearchSnapshot,
+        status,
+        id=status.search_id,
+        results=tuple(map(_object_outcome, results)),
+        choice=status.choice if status.choice.options else None,
+        elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
     )
 
-    id: str
-    kind: SearchKind
-    place_m: tuple[float, float] | None = Field(
-        description="x, y of the place to drive to or to look at, metres; null for objects."
-    )
-    state: SearchState
-    active: bool = Field(description="Whether the search still runs.")
-    objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
-    order: SearchOrder = Field(description="Of the objects, as requested: given or any.")
-    index: int = Field(description="Which of the objects is now sought, from 0.")
-    target: str = Field(
-        description="The object now sought; empty when the search is over or for a place."
-    )
-    reason: str = Field(description="In a sentence, what is going on or why it ended.")
-    reason_code: ReasonCode = None
-    results: list[ObjectReport] = Field(
-        description="Of the objects that are done, in the order of the request."
-    )
-    choice: ChoiceReport | None = Field(
-        default=None, description="Where the robot drives, and why; null while it has no goal."
-    )
-    elapsed_s: float
-    path_length_m: float
-    started_at: Time
-    updated_at: Time
-    started_ns: Nanoseconds
-    updated_ns: Nanoseconds
 
-
-class SearchListReply(BaseModel):
-    """The searches that the planner remembers, newest first."""
-
-    searches: list[SearchReport]
-    left_out: int = Field(description="Older searches that one reply cannot hold; usually 0.")
-
-
-class MapChange(BaseModel):
-    """What the map holds after it was saved, loaded or cleared."""
-
-    path: str = Field(description="Where the file lies on the mapper's machine; empty if none.")
-    encoder_id: str
-    text_space: str
-    cell_size_m: float
-    cells_observed: int
-    frames_fused: int
-    file_bytes: int
-
-
-class SavedMapReport(BaseModel):
-    """A map in the mapper's map folder; without content if its file cannot be read."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "name": "flat",
-                    "file_bytes": 2514932,
-                    "saved_at": "2026-01-01T00:00:12.400Z",
-                    "saved_ns": "1767225612400000000",
-                    "encoder_id": "mini-1",
-                    "text_space": "minilm",
-                    "cell_size_m": 0.1,
-                    "cells_observed": 8132,
-                    "frames_fused": 412,
-                    "problem": "",
-                }
-            ]
-        }
+def _object_outcome(result: ObjectResult) -> ObjectOutcome:
+    """Coverage belongs to what was not found, evidence to what was."""
+    absent, found = result.outcome is SearchState.NOT_FOUND, result.outcome is SearchState.FOUND
+    return reply_of(
+        ObjectOutcome,
+        result,
+        coverage=result.coverage if absent else None,
+        evidence=result if found else None,
     )
 
-    name: str
-    file_bytes: int
-    saved_at: Time
-    saved_ns: Nanoseconds
-    encoder_id: str
-    text_space: str
-    cell_size_m: float
-    cells_observed: int
-    frames_fused: int
-    problem: str = Field(description="Why the file cannot be loaded; empty if nothing is wrong.")
+
+def search_list(listed: SearchList, now_ns: int) -> SearchListReply:
+    """The remembered searches, newest first."""
+    searches = tuple(search_snapshot(status, now_ns) for status in listed.searches)
+    return SearchListReply(searches=searches, left_out=listed.left_out)
 
 
-class MapListReply(BaseModel):
-    """The maps in the mapper's map folder, newest first."""
-
-    maps: list[SavedMapReport]
-    left_out: int = Field(description="Older maps that one reply cannot hold; usually 0.")
+def map_content(summary: MapSummary) -> MapContent:
+    """The reply to save, load and clear."""
+    return MapContent.model_validate(summary)
 
 
-class MapInfo(BaseModel):
-    """The map in numbers."""
+def stored_map(saved: SavedMap) -> StoredMap:
+    """What is known of a saved map."""
+    return StoredMap.model_validate(saved)
 
-    revision: int = Field(description="Counts every change of the map.")
-    age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
-    bounds_m: tuple[float, float, float, float] = Field(
-        description="x_min, y_min, x_max, y_max in metres."
+
+def map_list(listed: MapList) -> MapListReply:
+    """The saved maps, newest first."""
+    return MapListReply.model_validate(listed)
+
+
+def map_statistics(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapStatistics:
+    """The map in numbers; ``revision`` holds those that the view lacks."""
+    cell_m2 = view.grid.cell_size_m**2
+    return reply_of(
+        MapStatistics,
+        revision,
+        revision=view.revision,
+        age_s=age_s(view.stamp_ns, now_ns),
+        bounds_m=view.grid.bounds_m,
+        cell_size_m=view.grid.cell_size_m,
+        free_m2=float((view.occupancy == Occupancy.FREE).sum() * cell_m2),
+        occupied_m2=float((view.occupancy == Occupancy.OCCUPIED).sum() * cell_m2),
+        observed_m2=float(((view.layers & Layer.OBSERVED) != 0).sum() * cell_m2),
     )
-    cell_size_m: float
-    free_m2: float
-    occupied_m2: float
-    observed_m2: float
-    frames_fused: int
-    memory_bytes: int
-    update_ms: float
-    rate_hz: float
-    encoder_id: str
-    text_space: str
 
 
-class ServiceReport(BaseModel):
-    """One service, or the robot, as seen from the gateway."""
-
-    name: str
-    condition: str = Field(description="ok, degraded or down.")
-    problem: str = Field(description="One sentence; empty when all is well.")
-    alive: bool = Field(description="Its process is connected now; for the robot: it sends.")
-    ready: bool
-    heartbeat_age_s: float | None
-    metrics: dict[str, float | None]
-
-
-class StreamReport(BaseModel):
-    """One stream of messages as it reaches the gateway."""
-
-    name: str
-    age_s: float | None = Field(description="Since the last message; null: none yet.")
-    rate_hz: float
-    received: int
-    missed: int = Field(description="Gaps in the sequence numbers; a slow stage skips.")
-    skipped: int = Field(description="Replaced by a newer one before the gateway looked.")
-    refused: int = Field(description="Could not be decoded.")
-    last_problem: str = Field(description="Why the last one was refused.")
+def map_archive(view: SearchView) -> bytes:
+    """The map as ``numpy.savez`` writes it; names and meanings are those of ``GET /v1/map.npz``."""
+    buffer = io.BytesIO()
+    x_min, y_min, _, _ = view.grid.bounds_m
+    np.savez_compressed(
+        buffer,
+        occupancy=view.occupancy,
+        layers=view.layers,
+        similarity=view.similarity,
+        origin_m=np.array([x_min, y_min]),
+        cell_size_m=np.array(view.grid.cell_size_m),
+        revision=np.array(view.revision),
+        stamp_ns=np.array(view.stamp_ns),
+        text=np.array(view.text),
+    )
+    return buffer.getvalue()
 
 
-class LatencyReport(BaseModel):
-    """How long frames took from the gateway to a stage's result, the newest 200 of them."""
-
-    stage: str = Field(description="map, detections or command: the first that rests on a frame.")
-    p50_s: float
-    p95_s: float
-    count: int = Field(description="Of frames that were timed since the gateway started.")
-
-
-class StatusReport(BaseModel):
-    """Every service and stream."""
-
-    ready: bool = Field(description="As /readyz.")
-    problem: str = Field(description="The reason why not.")
-    services: list[ServiceReport]
-    streams: list[StreamReport]
-    latencies: list[LatencyReport]
+def map_object(kept: KeptObject) -> MapObject:
+    """A kept object; its box is rounded to a tenth of a pixel."""
+    return reply_of(
+        MapObject,
+        kept,
+        id=kept.object_id,
+        box_px=tuple(round(side, 1) for side in kept.box_px),
+        picture=f"/v1/objects/{kept.object_id}.jpg" if kept.picture_bytes else None,
+    )
 
 
-class RobotReport(BaseModel):
-    """One of several robots behind this gateway."""
-
-    name: str
-    namespace: str = Field(description="Prefix of its keys on the bus.")
-    address: str = Field(description="What this document's addresses begin with for this robot.")
-    ready: bool = Field(description="As /readyz.")
-    problem: str = Field(description="The reason why not; empty when all is well.")
-    services: list[str] = Field(description="Those of its processes that are connected now.")
+def object_list(listed: ObjectList) -> ObjectListReply:
+    """The kept objects, the one found last first."""
+    objects = tuple(map(map_object, listed.objects))
+    return ObjectListReply(objects=objects, left_out=listed.left_out)
 
 
-class RobotList(BaseModel):
-    """The robots of ``gateway.robots``."""
+def system_status(
+    state: LiveState, counters: Mapping[str, Counters], fault: PipelineFault | None, now_s: float
+) -> SystemStatus:
+    """Every service and stream, as /v1/status returns them."""
+    streams: dict[str, LatestMessage | None] = {
+        "rgbd": state.frame,
+        "odometry": state.odometry,
+        "detections": state.detections,
+        "revision": state.revision,
+        "search": state.search,
+        "path": state.path,
+    }
+    return SystemStatus(
+        ready=fault is None,
+        problem=fault.detail if fault else "",
+        services=tuple(reply_of(ServiceHealth, each) for each in assess_services(state, now_s)),
+        streams=tuple(
+            reply_of(
+                StreamHealth,
+                counters[name],
+                name=name,
+                age_s=seen.age_s(now_s) if seen else None,
+                rate_hz=seen.rate_hz(now_s) if seen else 0.0,
+            )
+            for name, seen in streams.items()
+        ),
+        latencies=stage_latencies(state.latencies),
+    )
 
-    robots: list[RobotReport]
 
-
-class HealthReply(BaseModel):
-    """Liveness of the gateway, or readiness of the whole robot."""
-
-    status: str = Field(examples=["ok"])
+def stage_latencies(latencies: FrameLatencies) -> tuple[StageLatency, ...]:
+    """Median and 95th percentile of every stage that was timed."""
+    return tuple(
+        StageLatency(
+            stage=stage,
+            p50_s=timed.quantile_s(0.5),
+            p95_s=timed.quantile_s(0.95),
+            count=sum(timed.counts),
+        )
+        for stage, timed in sorted(latencies.stages.items())
+    )

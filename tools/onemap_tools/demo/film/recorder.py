@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from onemap_gateway.bus.live_state import BusMessage, LiveState
-from onemap_gateway.present.views import build_overlay
+from onemap_gateway.present.live import build_overlay
 from onemap_shared import keys
 from onemap_shared.geometry import U8
 from onemap_shared.keys import Topic

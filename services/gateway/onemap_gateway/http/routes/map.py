@@ -13,6 +13,7 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Query, Response
 from pydantic import AfterValidator
 
+from onemap.replies import MapContent, MapListReply, MapStatistics, StoredMap
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.queries import image_view
@@ -25,6 +26,7 @@ from onemap_gateway.http.schemas import (
     check_map_name,
 )
 from onemap_gateway.http.shared_results import SharedResponse
+from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import (
     MAX_SCALE,
@@ -33,14 +35,12 @@ from onemap_gateway.present.render import (
     encode_png,
     render_map,
 )
-from onemap_gateway.present.replies import MapChange, MapInfo, MapListReply, SavedMapReport
-from onemap_gateway.present.views import (
-    build_overlay,
+from onemap_gateway.present.replies import (
     map_archive,
-    map_change,
-    map_info,
+    map_content,
     map_list,
-    saved_map_report,
+    map_statistics,
+    stored_map,
 )
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile, MapListRequest, MapMerge, SearchView
@@ -89,11 +89,11 @@ DrawingDep = Annotated[Drawing, Depends(drawing)]
 
 
 @router.get("/map", summary="The map in numbers", responses=problem_responses(422, 503))
-async def get_map(gateway: GatewayDep) -> MapInfo:
+async def get_map(gateway: GatewayDep) -> MapStatistics:
     """Revision, age, extent and areas of the map."""
     view = await gateway.view()
     revision = gateway.cache.state.revision
-    return map_info(view, revision.message if revision else None, gateway.now_ns())
+    return map_statistics(view, revision.message if revision else None, gateway.now_ns())
 
 
 @router.get(
@@ -184,9 +184,9 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
-async def clear_map(gateway: GatewayDep) -> MapChange:
+async def clear_map(gateway: GatewayDep) -> MapContent:
     """Empty the map."""
-    return map_change(await gateway.call(keys.MAP_CLEAR, MapClear()))
+    return map_content(await gateway.call(keys.MAP_CLEAR, MapClear()))
 
 
 NO_MOTION = MergeRequest()
@@ -211,10 +211,10 @@ async def list_maps(gateway: GatewayDep) -> MapListReply:
 
 
 @maps_router.get("/maps/{name}", summary="A saved map", responses=problem_responses(404, 422, 503))
-async def get_saved_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
+async def get_saved_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Size, encoder and time of a saved map, without its cells."""
     (saved,) = (await gateway.call(keys.MAP_LIST, MapListRequest(name))).maps
-    return saved_map_report(saved)
+    return stored_map(saved)
 
 
 @maps_router.put(
@@ -222,20 +222,20 @@ async def get_saved_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
     summary="Save the map",
     responses={
         201: {
-            "model": MapChange,
+            "model": MapContent,
             "description": "No map had this name.",
             "headers": {"Location": {"schema": {"type": "string"}}},
         },
         **problem_responses(401, 409, 422, 503, 507),
     },
 )
-async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapChange:
+async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapContent:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
     summary = await gateway.call(keys.MAP_SAVE, MapFile(name), FILE_S)
     if summary.created:
         response.status_code = 201
         response.headers["Location"] = f"/v1/maps/{name}"
-    return map_change(summary)
+    return map_content(summary)
 
 
 @maps_router.delete(
@@ -243,9 +243,9 @@ async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapCha
     summary="Delete a saved map",
     responses=problem_responses(401, 404, 422, 503, 507),
 )
-async def delete_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
+async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Delete a file of the mapper's map folder and say what it was; the map in use stays."""
-    return saved_map_report(await gateway.call(keys.MAP_DELETE, MapFile(name)))
+    return stored_map(await gateway.call(keys.MAP_DELETE, MapFile(name)))
 
 
 @maps_router.post(
@@ -253,9 +253,9 @@ async def delete_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
     summary="Load a saved map",
     responses=problem_responses(401, 404, 409, 422, 503),
 )
-async def load_saved_map(name: Name, gateway: GatewayDep) -> MapChange:
+async def load_saved_map(name: Name, gateway: GatewayDep) -> MapContent:
     """Replace the map by a saved one; refused if another encoder made it."""
-    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
+    return map_content(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
 
 
 @maps_router.post(
@@ -265,7 +265,7 @@ async def load_saved_map(name: Name, gateway: GatewayDep) -> MapChange:
 )
 async def merge_saved_map(
     name: Name, gateway: GatewayDep, request: MergeRequest = NO_MOTION
-) -> MapChange:
+) -> MapContent:
     """Fuse a saved map of the same frame, or of one that lies in it as the body says.
 
     Features are weighted by the inverse of their variance, so that it does not matter which of both
@@ -273,7 +273,7 @@ async def merge_saved_map(
     it.
     """
     merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
-    return map_change(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
+    return map_content(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
 
 
 @maps_router.post(
@@ -282,9 +282,9 @@ async def merge_saved_map(
     summary="Save the map",
     responses=problem_responses(*BODY, 401, 409, 422, 503, 507),
 )
-async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
+async def save_map(request: MapName, gateway: GatewayDep) -> MapContent:
     """As `PUT /v1/maps/{name}`, which replaces it: the next release does not have this address."""
-    return map_change(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+    return map_content(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
 
 
 @maps_router.post(
@@ -293,11 +293,11 @@ async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
     summary="Load a map",
     responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
 )
-async def load_map(request: MapName, gateway: GatewayDep) -> MapChange:
+async def load_map(request: MapName, gateway: GatewayDep) -> MapContent:
     """As `POST /v1/maps/{name}/load`, which replaces it: the next release does not have this
     address.
     """
-    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+    return map_content(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
 
 
 @camera_router.get(

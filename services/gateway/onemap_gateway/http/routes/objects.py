@@ -6,20 +6,14 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Path, Response
 
+from onemap.replies import MapObject, ObjectListReply
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problems import HttpProblem, problem_responses
-from onemap_gateway.present.objects import (
-    ADDRESS,
-    MapObjectReport,
-    ObjectListReply,
-    object_list,
-    object_report,
-    picture_tag,
-)
+from onemap_gateway.present.replies import map_object, object_list
 from onemap_shared import keys
 from onemap_shared.messages import MAX_TEXT_CHARS, ObjectId, ObjectListRequest
 
-router = APIRouter(prefix=ADDRESS, tags=["objects"])
+router = APIRouter(prefix="/v1/objects", tags=["objects"])
 
 
 def checked_object_id(
@@ -74,7 +68,7 @@ async def get_object_picture(
         raise HttpProblem(
             "unknown_object", f"There is no picture of the object {object_id.object_id!r}."
         )
-    tag = picture_tag(found.kept)
+    tag = f'"{object_id.object_id}-{found.kept.last_seen_ns}"'  # another picture, another tag
     headers = {"ETag": tag, "Cache-Control": "no-cache"}  # kept, and asked for again
     if tag in if_none_match:
         return Response(status_code=304, headers=headers)
@@ -82,9 +76,9 @@ async def get_object_picture(
 
 
 @router.get("/{object_id}", summary="A found object", responses=problem_responses(404, 422, 503))
-async def get_object(object_id: Id, gateway: GatewayDep) -> MapObjectReport:
+async def get_object(object_id: Id, gateway: GatewayDep) -> MapObject:
     """Name, place, score and times of an object."""
-    return object_report((await gateway.call(keys.MAP_OBJECT, object_id)).kept)
+    return map_object((await gateway.call(keys.MAP_OBJECT, object_id)).kept)
 
 
 @router.delete(
@@ -92,6 +86,6 @@ async def get_object(object_id: Id, gateway: GatewayDep) -> MapObjectReport:
     summary="Forget an object",
     responses=problem_responses(401, 404, 422, 503),
 )
-async def forget_object(object_id: Id, gateway: GatewayDep) -> MapObjectReport:
+async def forget_object(object_id: Id, gateway: GatewayDep) -> MapObject:
     """Remove an object that was found wrongly, and say what it was."""
-    return object_report(await gateway.call(keys.MAP_FORGET, object_id))
+    return map_object(await gateway.call(keys.MAP_FORGET, object_id))

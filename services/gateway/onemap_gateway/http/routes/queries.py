@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
+from onemap.replies import QueryListReply, QueryResult
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.queries import (
@@ -25,7 +26,6 @@ from onemap_gateway.http.queries import (
 from onemap_gateway.http.schemas import QueryRequest, StandingRequest
 from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, accept, first_message, speak
 from onemap_gateway.present.formats import finite, json_text
-from onemap_gateway.present.queries import QueryListReply, QueryReply
 
 router = APIRouter(prefix="/v1", tags=["queries"])
 
@@ -39,7 +39,7 @@ EVENTS: dict[str, Any] = {
 @router.post(
     "/queries", summary="Where is it?", responses=problem_responses(*BODY, 401, 409, 422, 503)
 )
-async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryReply | QueryListReply:
+async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryResult | QueryListReply:
     """Whether it is on the map, and regions that look like it, best first; no robot moves.
 
     An `image`, a crop of one thing, is asked for as a text is, but its scores only rank.
@@ -48,7 +48,7 @@ async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryReply | 
     next.
     """
     replies = await answers(gateway, request)
-    return replies[0] if request.texts is None else QueryListReply(answers=replies)
+    return replies[0] if request.texts is None else QueryListReply(answers=tuple(replies))
 
 
 async def standing_request(

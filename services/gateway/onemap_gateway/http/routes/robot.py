@@ -7,7 +7,9 @@ from functools import partial
 
 import anyio
 from fastapi import APIRouter, Response, WebSocket
+from pydantic import BaseModel, Field
 
+from onemap.replies import SystemStatus
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.middleware import FOLDER
@@ -16,9 +18,32 @@ from onemap_gateway.http.sockets import GOING_AWAY, accept, speak
 from onemap_gateway.present.formats import json_text
 from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import MEDIA_TYPE, exposition
-from onemap_gateway.present.replies import HealthReply, RobotList, RobotReport, StatusReport
+from onemap_gateway.present.replies import system_status
 from onemap_gateway.present.service_status import find_pipeline_fault
-from onemap_gateway.present.views import status_report
+
+
+class RobotReport(BaseModel):
+    """One of several robots behind this gateway."""
+
+    name: str
+    namespace: str = Field(description="Prefix of its keys on the bus.")
+    address: str = Field(description="What this document's addresses begin with for this robot.")
+    ready: bool = Field(description="As /readyz.")
+    problem: str = Field(description="The reason why not; empty when all is well.")
+    services: list[str] = Field(description="Those of its processes that are connected now.")
+
+
+class RobotList(BaseModel):
+    """The robots of ``gateway.robots``."""
+
+    robots: list[RobotReport]
+
+
+class HealthReply(BaseModel):
+    """Liveness of the gateway, or readiness of the whole robot."""
+
+    status: str = Field(examples=["ok"])
+
 
 router = APIRouter(tags=["health"])
 robots_router = APIRouter(prefix="/v1", tags=["robots"])
@@ -45,10 +70,10 @@ async def get_ready(gateway: GatewayDep) -> HealthReply:
 
 
 @router.get("/v1/status", summary="What runs, and how")
-async def get_status(gateway: GatewayDep) -> StatusReport:
+async def get_status(gateway: GatewayDep) -> SystemStatus:
     """Every service and stream: alive, ready, age, rate, metrics, and what is wrong."""
     cache = gateway.cache
-    return status_report(cache.state, cache.counters(), gateway.fault(), cache.now_s())
+    return system_status(cache.state, cache.counters(), gateway.fault(), cache.now_s())
 
 
 @router.get(

@@ -12,12 +12,12 @@ import anyio
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
+from onemap.replies import SearchListReply, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.replies import SearchListReply, SearchReport
-from onemap_gateway.present.views import search_list, search_report
+from onemap_gateway.present.replies import search_list, search_snapshot
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
 
@@ -86,7 +86,7 @@ def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
 def _status_event(
     gateway: GatewayContext, status: SearchStatus, retry: int | None = None
 ) -> ServerSentEvent:
-    document = finite(search_report(status, gateway.now_ns()).model_dump(mode="json"))
+    document = finite(search_snapshot(status, gateway.now_ns()).model_dump(mode="json"))
     return ServerSentEvent(event="status", data=document, retry=retry)
 
 
@@ -118,7 +118,7 @@ Id = Annotated[str, Depends(planner_search_id)]
 )
 async def start_search(
     request: SearchStart, gateway: GatewayDep, response: Response
-) -> SearchReport:
+) -> SearchSnapshot:
     """Explore until the objects are found, one after the other, and walk up to each.
 
     With `go_to_m` drive to a place instead, on known floor, exploring unknown floor on the way;
@@ -135,7 +135,7 @@ async def start_search(
             raise
         raise await _conflict(gateway, problem) from None
     response.headers["Location"] = f"/v1/searches/{status.search_id}"
-    return search_report(status, gateway.now_ns())
+    return search_snapshot(status, gateway.now_ns())
 
 
 async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProblem:
@@ -159,17 +159,17 @@ async def list_searches(gateway: GatewayDep) -> SearchListReply:
 
 
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
-async def get_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
+async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """State, reason and results of a search."""
     status = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
-    return search_report(status, gateway.now_ns())
+    return search_snapshot(status, gateway.now_ns())
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(401, 404, 422, 503))
-async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
+async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """Stop the robot and end the search; what was found so far stays in the results."""
     status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))
-    return search_report(status, gateway.now_ns())
+    return search_snapshot(status, gateway.now_ns())
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,38 +1,15 @@
 """Searches of a robot: follow, wait for, cancel."""
-# Talks: waits before it connects again.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
 from urllib.parse import quote
 
-from onemap.connection import Connection
-from onemap.errors import InvalidSetting, OneMapError
-from onemap.events import SearchChanged, SearchEvent, SearchInterrupted, search_event
-from onemap.events import stream_messages as messages_of
-from onemap.replies import SearchSnapshot
-
-
-@dataclass(frozen=True, slots=True)
-class Retry:
-    """How an interrupted event stream is opened again: after ``first_s``, then twice that, ...
-
-    attempts: in a row without any event, before the error is raised. A gateway that was killed is
-    back within seconds.
-    """
-
-    first_s: float = 0.5
-    most_s: float = 5.0
-    attempts: int = 10
-
-    def delay_s(self, failures: int) -> float:
-        """Seconds to wait after this many failures in a row, 0 or more."""
-        return min(self.first_s * 2.0 ** max(failures - 1, 0), self.most_s)
+from onemap.connection import Connection, EventStreams, InvalidSetting, StreamInterrupted
+from onemap.replies import SearchListReply, SearchSnapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,19 +31,29 @@ class SearchLimits:
 NO_LIMITS = SearchLimits()
 
 
+@dataclass(frozen=True, slots=True)
+class SearchChanged:
+    """The search is in another state, or has another result."""
+
+    search: SearchSnapshot
+
+    def __str__(self) -> str:
+        """One line for people: object or place, state, reason."""
+        return f"{self.search.subject}: {self.search.state}: {self.search.reason}"
+
+
+SearchInterrupted = StreamInterrupted  # the search cannot be followed at the moment
+SearchEvent = SearchChanged | SearchInterrupted
+
+
 class RemoteSearch:
     """A search on the robot. ``latest`` is the newest snapshot that arrived here."""
 
     def __init__(
-        self,
-        connection: Connection,
-        latest: SearchSnapshot,
-        retry: Retry,
-        sleep: Callable[[float], None] = time.sleep,
+        self, connection: Connection, streams: EventStreams, latest: SearchSnapshot
     ) -> None:
         self._connection = connection
-        self._retry = retry
-        self._sleep = sleep
+        self._streams = streams
         self.latest = latest
 
     def __repr__(self) -> str:
@@ -100,34 +87,15 @@ class RemoteSearch:
         (see ``Retry``), or does not have the search any more.
         """
         last: SearchSnapshot | None = None
-        failures = 0
-        while True:
-            try:
-                for event in self._connected():
-                    failures = 0
-                    if not isinstance(event, SearchChanged):
-                        yield event
-                    elif last is None or _differ(last, event.search):
-                        self.latest = last = event.search
-                        yield event
-                        if not last.active:
-                            return
-            except OneMapError as error:
-                failures += 1
-                if not error.temporary or failures > self._retry.attempts:
-                    raise
-                if failures == 1:
-                    yield SearchInterrupted(error.detail)
-            self._sleep(self._retry.delay_s(failures))
-
-    def _connected(self) -> Iterator[SearchEvent]:
-        """The events of one connection."""
         path = f"/v1/searches/{self.id}/events"
-        with closing(self._connection.stream(path)) as chunks:
-            for message in messages_of(chunks):
-                event = search_event(message)
-                if event is not None:
-                    yield event
+        for event in self._streams.follow(path, "status", SearchSnapshot.of):
+            if isinstance(event, StreamInterrupted):
+                yield event
+            elif last is None or _differ(last, event):
+                self.latest = last = event
+                yield SearchChanged(event)
+                if not last.active:
+                    return
 
     def _send(self, method: str) -> SearchSnapshot:
         path = f"/v1/searches/{self.id}"
@@ -138,9 +106,9 @@ class RemoteSearch:
 class RemoteSearches:
     """The robot's searches: ``client.searches``."""
 
-    def __init__(self, connection: Connection, retry: Retry) -> None:
+    def __init__(self, connection: Connection, streams: EventStreams) -> None:
         self._connection = connection
-        self._retry = retry
+        self._streams = streams
 
     def start(
         self,
@@ -167,12 +135,10 @@ class RemoteSearches:
 
     def list(self) -> tuple[RemoteSearch, ...]:
         """The searches since the planner started, newest first."""
-        snapshots = self._connection.fetch(
-            lambda document: tuple(map(SearchSnapshot.of, document["searches"])),
-            "GET",
-            "/v1/searches",
+        listed = self._connection.fetch(SearchListReply.of, "GET", "/v1/searches")
+        return tuple(
+            RemoteSearch(self._connection, self._streams, each) for each in listed.searches
         )
-        return tuple(RemoteSearch(self._connection, each, self._retry) for each in snapshots)
 
     def _begin(self, what: Mapping[str, Any], limits: SearchLimits) -> RemoteSearch:
         given = {name: value for name, value in asdict(limits).items() if value is not None}
@@ -182,7 +148,7 @@ class RemoteSearches:
         self, method: str, path: str, body: Mapping[str, Any] | None = None
     ) -> RemoteSearch:
         snapshot = self._connection.fetch(SearchSnapshot.of, method, path, body)
-        return RemoteSearch(self._connection, snapshot, self._retry)
+        return RemoteSearch(self._connection, self._streams, snapshot)
 
 
 def _place(x_m: float, y_m: float) -> tuple[float, float]:
@@ -193,4 +159,4 @@ def _place(x_m: float, y_m: float) -> tuple[float, float]:
 
 def _differ(a: SearchSnapshot, b: SearchSnapshot) -> bool:
     """Whether more than the time has changed."""
-    return replace(a, elapsed_s=0.0) != replace(b, elapsed_s=0.0)
+    return a != b.model_copy(update={"elapsed_s": a.elapsed_s})

@@ -23,7 +23,13 @@ from onemap import (
 from onemap_shared.messages import SearchOrder, SearchState
 from tests.gateway.fakes import FakePlanner
 
-REPORT: dict[str, Any] = {"id": "s1", "objects": ["sofa"], "results": [], "updated_ns": 5}
+REPORT: dict[str, Any] = {
+    "id": "s1",
+    "objects": ["sofa"],
+    "results": [],
+    "updated_ns": 5,
+    "active": True,
+}
 NOW = Retry(first_s=0.0, attempts=3)
 
 
@@ -134,7 +140,7 @@ def test_a_problem_of_the_planner_is_an_event() -> None:
 def test_a_gateway_that_stays_away_ends_the_events() -> None:
     waits: list[float] = []
     search = client_of(0, retry=Retry(first_s=0.5, most_s=1.5, attempts=3)).search("sofa")
-    search._sleep = waits.append
+    search._streams._sleep = waits.append
     with pytest.raises(Unreachable):
         search.wait()
     assert waits == [0.5, 1.0, 1.5]

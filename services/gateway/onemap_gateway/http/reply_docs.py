@@ -1,0 +1,158 @@
+"""What the schemas of replies do not say by themselves: closed lists of values, and examples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+from onemap_shared.messages import FailureCode, SearchKind, SearchOrder, SearchState, Verdict
+
+Document = dict[str, Any]
+
+# The replies themselves have plain texts, so that an older client can read a newer value.
+CLOSED_LISTS: Mapping[str, Mapping[str, type[Enum]]] = {
+    "SearchSnapshot": {"kind": SearchKind, "state": SearchState, "order": SearchOrder},
+    "ObjectOutcome": {"outcome": SearchState},
+    "QueryResult": {"verdict": Verdict},
+}
+REASONS = " ".join(f"`{code}`: {code.sentence}" for code in FailureCode if code)
+
+FOUND: Document = {
+    "text": "sofa",
+    "verdict": "found",
+    "sentence": "'sofa' is at (2.35, -1.10) m, with the score 0.91.",
+    "regions": [
+        {
+            "rank": 1,
+            "centre_m": [2.35, -1.1],
+            "extent_m": [1.5, -1.6, 3.2, -0.6],
+            "outline_m": [[1.5, -1.6], [3.2, -1.6], [3.2, -0.6], [1.5, -0.6]],
+            "score": 0.91,
+            "variance": 0.04,
+            "height_m": [0.1, 0.9],
+            "last_seen_at": "2026-01-01T00:00:12.400Z",
+            "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38},
+        }
+    ],
+    "looked": {
+        "share": 0.62,
+        "looked_m2": 31.5,
+        "not_looked_m2": 19.3,
+        "frontiers": 4,
+        "frontier_m": [5.15, 0.45],
+    },
+    "revision": 412,
+    "age_s": 0.21,
+    "encoder_id": "mini-1",
+    "best_score": 0.91,
+    "calibrated": True,
+    "message": "",
+    "did_you_mean": [],
+    "grid": None,
+}
+ABSENT: Document = {
+    **FOUND,
+    "text": "skateboard",
+    "verdict": "not_looked_yet",
+    "sentence": "'skateboard' was not seen, but only 62 % of the reachable area was looked at; "
+    "look behind the frontier at (5.15, 0.45) m next.",
+    "regions": [],
+    "best_score": 0.04,
+    "message": "Nothing on the map looks like 'skateboard': the best score is 0.04, and answers "
+    "begin at 0.22. Did you mean 'floor' or 'box'?",
+    "did_you_mean": ["floor", "box"],
+}
+SEARCH: Document = {
+    "id": "8f14e45f",
+    "kind": "find",
+    "place_m": None,
+    "state": "exploring",
+    "active": True,
+    "objects": ["sofa", "kettle"],
+    "order": "given",
+    "index": 0,
+    "target": "sofa",
+    "reason": "Walking to the frontier that looks most like a sofa.",
+    "reason_code": None,
+    "results": [],
+    "choice": {
+        "number": 3,
+        "sentence": "utility 0.52, 0.11 more than the region at (4.1, 0.3): its way is shorter "
+        "(1.2 m against 5.0 m)",
+        "options": [
+            {
+                "kind": "frontier",
+                "xy_m": [1.8, -0.4],
+                "score": 0.55,
+                "travel_m": 1.2,
+                "utility": 0.52,
+                "chosen": True,
+            },
+            {
+                "kind": "region",
+                "xy_m": [4.1, 0.3],
+                "score": 0.61,
+                "travel_m": 5.0,
+                "utility": 0.41,
+                "chosen": False,
+            },
+        ],
+        "left_out": 0,
+    },
+    "elapsed_s": 12.4,
+    "path_length_m": 3.2,
+    "started_at": "2026-01-01T00:00:00.000Z",
+    "updated_at": "2026-01-01T00:00:12.400Z",
+    "started_ns": "1767225600000000000",
+    "updated_ns": "1767225612400000000",
+}
+SAVED_MAP: Document = {
+    "name": "flat",
+    "file_bytes": 2514932,
+    "saved_at": "2026-01-01T00:00:12.400Z",
+    "saved_ns": "1767225612400000000",
+    "encoder_id": "mini-1",
+    "text_space": "minilm",
+    "cell_size_m": 0.1,
+    "cells_observed": 8132,
+    "frames_fused": 412,
+    "problem": "",
+}
+BED: Document = {
+    "id": "3f9a12c4",
+    "name": "bed",
+    "position_m": [3.42, -1.15, 0.41],
+    "extent_m": [2.5, -2.1, 4.4, -0.3],
+    "height_m": [0.1, 0.7],
+    "score": 0.93,
+    "times_found": 2,
+    "search_id": "8f14e45f",
+    "first_found_at": "2026-01-01T00:00:12.400Z",
+    "first_found_ns": "1767225612400000000",
+    "last_seen_at": "2026-01-01T00:09:51.000Z",
+    "last_seen_ns": "1767226191000000000",
+    "box_px": [120.0, 184.5, 512.0, 402.0],
+    "picture": "/v1/objects/3f9a12c4.jpg",
+}
+EXAMPLES: Mapping[str, list[Document]] = {
+    "SearchSnapshot": [SEARCH],
+    "QueryResult": [FOUND, ABSENT],
+    "StoredMap": [SAVED_MAP],
+    "MapObject": [BED],
+}
+
+
+def complete(schemas: Mapping[str, Document]) -> None:
+    """Add closed lists and examples to the schemas of replies, by the names of their models."""
+    for name, fields in CLOSED_LISTS.items():
+        for field, values in fields.items() if name in schemas else ():
+            schemas[name]["properties"][field]["enum"] = [value.value for value in values]
+    for name in ("SearchSnapshot", "ObjectOutcome"):
+        if name in schemas:
+            reason = schemas[name]["properties"]["reason_code"]
+            reason["description"] += f" {REASONS}"
+            reason["anyOf"][0]["enum"] = [code.value for code in FailureCode if code]
+    for name, examples in EXAMPLES.items():
+        if name in schemas:
+            schemas[name]["examples"] = examples
