@@ -98,14 +98,9 @@ FILE_CALLS = {
 ONLY_IN = {
     "zenoh": {"onemap_shared.bus", "onemap_ros2.network"},
     "msgpack": {"onemap_shared.wire"},
-    "mcap": {"onemap_tools.bag.bag_file"},
-    "foxglove": {
-        "onemap_tools.viewers.foxglove_messages",
-        "onemap_tools.viewers.foxglove_scenes",
-        "onemap_tools.viewers.foxglove_server",
-        "onemap_tools.viewers.foxglove_topics",
-    },
-    "rerun": {"onemap_tools.viewers.rerun_entities", "onemap_tools.viewers.rerun_export"},
+    "mcap": {"onemap_tools.recording.bag_file"},
+    "foxglove": {"onemap_tools.recording.foxglove", "onemap_tools.recording.foxglove_server"},
+    "rerun": {"onemap_tools.recording.rerun_export"},
     "opentelemetry": {"onemap_shared.tracing"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from onemap_tools.bag.bag_info import info
-from onemap_tools.bag.replay import ReplayOptions, replay
 from onemap_tools.processes.launch import onemap_command
+from onemap_tools.recording.info import info
+from onemap_tools.recording.replay import ReplayOptions, replay
 from tests.end_to_end.system import PATIENCE_S, START_S, System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]

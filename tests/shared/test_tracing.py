@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from onemap_shared import tracing
 from onemap_shared.config import ConfigError, LogConfig
 from onemap_shared.tracing import DRIVE, FrameTracer, frame_ids
-from tests.tools.bag.bags import RecordedRobot
+from tests.tools.recording.bags import RecordedRobot
 
 pytest.importorskip("opentelemetry.sdk", reason="needs opentelemetry: pip install 'onemap[otel]'")
 

@@ -32,7 +32,7 @@ from tests.perception.tiny import (
 )
 from tests.structure import ROOT
 from tests.test_documents import commands
-from tests.tools.bag.bags import RecordedRobot
+from tests.tools.recording.bags import RecordedRobot
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
 TIPS, COCO, OPEN = "google/tipsv2-b14", "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"

@@ -32,13 +32,13 @@ from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.replay.recording import Recording, RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bag.bag_file import BagError
 from onemap_tools.bench.place_labels import PlaceLabel, labels_of_scene, read_labels
 from onemap_tools.bench.place_report import place_document, place_results, totals
 from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.bench.scene_folder import create, picture_bounds_m, write
 from onemap_tools.bench.scene_tour import tour_poses
 from onemap_tools.errors import requires_extra
+from onemap_tools.recording.bag_file import BagError
 
 BAG_SUFFIX = ".mcap"
 FRAME_NS = 100_000_000
@@ -145,13 +145,13 @@ def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
     ros2: the section of that name, which says the topics.
     """
     with requires_extra("record", "A recording in MCAP"):
-        from onemap_tools.bag import rebuild
-        from onemap_tools.bag.bag_file import is_ros2
+        from onemap_tools.recording import replay
+        from onemap_tools.recording.bag_file import is_ros2
     if not is_ros2(path):
-        return rebuild.recorded_frames(path)
+        return replay.recorded_frames(path)
     with requires_extra("ros2", "A bag of ROS 2"):
         from onemap_ros2.config import Ros2Config
-        from onemap_tools.bag.ros2_frames import Ros2Bag
+        from onemap_tools.recording.ros2_frames import Ros2Bag
     return Ros2Bag(path, section({"ros2": ros2}, "ros2", Ros2Config)).frames()
 
 

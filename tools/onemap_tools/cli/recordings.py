@@ -50,8 +50,8 @@ def record(
     itself, with exit code 1, when the disk is full; the robot goes on.
     """
     with requires_extra("record", "This command"):
-        from onemap_tools.bag.record import RecordOptions
-        from onemap_tools.bag.record import record as run
+        from onemap_tools.recording.record import RecordOptions
+        from onemap_tools.recording.record import record as run
     from onemap_tools.cli.options import version
 
     folder = Path("runs/recordings")
@@ -91,8 +91,8 @@ def bag_info(
     Exit code 0 if it is complete, 1 if it was cut off, 2 if it is damaged or no MCAP file.
     """
     with requires_extra("record", "This command"):
-        from onemap_tools.bag.bag_file import BagError
-        from onemap_tools.bag.bag_info import describe, info
+        from onemap_tools.recording.bag_file import BagError
+        from onemap_tools.recording.info import describe, info
     try:
         document = info(file)
     except BagError as problem:
@@ -150,7 +150,7 @@ def _rebuild(
     path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
 ) -> NoReturn:
     with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
-        from onemap_tools.bag import replay as command
+        from onemap_tools.recording import replay as command
 
     options = command.ReplayOptions(path, config=config, reencode=reencode, out=out)
     document = command.replay(options)
@@ -177,8 +177,8 @@ def live(
     Viewers look and change nothing but the query, a parameter. Costs nothing until one connects.
     """
     with requires_extra("live", "This command"):
-        from onemap_tools.viewers.live import LiveOptions
-        from onemap_tools.viewers.live import live as run
+        from onemap_tools.recording.live import LiveOptions
+        from onemap_tools.recording.live import live as run
     run(LiveOptions(config=config, port=port, query=query), progress_console())
 
 
@@ -197,8 +197,8 @@ def rerun(
 ) -> None:
     """A recording as a file for Rerun: map, camera, plans, plots and log on a time line."""
     with requires_extra("rerun,record", "This command"):
-        from onemap_tools.viewers.rerun_export import describe
-        from onemap_tools.viewers.rerun_export import export as run
+        from onemap_tools.recording.rerun_export import describe
+        from onemap_tools.recording.rerun_export import export as run
     document = run(file, out)
     result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
     if as_json:

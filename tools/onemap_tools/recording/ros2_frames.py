@@ -14,7 +14,7 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.robot_input import RobotInput
 from onemap_ros2.ros_types import CAMERA_INFO, TF, image_type
 from onemap_shared.messages import RgbdFrame
-from onemap_tools.bag.bag_file import CDR, BagError, BagReader
+from onemap_tools.recording.bag_file import CDR, BagError, BagReader
 
 LONG_S = 10.0  # more than anything may wait
 

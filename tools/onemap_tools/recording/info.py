@@ -9,8 +9,8 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
-from onemap_tools.bag.bag_file import BagMessage, BagReader
-from onemap_tools.bag.recorded_topics import DIGESTS, QUERIES, REVISIONS
+from onemap_tools.recording.bag_file import BagMessage, BagReader
+from onemap_tools.recording.topics import DIGESTS, QUERIES, REVISIONS
 
 
 @dataclass(slots=True)

@@ -17,8 +17,8 @@ from onemap_shared.messages import (
     TextEmbeddings,
     TextRequest,
 )
-from onemap_tools.bag.bag_file import BagWriter
-from onemap_tools.bag.recorder import BagRecorder, subscribed
+from onemap_tools.recording.bag_file import BagWriter
+from onemap_tools.recording.record import BagRecorder, subscribed
 from tests.mapper import scenes
 
 SECOND_NS = 10**9

@@ -1,14 +1,19 @@
-"""Follows the bus and gives a viewer what it has subscribed to."""
+"""``onemap live``: a WebSocket server for Foxglove and Lichtblick, beside a running robot."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from rich.console import Console
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_shared import keys
+from onemap_shared.config import BusConfig, read, section
 from onemap_shared.geometry import F32, U8
 from onemap_shared.keys import Topic
 from onemap_shared.messages import (
@@ -26,10 +31,56 @@ from onemap_shared.messages import (
 )
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, CallError, Subscription
-from onemap_tools.viewers import foxglove_messages as convert
-from onemap_tools.viewers import foxglove_scenes as scenes
-from onemap_tools.viewers import foxglove_topics as topics
-from onemap_tools.viewers.map_colours import belief_rgba, occupancy_rgba, similarity_rgba
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.interrupts import interruptible
+from onemap_tools.processes.session import temporary_session
+from onemap_tools.recording import foxglove as convert
+from onemap_tools.recording import foxglove_server as topics
+from onemap_tools.recording.foxglove_server import FoxgloveServer
+from onemap_tools.recording.map_colours import belief_rgba, occupancy_rgba, similarity_rgba
+
+CONNECT_S = 5.0
+UPDATE_S = 0.03
+HOST = "127.0.0.1"  # what the robot sees is for this machine; others come through a tunnel
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """``port`` 0: any that is free. ``query``: empty: what a search looks for."""
+
+    config: Path | None = None
+    port: int = 8765
+    query: str = ""
+
+
+def live(options: LiveOptions, console: Console) -> None:
+    """Serve until SIGINT or SIGTERM; CliError without a router or if the port is taken."""
+    config = section(read(options.config), "bus", BusConfig)
+    with interruptible() as stop, temporary_session(config, "viewer", CONNECT_S) as bus:
+        server = listening(options)
+        try:
+            console.print(
+                f"Foxglove or Lichtblick: open a connection to ws://{HOST}:{server.port}; layout: "
+                "deploy/foxglove/onemap.json. Ctrl-C ends it.",
+                soft_wrap=True,
+            )
+            viewer = LiveViewer(bus, server)
+            while not stop.wait(UPDATE_S):
+                viewer.update(time.monotonic(), time.time_ns())
+        finally:
+            server.close()
+
+
+def listening(options: LiveOptions) -> FoxgloveServer:
+    """A server on loopback; CliError if the port is taken."""
+    try:
+        return FoxgloveServer(HOST, options.port, options.query)
+    except RuntimeError as problem:  # of the SDK, which has no class of its own for it
+        raise CliError(
+            f"Cannot listen on {HOST}:{options.port} ({problem}): choose another --port.",
+            EXIT_USAGE_ERROR,
+        ) from problem
+
 
 STREAMS: tuple[tuple[Topic[Any], int], ...] = (
     (keys.ROBOT_RGBD, 1),
@@ -116,7 +167,7 @@ class LiveViewer:
             case SearchStatus():
                 self._show_search(message)
             case PlannedPath():
-                self._send(topics.PLAN, lambda: scenes.plan_scene(message))
+                self._send(topics.PLAN, lambda: convert.plan_scene(message))
             case Heartbeat() if message.service in SERVICES:
                 self._show_service(message)
 
@@ -134,13 +185,13 @@ class LiveViewer:
         pose, stamp_ns = odometry.T_map_body, odometry.stamp_ns
         self._send(topics.TRANSFORMS, lambda: convert.transforms(pose, convert.BODY, stamp_ns))
         self._send(topics.MOTION, lambda: topics.speed(odometry))
-        self._send(topics.ROBOT, lambda: scenes.robot_scene(odometry, self._state.trail_m))
+        self._send(topics.ROBOT, lambda: convert.robot_scene(odometry, self._state.trail_m))
 
     def _show_search(self, status: SearchStatus) -> None:
         self._send(topics.SEARCH, lambda: topics.search_state(status))
         self._log("search", status.reason, problem=False)
         if not status.active:  # nobody renews the plan and the boxes any more
-            self._send(topics.PLAN, lambda: scenes.plan_scene(_no_plan(self._now_ns)))
+            self._send(topics.PLAN, lambda: convert.plan_scene(_no_plan(self._now_ns)))
             self._send(topics.BOXES, lambda: convert.boxes_in_image(_no_detections(self._now_ns)))
             self._send(topics.DETECTED, lambda: convert.detected_cloud(_no_detections(1)))
 
@@ -211,7 +262,7 @@ class LiveViewer:
         except CallError as problem:
             self._log("objects", str(problem), problem=True)
             return
-        scene = scenes.object_scene(found.objects, self._now_ns)
+        scene = convert.object_scene(found.objects, self._now_ns)
         self._server.send(topics.OBJECTS, scene, self._now_ns)
 
 

@@ -1,0 +1,422 @@
+"""What a viewer gets of what travels on the bus."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[live]'")
+pytest.importorskip("google.protobuf", reason="needs protobuf, which onnx brings")
+
+from onemap_mapper.robots import MapperTelemetry
+from onemap_perception.telemetry import PerceptionTelemetry
+from onemap_planner.config import PlannerConfig
+from onemap_planner.service import Planner
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import (
+    ObjectList,
+    SearchState,
+    SearchView,
+    SearchViewRequest,
+    VelocityCommand,
+)
+from onemap_shared.transport import Counters
+from onemap_tools.cli.app import app
+from onemap_tools.errors import CliError
+from onemap_tools.processes.launch import onemap_command
+from onemap_tools.processes.network import any_free_port
+from onemap_tools.recording import foxglove_server as topics
+from onemap_tools.recording.foxglove_server import MAX_QUERY_CHARS, FoxgloveServer
+from onemap_tools.recording.live import (
+    HOST,
+    MAP_EVERY_S,
+    REPEAT_S,
+    LiveOptions,
+    LiveViewer,
+    listening,
+)
+from tests.end_to_end.system import PATIENCE_S, START_S, System
+from tests.gateway import fakes
+from tests.shared.samples import KEPT
+from tests.structure import ROOT
+from tests.tools.recording.foxglove_client import FoxgloveClient, read
+
+
+class FakeServer:
+    """Keeps what is sent, and refuses what nobody wants."""
+
+    def __init__(self) -> None:
+        self.query = ""
+        self.subscribed = {*topics.TYPED, *topics.JSON}
+        self.sent: list[tuple[str, Any]] = []
+
+    def wanted(self, topic: str) -> bool:
+        return topic in self.subscribed
+
+    def send(self, topic: str, message: Any, now_ns: int) -> None:
+        assert self.wanted(topic)
+        self.sent.append((topic, message))
+
+    def take(self, topic: str) -> list[Any]:
+        """The messages on a topic so far, and forget all."""
+        found = [message for name, message in self.sent if name == topic]
+        self.sent.clear()
+        return found
+
+
+class Robot:
+    """A bus with a mapper that answers, and a viewer on it."""
+
+    def __init__(self) -> None:
+        self.router = MemoryRouter()
+        self.server = FakeServer()
+        self.asked: list[str] = []
+        self.bus = self.router.bus("robot")
+        self.viewer = LiveViewer(self.router.bus("viewer"), self.server)
+        self.now_s = 0.0
+
+    def with_mapper(self) -> Robot:
+        def view(request: SearchViewRequest) -> SearchView:
+            self.asked.append(request.text)
+            return fakes.search_view(request.text)
+
+        self.bus.serve(keys.MAP_SEARCH_VIEW, view)
+        self.bus.serve(keys.MAP_OBJECTS, lambda _: ObjectList((KEPT,)))
+        return self
+
+    def publish(self, topic: Any, *messages: Any) -> None:
+        publisher = self.bus.publish(topic)
+        for message in messages:
+            publisher.put(message)
+
+    def update(self, after_s: float = 0.01) -> None:
+        self.now_s += after_s
+        self.viewer.update(self.now_s, fakes.STAMP_NS + int(self.now_s * 1e9))
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+PASSED_ON: dict[str, tuple[Any, Any, str]] = {
+    "image": (keys.ROBOT_RGBD, fakes.rgbd(), topics.IMAGE),
+    "points": (keys.ROBOT_RGBD, fakes.rgbd(), topics.POINTS),
+    "calibration": (keys.ROBOT_RGBD, fakes.rgbd(), topics.CALIBRATION),
+    "camera": (keys.ROBOT_RGBD, fakes.rgbd(), topics.TRANSFORMS),
+    "body": (keys.ROBOT_ODOMETRY, fakes.odometry(1.0, 2.0), topics.TRANSFORMS),
+    "robot": (keys.ROBOT_ODOMETRY, fakes.odometry(1.0, 2.0), topics.ROBOT),
+    "motion": (keys.ROBOT_ODOMETRY, fakes.odometry(1.0, 2.0), topics.MOTION),
+    "command": (keys.ROBOT_CMD_VEL, VelocityCommand(1, 1, 0.2, 0.1), topics.COMMAND),
+    "boxes": (keys.DETECTIONS, fakes.detections("sofa"), topics.BOXES),
+    "detected": (keys.DETECTIONS, fakes.detections("sofa"), topics.DETECTED),
+    "revision": (keys.MAP_REVISION, fakes.revision(3), topics.MAP_STATE),
+    "search": (keys.SEARCH_STATE, fakes.search(), topics.SEARCH),
+    "plan": (keys.SEARCH_PATH, fakes.planned_path((0.0, 0.0)), topics.PLAN),
+    "health": (keys.heartbeat("mapper"), fakes.heartbeat("mapper"), topics.service_topic("mapper")),
+}
+
+
+@pytest.mark.parametrize("case", PASSED_ON)
+def test_a_message_is_passed_on(robot: Robot, case: str) -> None:
+    stream, message, topic = PASSED_ON[case]
+    robot.update()  # nothing is repeated after it for a while
+    robot.publish(stream, message)
+    robot.update()
+    assert len(robot.server.take(topic)) == 1
+
+
+@pytest.mark.parametrize("case", PASSED_ON)
+def test_what_nobody_wants_is_not_made(robot: Robot, case: str) -> None:
+    robot.server.subscribed.clear()
+    stream, message, _ = PASSED_ON[case]
+    robot.publish(stream, message)
+    robot.update()
+    assert robot.server.sent == []
+
+
+def test_the_map_is_asked_for_once_per_change(robot: Robot) -> None:
+    robot.with_mapper()
+    robot.publish(keys.MAP_REVISION, fakes.revision(3))
+    robot.update()
+    assert len(robot.server.take(topics.OCCUPANCY)) == 1
+    robot.update(MAP_EVERY_S)
+    assert robot.server.take(topics.OCCUPANCY) == []
+    robot.publish(keys.MAP_REVISION, fakes.revision(4))
+    robot.update(MAP_EVERY_S)
+    assert len(robot.server.take(topics.OCCUPANCY)) == 1
+
+
+def test_a_viewer_that_comes_later_gets_the_map_too(robot: Robot) -> None:
+    robot.with_mapper().update()
+    robot.server.take(topics.OCCUPANCY)
+    robot.update(REPEAT_S)
+    assert len(robot.server.take(topics.OCCUPANCY)) == 1
+
+
+@pytest.mark.parametrize(("query", "text"), [("", "sofa"), ("bed", "bed")])
+def test_the_similarity_is_that_of_the_query_or_of_the_search(
+    robot: Robot, query: str, text: str
+) -> None:
+    robot.with_mapper().server.query = query
+    robot.publish(keys.SEARCH_STATE, fakes.search(objects=("sofa",)))
+    robot.update()
+    assert robot.asked == [text]
+    assert len(robot.server.take(topics.SIMILARITY)) == 1
+
+
+def test_found_objects_are_shown(robot: Robot) -> None:
+    robot.with_mapper().update()
+    (scene,) = robot.server.take(topics.OBJECTS)
+    assert read(scene).entities[0].texts[0].text.startswith("bed")
+
+
+def test_without_a_mapper_the_log_says_so_once(robot: Robot) -> None:
+    robot.update()
+    robot.update(REPEAT_S)
+    lines = [read(line) for line in robot.server.take(topics.LOG)]
+    assert sorted(line.name for line in lines) == ["map", "objects"]
+    assert all("no " in line.message.lower() for line in lines)
+
+
+def test_the_plan_goes_when_the_search_ends(robot: Robot) -> None:
+    robot.publish(keys.SEARCH_PATH, fakes.planned_path((0.0, 0.0), (1.0, 0.0)))
+    robot.publish(keys.DETECTIONS, fakes.detections("sofa"))
+    robot.update()
+    robot.server.sent.clear()
+    robot.publish(keys.SEARCH_STATE, fakes.search(state=SearchState.FOUND))
+    robot.update()
+    sent = dict(robot.server.sent)
+    path = next(entity for entity in read(sent[topics.PLAN]).entities if entity.id == "path")
+    assert len(path.lines[0].points) == 0
+    assert len(read(sent[topics.BOXES]).points) == 0
+
+
+def test_a_problem_is_logged_when_it_begins_and_when_it_ends(robot: Robot) -> None:
+    beats: list[Callable[[], Any]] = [
+        lambda: fakes.heartbeat("mapper", 1, problem="no frames"),
+        lambda: fakes.heartbeat("mapper", 2, problem="no frames"),
+        lambda: fakes.heartbeat("mapper", 3),
+    ]
+    for beat in beats:
+        robot.publish(keys.heartbeat("mapper"), beat())
+        robot.update()
+    lines = [read(message) for topic, message in robot.server.sent if topic == topics.LOG]
+    assert [line.message for line in lines if line.name == "mapper"] == ["no frames", "is well"]
+
+
+SHOWN = (topics.IMAGE, topics.OCCUPANCY, topics.SIMILARITY, topics.ROBOT, topics.MAP_STATE)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(180)
+def test_a_viewer_sees_a_robot(tmp_path: Path) -> None:
+    sections = {"simulator": {"seed": 1, "rgbd_hz": 4.0}}
+    with System(tmp_path, ("simulator", "perception", "mapper"), sections) as system:
+        fused = lambda: system.monitor.revision is not None  # noqa: E731
+        system.until(fused, "frames are fused", START_S)
+        port = any_free_port()
+        arguments = ("--config", str(system.configuration), "--port", str(port), "--query", "bed")
+        process = subprocess.Popen(
+            onemap_command("live", *arguments),
+            env=system.environment,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            assert process.stderr is not None
+            assert f"ws://{HOST}:{port}" in process.stderr.readline()
+            with FoxgloveClient(port) as client:
+                client.discover(len(topics.TYPED) + len(topics.JSON))
+                client.subscribe(*SHOWN)
+                waiting = set(SHOWN)
+                while waiting:
+                    waiting.discard(client.receive()[0])
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(PATIENCE_S) == 0
+        finally:
+            process.kill()
+
+
+def test_a_port_that_is_taken_is_one_sentence() -> None:
+    other = FoxgloveServer(HOST, 0, "")
+    try:
+        with pytest.raises(CliError, match=f"Cannot listen on {HOST}:{other.port} .*--port"):
+            listening(LiveOptions(port=other.port))
+    finally:
+        other.close()
+
+
+def test_without_a_router_the_command_says_what_to_start(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("onemap_tools.recording.live.CONNECT_S", 0.2)
+    config = tmp_path / "c.yaml"
+    config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{any_free_port()}]}}\n")
+    result = CliRunner().invoke(app, ["live", "--config", str(config)])
+    assert result.exit_code == 1
+    assert "No router at" in result.stderr
+
+
+COUNT = len(topics.TYPED) + len(topics.JSON)
+
+
+@pytest.fixture
+def server() -> Iterator[FoxgloveServer]:
+    made = FoxgloveServer("127.0.0.1", 0, "sofa")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def client(server: FoxgloveServer) -> Iterator[FoxgloveClient]:
+    with FoxgloveClient(server.port) as made:
+        made.discover(COUNT)
+        yield made
+
+
+def test_every_topic_is_offered_with_its_schema(client: FoxgloveClient) -> None:
+    assert set(client.channels) == {*topics.TYPED, *topics.JSON}
+    assert client.info["name"] == "OneMap"
+    image = client.channels[topics.IMAGE]
+    assert (image["encoding"], image["schemaName"]) == ("protobuf", "foxglove.CompressedImage")
+    assert client.channels[topics.MOTION]["encoding"] == "json"
+
+
+def test_a_viewer_can_send_nothing(client: FoxgloveClient) -> None:
+    assert set(client.info["capabilities"]) == {"parameters", "parametersSubscribe"}
+
+
+def test_only_what_is_subscribed_is_wanted(server: FoxgloveServer, client: FoxgloveClient) -> None:
+    assert not server.wanted(topics.MOTION)
+    client.subscribe(topics.MOTION)
+    client.send({"op": "getParameters", "parameterNames": [], "id": "1"})
+    client.next_json("parameterValues")  # the server has read what was sent before
+    assert server.wanted(topics.MOTION)
+    assert not server.wanted(topics.IMAGE)
+
+
+def test_messages_arrive_as_they_were_sent(server: FoxgloveServer, client: FoxgloveClient) -> None:
+    client.subscribe(topics.MOTION, topics.LOG)
+    client.send({"op": "getParameters", "parameterNames": [], "id": "1"})
+    client.next_json("parameterValues")
+    server.send(topics.MOTION, {"linear_mps": 0.5, "angular_radps": 0.0}, 5)
+    server.send(topics.LOG, topics.log_line("mapper", "is well", fakes.STAMP_NS), 6)
+    assert client.receive() == (topics.MOTION, {"linear_mps": 0.5, "angular_radps": 0.0})
+    topic, line = client.receive()
+    assert (topic, line.name, line.message) == (topics.LOG, "mapper", "is well")
+
+
+@pytest.mark.parametrize(
+    ("value", "query"), [(" bed ", "bed"), ("x" * 999, "x" * MAX_QUERY_CHARS), (3, "sofa")]
+)
+def test_the_query_is_a_parameter(
+    server: FoxgloveServer, client: FoxgloveClient, value: object, query: str
+) -> None:
+    parameters = [{"name": "query", "value": value}, {"name": "other", "value": "no"}]
+    client.send({"op": "setParameters", "parameters": parameters, "id": "1"})
+    (answer,) = client.next_json("parameterValues")["parameters"]
+    assert (answer["name"], answer["value"]) == ("query", query)
+    assert server.query == query
+
+
+def test_it_listens_where_it_is_told_and_nowhere_else(server: FoxgloveServer) -> None:
+    listeners = {
+        connection.laddr.ip
+        for connection in psutil.Process().net_connections("tcp")
+        if connection.status == psutil.CONN_LISTEN and connection.laddr.port == server.port
+    }
+    assert listeners == {"127.0.0.1"}
+
+
+LAYOUT = ROOT / "deploy" / "foxglove" / "onemap.json"
+PAGE = ROOT / "docs" / "viewers.md"
+OFFERED = {*topics.TYPED, *topics.JSON}
+TOPIC = re.compile(r"`(/[a-z_/]+)`")
+STREAM = fakes.STAMP_NS
+
+
+def layout() -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(LAYOUT.read_text(encoding="utf-8"))
+    return document
+
+
+def panels(node: Any) -> Iterator[str]:
+    """The names of the panels in a tree of splits."""
+    if isinstance(node, str):
+        yield node
+        return
+    for part in ("first", "second"):
+        yield from panels(node[part])
+
+
+def paths() -> list[str]:
+    configs = layout()["configById"].values()
+    return [path["value"] for config in configs for path in config.get("paths", ())]
+
+
+def test_the_layout_places_every_panel_that_it_configures() -> None:
+    placed = list(panels(layout()["layout"]))
+    assert sorted(placed) == sorted(layout()["configById"])
+
+
+def test_the_layout_shows_topics_that_are_offered() -> None:
+    configs = layout()["configById"]
+    shown = {path.split(".")[0] for path in paths()}
+    for config in configs.values():
+        shown |= set(config.get("topics", ()))
+        shown |= {config[key] for key in ("topicPath", "topicToRender") if key in config}
+    image = configs["Image!camera"]["imageMode"]
+    shown |= {image["imageTopic"], image["calibrationTopic"], *image["annotations"]}
+    assert len(shown) > 12
+    assert shown - OFFERED == set()
+
+
+def test_the_plots_show_numbers_that_are_sent() -> None:
+    planner = Planner(MemoryRouter().bus("planner"), PlannerConfig())
+    perception = PerceptionTelemetry(started_s=0.0)
+    perception.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
+    perception.detection_done(1.0)
+    metrics = {
+        "perception": perception.timings,
+        "mapper": MapperTelemetry().metrics(1.0, Counters()),
+        "planner": planner.health().metrics or {},
+    }
+    planner.close()
+    for path in paths():
+        topic, *fields = path.split(".")
+        assert fields[0] in topics.JSON[topic], path
+        if fields[0] == "metrics":
+            assert fields[1] in metrics[topic.rpartition("/")[2]], path
+
+
+def test_the_page_names_what_is_offered() -> None:
+    named = set(TOPIC.findall(PAGE.read_text(encoding="utf-8")))
+    services = {topic for topic in OFFERED if topic.startswith("/services/")}
+    assert OFFERED - services <= named
+    assert named <= OFFERED | {"/services/"}
+
+
+def test_json_messages_have_the_fields_of_their_schema() -> None:
+    now_ns = STREAM + 2 * 10**9
+    sent = {
+        topics.MOTION: topics.speed(fakes.odometry(0.0, 0.0)),
+        topics.MAP_STATE: topics.map_state(fakes.revision(3), now_ns),
+        topics.SEARCH: topics.search_state(fakes.search()),
+        topics.service_topic("mapper"): topics.service_state(fakes.heartbeat("mapper")),
+    }
+    for topic, document in sent.items():
+        assert set(document) == set(topics.json_schema(topic)["properties"]), topic
+        json.dumps(document)
+    assert sent[topics.MAP_STATE]["age_s"] == 2.0
+    assert sent[topics.SEARCH]["target"] == "sofa"

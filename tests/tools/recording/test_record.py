@@ -1,0 +1,373 @@
+"""What a recorder takes from the bus."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import time
+from collections import namedtuple
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from onemap_shared import keys
+from onemap_shared.messages import (
+    AnsweredQuery,
+    FeatureField,
+    Heartbeat,
+    MapClear,
+    MapDigest,
+    MapRevision,
+    MapSummary,
+    RgbdFrame,
+    SearchView,
+    SimilarityRequest,
+    TextEmbeddings,
+)
+from onemap_shared.transport import Bus, Counters, RequestRejected, Subscription
+from onemap_tools.cli.app import app
+from onemap_tools.errors import EXIT_USAGE_ERROR
+from onemap_tools.recording import record as module
+from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader, BagWriter
+from onemap_tools.recording.record import BagRecorder, subscribed
+from onemap_tools.recording.topics import FRAMES_HELD
+from tests.gateway import fakes
+from tests.mapper import scenes
+from tests.tools.cli.commands import error_of
+from tests.tools.recording.bags import RecordedRobot, embedded
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> RecordedRobot:
+    made = RecordedRobot(tmp_path)
+    made.begin()
+    return made
+
+
+def on(path: Path, key: str) -> list[BagMessage]:
+    return [message for message in BagReader(path).messages() if message.topic == key]
+
+
+def test_what_was_consumed_is_in_the_bag(robot: RecordedRobot) -> None:
+    robot.see(0, 1, 2)
+    path = robot.end()
+    frames = [message.decode(RgbdFrame) for message in on(path, "robot/rgbd/v1")]
+    fields = [message.decode(FeatureField) for message in on(path, "perception/field/v1")]
+    revisions = [message.decode(MapRevision) for message in on(path, "map/revision/v1")]
+    assert [frame.rgb[0, 0, 0] for frame in frames] == [0, 1, 2]
+    assert [field.sequence for field in fields] == [0, 1, 2]
+    assert [revision.frames_fused for revision in revisions] == [1, 2, 3]
+    (digest,) = on(path, "map/digest/v1")
+    assert digest.decode(MapDigest).frames_fused == 3
+    assert robot.recorder.recorded["robot/rgbd/v1"] == 3
+    assert robot.recorder.missed == {}
+
+
+def stamps(path: Path, key: str, message: type[FeatureField] | type[MapRevision]) -> set[int]:
+    return {each.decode(message).stamp_ns for each in on(path, key)}
+
+
+class Emptied:
+    """A subscription; something happens once all that it holds is taken."""
+
+    def __init__(self, wrapped: Subscription[Any], then: Callable[[], None]) -> None:
+        self._wrapped = wrapped
+        self._then = [then]
+
+    def take(self, timeout_s: float) -> Any:
+        message = self._wrapped.take(timeout_s)
+        if message is None and self._then:
+            self._then.pop()()
+        return message
+
+    @property
+    def counters(self) -> Counters:
+        return self._wrapped.counters
+
+
+def test_no_revision_is_recorded_without_its_features(robot: RecordedRobot) -> None:
+    """The last frame arrives and is fused while the recorder goes from topic to topic."""
+    bus = robot.router.bus("recorder")
+    streams = [
+        (topic, Emptied(stream, lambda: robot.see(1)) if topic is keys.FIELD else stream)
+        for topic, stream in subscribed(bus, images=True)
+    ]
+    robot.recorder = BagRecorder(bus, streams, robot.writer)
+    robot.see(0)
+    path = robot.end()
+    fused = stamps(path, "map/revision/v1", MapRevision)
+    assert fused
+    assert fused <= stamps(path, "perception/field/v1", FeatureField)
+
+
+def test_a_recording_is_whole_with_the_features_of_its_map(robot: RecordedRobot) -> None:
+    whole = [robot.recorder.whole]
+    robot.bus.publish(keys.MAP_REVISION).put(fakes.revision(1))
+    robot.update(digest=False)
+    whole.append(robot.recorder.whole)
+    late = replace(scenes.field(0, scenes.pose(0.0, 0.0, 0.0)), stamp_ns=fakes.STAMP_NS)
+    robot.bus.publish(keys.FIELD).put(late)
+    robot.update(digest=False)
+    whole.append(robot.recorder.whole)
+    assert whole == [True, False, True]
+
+
+def test_images_can_be_left_out(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path, images=False)
+    robot.begin()
+    robot.see(0)
+    path = robot.end()
+    assert on(path, "robot/rgbd/v1") == []
+    assert len(on(path, "perception/field/v1")) == 1
+
+
+def test_what_was_missed_is_counted(robot: RecordedRobot) -> None:
+    robot.see(*range(FRAMES_HELD + 3), fused=False)
+    robot.see(FRAMES_HELD + 8, fused=False)
+    robot.end()
+    assert robot.recorder.missed == {"robot/rgbd/v1": 5, "perception/field/v1": 4}
+
+
+def test_heartbeats_keep_the_key_of_their_service(robot: RecordedRobot) -> None:
+    beat = Heartbeat("mapper", "a1", 5, 1, True, "", {"cells": 2.0})
+    robot.bus.publish(keys.heartbeat("mapper")).put(beat)
+    (message,) = on(robot.end(), "health/mapper/heartbeat/v1")
+    assert message.decode(Heartbeat) == beat
+
+
+def test_without_a_mapper_the_rest_is_recorded(robot: RecordedRobot) -> None:
+    robot.see(0, fused=False)
+    robot.mapper_bus.close()
+    path = robot.end()
+    assert len(on(path, "perception/field/v1")) == 1
+    assert "no process serves map/digest/v1" in robot.recorder.problems["map/digest/v1"]
+
+
+def test_what_is_sought_is_recorded_with_its_embedding_once(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    states = robot.bus.publish(keys.SEARCH_STATE)
+    for objects in (("sofa",), ("sofa",), ("sofa", "bed")):
+        states.put(fakes.search(objects=objects))
+    path = robot.end()
+    asked = [each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")]
+    assert asked == [("sofa",), ("bed",)]
+
+
+def test_a_text_that_is_only_asked_for_is_recorded_with_its_embedding(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    robot.see(0)
+    client = robot.router.bus("gateway")
+    for _ in range(2):
+        client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", negatives=("bed",)))
+    path = robot.end()
+    asked = [each.decode(AnsweredQuery) for each in on(path, "map/queries/v1")]
+    assert [(each.text, each.negatives, each.revision) for each in asked] == [
+        ("sofa", ("bed",), 1)
+    ] * 2
+    (texts,) = (each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1"))
+    assert texts == ("sofa", "bed")
+
+
+def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    robot.see(0, 1)
+    robot.update()
+    robot.recorder.snapshot(robot.now_ns)
+    robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
+    robot.update()
+    robot.recorder.snapshot(robot.now_ns)
+    empty, sought = (
+        message.decode(SearchView) for message in on(robot.end(), "map/search_view/v1")
+    )
+    assert (empty.text, empty.similarity.size) == ("", 0)
+    assert sought.text == "sofa"
+    assert np.isfinite(sought.similarity).any()
+    assert (sought.occupancy != 0).any()
+
+
+def test_without_perception_the_text_is_a_problem_and_the_rest_recorded(
+    robot: RecordedRobot,
+) -> None:
+    robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
+    assert len(on(robot.end(), "search/state/v1")) == 1
+    assert "no process serves" in robot.recorder.problems["perception/embed_text/v1"]
+
+
+RUNNER = CliRunner()
+Usage = namedtuple("Usage", "total used free")
+
+
+@pytest.fixture
+def joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RecordedRobot:
+    """A robot on the bus that the command joins."""
+    made = RecordedRobot(tmp_path)
+
+    @contextmanager
+    def session(config: object, name: str, patience_s: float) -> Iterator[Bus]:
+        yield made.router.bus(name)
+
+    monkeypatch.setattr(module, "temporary_session", session)
+    monkeypatch.setattr(module, "UPDATE_S", 0.001)
+    monkeypatch.setattr(module, "SETTLE_S", 0.001)
+    return made
+
+
+def at_a_sync(monkeypatch: pytest.MonkeyPatch, *do: Callable[[], None]) -> None:
+    """Do these, one after the other, the first time that the recorder looks at the disk."""
+    sync, todo = BagWriter.sync, list(do)
+
+    def synced(writer: BagWriter) -> None:
+        sync(writer)
+        while todo:
+            todo.pop(0)()
+
+    monkeypatch.setattr(BagWriter, "sync", synced)
+
+
+def stop() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def recorded(path: Path, *options: str) -> Any:
+    arguments = ["record", str(path), "--keep-free", "0", "--json", *options]
+    return RUNNER.invoke(app, arguments)
+
+
+def last(result: Any) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(result.stdout.splitlines()[-1])
+    return document
+
+
+def test_ctrl_c_ends_a_recording(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = tmp_path / "joined.yaml", tmp_path / "a.mcap"
+    config.write_text("gateway: {token: geheim-geheim-geheim}\n")
+    at_a_sync(monkeypatch, lambda: joined.see(0, 1), stop)
+    result = recorded(path, "--config", str(config))
+    assert result.exit_code == 0, result.output
+    assert last(result)["messages"]["perception/field/v1"] == 2
+    assert "Recording to" in result.stderr
+    assert b"geheim" not in path.read_bytes()
+    shown = RUNNER.invoke(app, ["bag", "info", str(path), "--json"])
+    assert shown.exit_code == 0
+    assert last(shown)["map"]["frames_fused"] == 2
+    assert last(shown)["metadata"]["end"]["ended"] == "stopped"
+    assert len(last(shown)["metadata"]["onemap"]["configuration_sha256"]) == 64
+    path.write_bytes(path.read_bytes()[:-9])
+    assert RUNNER.invoke(app, ["bag", "info", str(path)]).exit_code == 1
+
+
+def test_features_that_come_after_their_revision_are_waited_for(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They travel apart: of the last frame, the map's revision arrives first."""
+    late = replace(scenes.field(0, scenes.pose(0.0, 0.0, 0.0)), stamp_ns=fakes.STAMP_NS)
+    waited: list[float] = []
+
+    def wait(seconds: float) -> None:
+        waited.append(seconds)
+        joined.bus.publish(keys.FIELD).put(late)
+
+    monkeypatch.setattr(time, "sleep", wait)
+    at_a_sync(
+        monkeypatch, lambda: joined.bus.publish(keys.MAP_REVISION).put(fakes.revision(1)), stop
+    )
+    result = recorded(tmp_path / "a.mcap")
+    assert result.exit_code == 0
+    assert len(waited) == 1
+    assert last(result)["messages"]["perception/field/v1"] == 1
+
+
+def test_it_ends_after_its_time(joined: RecordedRobot, tmp_path: Path) -> None:
+    result = recorded(tmp_path / "a.mcap", "--seconds", "1", "--no-images")
+    assert result.exit_code == 0
+    assert last(result)["seconds"] >= 1
+
+
+def test_the_map_is_cleared_first(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joined.see(0, 1, 2)
+    at_a_sync(monkeypatch, lambda: joined.see(3), stop)
+    result = recorded(tmp_path / "a.mcap", "--clear-map")
+    shown = last(RUNNER.invoke(app, ["bag", "info", str(tmp_path / "a.mcap"), "--json"]))
+    assert result.exit_code == 0
+    assert shown["map"]["frames_fused"] == 1
+
+
+def test_a_map_that_is_not_cleared_is_not_recorded(joined: RecordedRobot, tmp_path: Path) -> None:
+    def refuse(_: MapClear) -> MapSummary:
+        raise RequestRejected("busy", "not now")
+
+    joined.router.bus("mapper").serve(keys.MAP_CLEAR, refuse)
+    result = recorded(tmp_path / "a.mcap", "--clear-map")
+    assert result.exit_code == 1
+    assert "The map was not cleared, so nothing is recorded: not now." in error_of(result)["error"]
+    assert not (tmp_path / "a.mcap").exists()
+
+
+def test_a_disk_that_fills_ends_the_recording(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(100, 99, 10 * 10**6))
+    result = recorded(tmp_path / "a.mcap", "--keep-free", "20")
+    assert result.exit_code == 1
+    assert "has only 10 MB left and --keep-free asks for 20 MB" in error_of(result)["error"]
+    assert error_of(result)["file"] == str(tmp_path / "a.mcap")
+    assert RUNNER.invoke(app, ["bag", "info", str(tmp_path / "a.mcap")]).exit_code == 0
+
+
+def test_a_write_that_fails_ends_the_recording(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail() -> None:
+        raise BagError("the recording ended because of a test")
+
+    at_a_sync(monkeypatch, fail)
+    result = recorded(tmp_path / "a.mcap")
+    assert result.exit_code == 1
+    assert error_of(result)["error"] == "The recording ended because of a test."
+
+
+def test_what_is_there_is_not_overwritten(joined: RecordedRobot, tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_text("mine")
+    result = recorded(tmp_path / "a.mcap")
+    assert result.exit_code == 1
+    assert "did not start" in error_of(result)["error"]
+
+
+def test_without_a_name_the_time_is_one(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    at_a_sync(monkeypatch, stop)
+    result = RUNNER.invoke(app, ["record", "--keep-free", "0"])
+    assert result.exit_code == 0, result.output
+    assert len(list((tmp_path / "runs" / "recordings").glob("*.mcap"))) == 1
+
+
+def test_what_is_missing_is_said(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    at_a_sync(
+        monkeypatch, lambda: joined.see(0, fused=False), lambda: joined.see(4, fused=False), stop
+    )
+    result = recorded(tmp_path / "a.mcap")
+    assert last(result)["missed"] == {"robot/rgbd/v1": 3}
+    assert "3 messages on robot/rgbd/v1 are missing in it." in result.stderr
+
+
+def test_what_is_no_recording_is_misuse(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_text("a letter")
+    result = RUNNER.invoke(app, ["bag", "info", str(tmp_path / "a.mcap"), "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "is not an MCAP file." in error_of(result)["error"]

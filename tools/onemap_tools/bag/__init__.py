@@ -1,1 +1,0 @@
-"""Recordings of what travels on the bus, in MCAP files."""

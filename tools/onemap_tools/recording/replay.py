@@ -1,0 +1,424 @@
+"""``onemap replay FILE.mcap``: the map of a recording, without a robot and without a bus."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from math import dist
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import torch
+from pydantic import ValidationError
+
+from onemap_mapper.belief.map import BeliefMap, FieldRejected
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery, text_query
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import sha256_of, take, versions
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import BackendError
+from onemap_perception.factory import make_encoder
+from onemap_perception.feature_field import VarianceParams, feature_field
+from onemap_shared.config import read, section
+from onemap_shared.grid import GridTooLarge
+from onemap_shared.messages import (
+    AnsweredQuery,
+    FeatureField,
+    MapDigest,
+    MapRevision,
+    RgbdFrame,
+    SimilarityRequest,
+    TextEmbeddings,
+)
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
+from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader, is_ros2
+from onemap_tools.recording.topics import (
+    DIGESTS,
+    EMBEDDINGS,
+    FIELDS,
+    FRAMES,
+    POSE_GRAPHS,
+    QUERIES,
+    REVISIONS,
+)
+
+if TYPE_CHECKING:
+    from onemap_tools.recording.ros2_frames import Ros2Bag
+
+
+class StepKind(Enum):
+    """What changed the map."""
+
+    NEW_MAP = "an empty map"
+    FUSE = "a frame was fused"
+    RESET = "a search began"
+    GAP = "something that the recording does not hold"
+
+
+@dataclass(frozen=True, slots=True)
+class MapStep:
+    """One change. ``after``: the revision that was announced with it."""
+
+    kind: StepKind
+    after: MapRevision
+
+
+def map_steps(revisions: Iterable[MapRevision]) -> Iterator[MapStep]:
+    """The changes that lead from each revision to the next, beginning without a map.
+
+    A revision counts every change, ``frames_fused`` the frames: if one was lost, or if a map was
+    loaded, they do not fit, which is a gap.
+    """
+    before: MapRevision | None = None
+    for after in revisions:
+        for kind in _kinds(before, after):
+            yield MapStep(kind, after)
+        before = after
+
+
+def _kinds(before: MapRevision | None, after: MapRevision) -> tuple[StepKind, ...]:
+    same = before is not None and before.revision == after.revision
+    if same and before is not None and before.frames_fused == after.frames_fused:
+        return ()  # the found objects changed
+    if after.frames_fused == 0:
+        return (StepKind.NEW_MAP,)
+    if (after.frames_fused, after.revision) == (1, 1):
+        return (StepKind.NEW_MAP, StepKind.FUSE)
+    if before is None:
+        return (StepKind.GAP,)
+    frames = after.frames_fused - before.frames_fused
+    if after.revision == before.revision + 1 and frames in (0, 1):
+        return (StepKind.FUSE if frames else StepKind.RESET,)
+    return (StepKind.GAP, StepKind.FUSE) if frames > 0 else (StepKind.GAP,)
+
+
+SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch
+PLACE_TOLERANCE_M = 0.01
+
+
+@dataclass(slots=True)
+class AskedAgain:
+    """The queries of a recording by the revision of the map that answered them.
+
+    compared, equal: answers that were computed again, and those with the same best score at the
+    same place. Queries of texts whose embedding was not recorded are not compared.
+    """
+
+    queries: dict[int, list[AnsweredQuery]] = field(default_factory=lambda: defaultdict(list))
+    texts: dict[str, TextQuery] = field(default_factory=dict)
+    compared: int = 0
+    equal: int = 0
+
+    def add(self, query: AnsweredQuery) -> None:
+        """A query of the recording."""
+        self.queries[query.revision].append(query)
+
+    def embed(self, embeddings: TextEmbeddings) -> None:
+        """Embeddings of the recording."""
+        device = torch.device("cpu")
+        for index, text in enumerate(embeddings.texts):
+            self.texts[text] = text_query(embeddings, index, device)
+
+    def ask(self, belief: BeliefMap, params: MapperConfig) -> None:
+        """Compare the answers that this map gave, if it is one of the recorded revisions."""
+        for query in self.queries.pop(belief.revision, ()):
+            if belief.dimension and all(text in self.texts for text in query.texts):
+                self.compared += 1
+                self.equal += self._same(query, belief, params)
+
+    def _same(self, query: AnsweredQuery, belief: BeliefMap, params: MapperConfig) -> bool:
+        request = SimilarityRequest(query.text, negatives=query.negatives, area_m=query.area_m)
+        texts = [self.texts[query.text], *self._of(query.negatives)]
+        reply = similarity_reply(MapScores(belief).of(texts), request=request, params=params)
+        centre_m = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
+        if abs(reply.best_score - query.best_score) > SCORE_TOLERANCE:
+            return False
+        if not (centre_m and query.centre_m):
+            return centre_m == query.centre_m
+        return dist(centre_m, query.centre_m) <= PLACE_TOLERANCE_M
+
+    def _of(self, texts: Iterable[str]) -> list[TextQuery]:
+        return [self.texts[text] for text in texts]
+
+
+Place = tuple[int, int, int]  # of a digest in the map's history: revision, frames, stamp
+
+
+@dataclass(slots=True)
+class MapHistory:
+    """What a recording says of the map: its changes, its digests, the frames that it holds."""
+
+    revisions: list[MapRevision] = field(default_factory=list)
+    digests: list[MapDigest] = field(default_factory=list)
+    stamps_ns: set[int] = field(default_factory=set)  # of the recorded fields
+    asked: AskedAgain = field(default_factory=AskedAgain)
+    corrected: bool = False
+    cut_off: bool = False
+
+    @property
+    def steps(self) -> Iterator[MapStep]:
+        """The changes of the map; frames that are not in the recording are gaps."""
+        for step in map_steps(self.revisions):
+            lost = step.kind is StepKind.FUSE and step.after.stamp_ns not in self.stamps_ns
+            yield MapStep(StepKind.GAP, step.after) if lost else step
+
+
+def read_history(path: Path) -> MapHistory:
+    """Read the small topics of a recording; raises BagError."""
+    reader, history = BagReader(path), MapHistory()
+    for message in reader.messages():
+        if message.topic == REVISIONS.key:
+            history.revisions.append(message.decode(MapRevision))
+        elif message.topic == DIGESTS.key:
+            history.digests.append(message.decode(MapDigest))
+        elif message.topic == QUERIES.key:
+            history.asked.add(message.decode(AnsweredQuery))
+        elif message.topic == EMBEDDINGS.key:
+            history.asked.embed(message.decode(TextEmbeddings))
+        elif message.topic == FIELDS.key:
+            history.stamps_ns.add(message.stamp_ns)
+        elif message.topic == POSE_GRAPHS.key:
+            history.corrected = True
+    history.cut_off = reader.cut_off
+    return history
+
+
+@dataclass(slots=True)
+class MapRebuild:
+    """A map that is computed again, compared with the recorded digests on the way.
+
+    compared, equal: digests that were compared, and those that were the same. gaps: changes
+    since the map was empty that the recording does not hold; nothing is compared after one.
+    """
+
+    belief: BeliefMap
+    digests: dict[Place, MapDigest]
+    asked: AskedAgain = field(default_factory=AskedAgain)
+    params: MapperConfig = field(default_factory=MapperConfig)
+    known: bool = False
+    gaps: int = 0
+    rejected: int = 0
+    compared: int = 0
+    equal: int = 0
+    first_difference: int | None = None
+
+    def follow(self, steps: Iterable[MapStep], fields: Iterator[FeatureField]) -> None:
+        """Apply the changes; the fields come in the order in which the mapper took them."""
+        for step in steps:
+            if step.kind is StepKind.NEW_MAP:
+                empty = step.after.frames_fused == 0
+                first = step.after.revision if empty else 0
+                self.belief = BeliefMap(self.belief.params, first_revision=first)
+                self.known, self.gaps = True, 0
+            elif step.kind is StepKind.RESET:
+                self.belief.reset_searched()
+            elif step.kind is StepKind.GAP:
+                self.gaps += 1
+                self.known = False
+            else:
+                wanted = step.after.stamp_ns
+                self.fuse(next(each for each in fields if each.stamp_ns == wanted))
+            self._compare(step.after)
+
+    def fuse(self, frame: FeatureField) -> None:
+        """Fuse one frame, unless it does not fit the map, as after a gap."""
+        try:
+            self.belief.check_pose(frame.T_map_camera)
+            self.belief.fuse(compute_update(frame, self.belief.params))
+        except (FieldRejected, GridTooLarge):
+            self.rejected += 1
+
+    def _compare(self, after: MapRevision) -> None:
+        if not self.known or self.belief.frames_fused != after.frames_fused:
+            return
+        self.asked.ask(self.belief, self.params)
+        place = (after.revision, after.frames_fused, after.stamp_ns)
+        digest = self.digests.get(place)
+        if digest is None:
+            return
+        self.compared += 1
+        if sha256_of(take(self.belief)) == digest.sha256:
+            self.equal += 1
+        elif self.first_difference is None:
+            self.first_difference = after.revision
+
+
+def rebuilt(path: Path, history: MapHistory, params: MapperConfig) -> MapRebuild:
+    """The map of the recorded features; raises BagError."""
+    digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
+    asked = AskedAgain() if history.corrected else history.asked
+    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests, asked, params)
+    fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
+    made.follow(history.steps, fields)
+    return made
+
+
+def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
+    """All recorded images with their poses; raises BagError."""
+    return (message.decode(RgbdFrame) for message in _on(path, FRAMES.key))
+
+
+def encoded_again(
+    frames: Iterable[RgbdFrame], encoder: Encoder, observation: VarianceParams, params: MapperConfig
+) -> MapRebuild:
+    """The map of these frames with this encoder; raises BackendError."""
+    made = MapRebuild(BeliefMap(params), {})
+    for frame in frames:
+        made.fuse(feature_field(frame, encoder.encode(frame.rgb), encoder, observation))
+    return made
+
+
+def problems_of(history: MapHistory, made: MapRebuild) -> list[str]:
+    """Why the map is not, or not surely, the recorded one; each in one sentence."""
+    problems = []
+    if history.corrected:
+        problems.append(
+            "The map followed corrections of SLAM (robot/pose_graph); the frames are fused where "
+            "they were first seen, so that nothing is compared."
+        )
+    if made.gaps:
+        problems.append(
+            f"{made.gaps} changes of the map are not in the recording: it began with a map that "
+            "was not empty (see --clear-map), a map was loaded, or messages were missed."
+        )
+    recorded = sorted({digest.versions for digest in history.digests} - {versions()})
+    if made.compared > made.equal and recorded:
+        problems.append(
+            f"Recorded with {'; '.join(recorded)}, computed with {versions()}: last bits may "
+            "differ."
+        )
+    if made.rejected:
+        problems.append(f"{made.rejected} frames do not fit the map.")
+    return problems
+
+
+def _on(path: Path, topic: str) -> Iterator[BagMessage]:
+    return (message for message in BagReader(path).messages() if message.topic == topic)
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayOptions:
+    """The recording, and what is done with it. ``out``: where the map is written."""
+
+    path: Path
+    config: Path | None = None
+    reencode: bool = False
+    out: Path | None = None
+
+
+def replay(options: ReplayOptions) -> dict[str, Any]:
+    """Compute the map again; one JSON object. CliError for what cannot be read or written."""
+    bag: Ros2Bag | None = None
+    try:
+        if is_ros2(options.path):
+            options = replace(options, reencode=True)
+            bag = _open_ros2(options)
+        history = read_history(options.path)
+        params = _mapper_config(options, history)
+        torch.set_num_threads(params.threads)
+        if options.reencode:
+            frames = recorded_frames(options.path) if bag is None else bag.frames()
+            made = _encoded(options, frames, params)
+        else:
+            made = rebuilt(options.path, history, params)
+    except (BagError, BackendError) as problem:
+        sentence = str(problem)
+        raise CliError(f"{sentence[0].upper()}{sentence[1:]}.", EXIT_USAGE_ERROR) from problem
+    if not made.belief.store.count:
+        what = "images" if options.reencode else "features and map revisions"
+        raise CliError(f"{options.path} holds no {what} of which a map could be made.")
+    if options.out is not None:
+        _write(made, options.out)
+    document = _document(options, history, made)
+    document["problems"] += bag.problems if bag is not None else []
+    return document
+
+
+def _open_ros2(options: ReplayOptions) -> Ros2Bag:
+    """A bag of ROS 2, whose messages need packages that OneMap's own recordings do not."""
+    with requires_extra("ros2", "A bag of ROS 2"):
+        from onemap_ros2.config import Ros2Config
+        from onemap_tools.recording.ros2_frames import Ros2Bag
+    return Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
+
+
+def _mapper_config(options: ReplayOptions, history: MapHistory) -> MapperConfig:
+    """The settings of the mapper that was recorded; those of --config if images are encoded."""
+    if not history.digests or (options.reencode and options.config is not None):
+        return section(read(options.config), "mapper", MapperConfig)
+    try:
+        config = MapperConfig.model_validate_json(history.digests[0].settings)
+    except ValidationError as problem:
+        raise BagError(
+            f"{options.path} was recorded with settings of the mapper that this version does not "
+            f"know: {'.'.join(map(str, problem.errors()[0]['loc']))}"
+        ) from problem
+    if config.device.startswith("cuda") and not torch.cuda.is_available():
+        return config.model_copy(update={"device": "cpu"})
+    return config
+
+
+def _encoded(
+    options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapperConfig
+) -> MapRebuild:
+    perception = section(read(options.config), "perception", PerceptionConfig)
+    encoder = make_encoder(perception.encoder)
+    return encoded_again(frames, encoder, VarianceParams(perception.variance), params)
+
+
+def _write(made: MapRebuild, out: Path) -> None:
+    try:
+        map_file.write(take(made.belief), out)
+    except OSError as problem:
+        raise CliError(f"Cannot write {out}: {problem.strerror}.") from problem
+
+
+def _document(options: ReplayOptions, history: MapHistory, made: MapRebuild) -> dict[str, Any]:
+    problems = problems_of(history, made)
+    if not options.reencode and not made.compared:
+        problems.append("No digest of the map could be compared.")
+    return {
+        "file": str(options.path),
+        "cut_off": history.cut_off,
+        "reencoded": options.reencode,
+        "encoder_id": made.belief.encoder_id,
+        "frames_fused": made.belief.frames_fused,
+        "cells": made.belief.store.count,
+        "sha256": sha256_of(take(made.belief)),
+        "compared": made.compared,
+        "equal": made.equal,
+        "first_difference": made.first_difference,
+        "queries": {"compared": made.asked.compared, "equal": made.asked.equal},
+        "same": None if not made.compared else made.compared == made.equal,
+        "problems": problems,
+        "out": None if options.out is None else str(options.out),
+    }
+
+
+def describe(document: dict[str, Any]) -> list[str]:
+    """The result for people, line by line."""
+    lines = [
+        f"A map of {document['cells']} cells from {document['frames_fused']} frames with encoder "
+        f"{document['encoder_id']}, SHA-256 {document['sha256'][:16]}..."
+    ]
+    if document["same"]:
+        lines.append(
+            f"Bit for bit the recorded one: all {document['compared']} digests are the same."
+        )
+    elif document["compared"]:
+        lines.append(
+            f"It is not the recorded one: {document['compared'] - document['equal']} of "
+            f"{document['compared']} digests differ, first at revision "
+            f"{document['first_difference']}."
+        )
+    if compared := document["queries"]["compared"]:
+        same = document["queries"]["equal"]
+        lines.append(f"{same} of {compared} queries were answered as in the recording.")
+    return [*lines, *document["problems"]]

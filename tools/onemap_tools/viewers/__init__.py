@@ -1,1 +1,0 @@
-"""What the robot sees, knows and plans, for viewers of others: Foxglove and Rerun."""
