@@ -172,7 +172,7 @@ def test_every_section_has_a_model() -> None:
     models = installed_models()
     assert models.missing == {}
     assert tuple(models.known) == SECTIONS
-    assert {"CocoParams", "BoxDetectorParams", "RadioParams", "RecoveryParams"} <= set(all_models())
+    assert {"CocoParams", "RoutedParams", "RadioParams", "RecoveryParams"} <= set(all_models())
 
 
 @pytest.mark.parametrize("name", sorted(all_models()))
