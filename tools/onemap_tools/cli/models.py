@@ -25,10 +25,10 @@ Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' show
 @app.command(name="list")
 def list_models(as_json: Json = False) -> None:
     """Known models: licence, size and folder on this machine. Uses no network."""
-    from onemap_tools.cli import known_models
+    from onemap_tools.models import known
 
-    entries = known_models.inventory()
-    known_models.describe(entries, result_console(as_json))
+    entries = known.inventory()
+    known.describe(entries, result_console(as_json))
     if as_json:
         print_json({"models": [entry.document() for entry in entries]})
 
@@ -65,7 +65,7 @@ def use(
     its other settings and its comments stay.
     """
     with requires_extra("transformers", "'onemap models use'"):
-        from onemap_tools.model_setup.setup import SetupRequest, set_up
+        from onemap_tools.models.setup import SetupRequest, set_up
 
     request = SetupRequest(tuple(names), config, device, allow_remote_code)
     document = set_up(request, lambda: None if yes else _agree(), progress_console())
@@ -95,10 +95,10 @@ def _agree() -> None:
 @app.command()
 def fetch(repo: Repo, as_json: Json = False) -> None:
     """Download a model into the hub's cache and verify it; resumes an interrupted download."""
-    from onemap_tools.cli import known_models
+    from onemap_tools.models import known
 
-    entry = known_models.fetch(repo, progress_console())
-    known_models.describe([entry], result_console(as_json))
+    entry = known.fetch(repo, progress_console())
+    known.describe([entry], result_console(as_json))
     if as_json:
         print_json(entry.document())
 
@@ -109,10 +109,10 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
-    from onemap_tools.cli import known_models
+    from onemap_tools.models import known
 
-    reports = known_models.verify(repo)
-    known_models.describe_reports(reports, result_console(as_json))
+    reports = known.verify(repo)
+    known.describe_reports(reports, result_console(as_json))
     if as_json:
         print_json({"models": reports})
     raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
@@ -135,7 +135,7 @@ def export_encoder(
     from onemap_shared.config import load
 
     with requires_extra("openclip", "An export"):
-        from onemap_tools.export.tower import export_encoder as export
+        from onemap_tools.models.tower import export_encoder as export
     _, _, perception = load(config, "perception", PerceptionConfig)
     exported = export(perception.encoder, out, size)
     width, height = exported.input_px

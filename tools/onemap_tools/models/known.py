@@ -24,6 +24,7 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 if TYPE_CHECKING:
     from rich.console import Console
 
+
 MEGABYTE = 1e6
 
 

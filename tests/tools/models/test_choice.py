@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import pytest
 
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.errors import ModelError
 from onemap_perception.model_store import KNOWN_MODELS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.model_setup.choice import (
+from onemap_tools.models.choice import (
     DETECTORS,
     ENCODERS,
     ModelChoice,
+    check_packages,
     choose,
     merged,
     networks_of,
@@ -152,3 +155,41 @@ def test_the_networks_of_a_section() -> None:
     assert models({}) == []
     assert models(section({}, "tipsv2")) == [TIPS, COCO, OPEN]
     assert models({"detector": {"backend": "coco"}}) == [COCO]
+
+
+OPENCLIP = {"encoder": {"backend": "openclip_convnext", "model": "a/b"}}
+TIPS_ENCODER = {"encoder": {"backend": "tipsv2", "model": "a/b"}}
+RADIO = {"encoder": {"backend": "radio", "model": "a/b"}}
+
+
+@pytest.mark.parametrize(
+    ("document", "package", "sentence"),
+    [
+        (OPENCLIP, "open_clip.model", r"openclip_convnext needs open_clip, .*onemap\[openclip\]"),
+        (
+            TIPS_ENCODER,
+            "transformers",
+            r"tipsv2 needs transformers 5\.23 or later, .*\[transformers\]",
+        ),
+        (RADIO, "transformers", r"radio needs transformers, "),
+        ({"detector": {"backend": "coco"}}, "transformers", "coco needs transformers, "),
+        ({"detector": {"backend": "routed"}}, "transformers", "coco needs transformers, "),
+        (
+            {"detector": {"backend": "open_vocabulary"}},
+            "transformers",
+            r"open_vocabulary needs transformers, .*pip install --no-deps -r requirements-encoders",
+        ),
+    ],
+)
+def test_a_missing_package_is_named(
+    document: dict[str, object], package: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ModelError, match=sentence):
+        check_packages(PerceptionConfig.model_validate(document))
+
+
+def test_mini_needs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("transformers", "open_clip"):
+        monkeypatch.setitem(sys.modules, package, None)
+    check_packages(PerceptionConfig())

@@ -20,7 +20,9 @@ from onemap_perception.encoders.params import (
     Tipsv2Params,
     TorchParams,
 )
+from onemap_perception.errors import ModelError
 from onemap_perception.model_store import KNOWN_MODELS
+from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 ENCODERS: Mapping[str, type[TorchParams]] = {
@@ -161,3 +163,27 @@ def networks_of(config: PerceptionConfig) -> tuple[NetworkParams, ...]:
     if isinstance(detector, RoutedParams):
         parts = (config.encoder, detector.coco, detector.open_vocabulary)
     return tuple(part for part in parts if isinstance(part, NetworkParams))
+
+
+def check_packages(config: PerceptionConfig) -> None:
+    """Import what the encoder and the detector need; ModelError with the command to install it."""
+    detector = config.detector
+    if isinstance(config.encoder, OpenClipConvNextParams):
+        with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=ModelError):
+            import open_clip.model  # noqa: F401
+    if isinstance(config.encoder, Tipsv2Params):
+        with optional_import(
+            "transformers 5.23 or later", TRANSFORMERS, backend="tipsv2", kind=ModelError
+        ):
+            from transformers import Tipsv2Model  # noqa: F401
+    if isinstance(config.encoder, RadioParams):
+        with optional_import("transformers", TRANSFORMERS, backend="radio", kind=ModelError):
+            from transformers import AutoModel  # noqa: F401
+    if isinstance(detector, CocoParams | RoutedParams):
+        with optional_import("transformers", TRANSFORMERS, backend="coco", kind=ModelError):
+            from transformers import RTDetrV2ForObjectDetection  # noqa: F401
+    if isinstance(detector, OpenVocabularyParams | RoutedParams):
+        with optional_import(
+            "transformers", TRANSFORMERS, backend="open_vocabulary", kind=ModelError
+        ):
+            from transformers import AutoModelForZeroShotObjectDetection  # noqa: F401

@@ -1,0 +1,1 @@
+"""Models of other people: known ones, set up for use, exported."""
