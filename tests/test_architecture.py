@@ -110,7 +110,6 @@ ONLY_IN = {
     "trimesh": {
         "onemap_simulator.scene.mesh_texture",
         "onemap_simulator.scene.scene_file",
-        "onemap_tools.foreign.scene_export",
     },
     "onnxruntime": {"onemap_perception.onnx"},
     "huggingface_hub": {

@@ -201,27 +201,6 @@ def test_a_missing_companion_is_named(tmp_path: Path, name: str) -> None:
         MiniEncoder(MiniParams(folder=folder))
 
 
-@pytest.mark.parametrize("factor", [0.5, 1.0, 1.25, 1.5])
-def test_a_second_view_keeps_the_grid_and_forgets_left_and_right(factor: float) -> None:
-    twice = MiniEncoder(MiniParams(second_view=factor))
-    noise = np.random.default_rng(0).integers(0, 256, (12, 16, 3), dtype=np.uint8)
-    rgb = cv2.resize(noise, (160, 120), interpolation=cv2.INTER_CUBIC).astype(np.uint8)
-    features = twice.encode(rgb).astype(np.float32)
-    assert features.shape == (15, 20, 384)
-    np.testing.assert_allclose(np.linalg.norm(features, axis=2), 1, atol=2e-3)
-    back = twice.encode(rgb[:, ::-1])[:, ::-1].astype(np.float32)
-    agreement = (features * back).sum(axis=2).mean()
-    once = MiniEncoder(MiniParams())
-    own, mirrored = once.encode(rgb), once.encode(rgb[:, ::-1])[:, ::-1]
-    assert agreement > (own.astype(np.float32) * mirrored).sum(axis=2).mean()
-    assert twice.encoder_id == f"{once.encoder_id}-{factor:g}"
-
-
-def test_a_second_view_that_is_too_small_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"greater than or equal to 0\.5"):
-        MiniParams(second_view=0.25)
-
-
 def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> None:
     folder = copied(tmp_path)
     assert MiniEncoder(MiniParams(folder=folder)).encoder_id == encoder.encoder_id

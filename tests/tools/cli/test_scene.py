@@ -105,24 +105,6 @@ def test_the_help_lists_the_keys_of_the_yaml(command: list[str]) -> None:
         assert word in text
 
 
-@pytest.mark.slow
-def test_a_sample_passes_the_check(tmp_path: Path) -> None:
-    file = tmp_path / "flat.glb"
-    result = CliRunner().invoke(app, ["scene", "sample", str(file), "--apartment", "loft"])
-    assert result.exit_code == EXIT_OK
-    assert f"onemap demo --scene {file}" in result.stdout
-    report = json.loads(check(file, "--json").stdout)
-    assert report["searchable"] is True
-    assert {"refrigerator", "sofa", "piano"} <= set(report["categories"])
-
-
-def test_a_sample_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
-    for name, reason in (("flat.obj", "does not end in .glb"), ("no/flat.glb", "No such file")):
-        result = CliRunner().invoke(app, ["scene", "sample", str(tmp_path / name)])
-        assert result.exit_code != EXIT_OK
-        assert reason in result.stderr
-
-
 def test_the_document_holds_lengths_areas_and_the_start(tmp_path: Path) -> None:
     report = document(examine(room(tmp_path, yaml="start: [-1, -1, 0.5]")), None)
     assert report["start"] == [-1.0, -1.0, 0.5]

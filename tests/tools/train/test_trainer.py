@@ -1,30 +1,274 @@
-"""The training loop repeats itself, resumes, and learns."""
+"""Network, loss, schedule, checkpoint and loop: the training repeats itself, resumes and learns."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
+from safetensors.torch import load_file, save_file
 
-from onemap_tools.train.data.text_targets import build_text_bank
-from onemap_tools.train.network.backbone import EfficientNetLite0
-from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.batches import build_text_bank
+from onemap_tools.train.frames import NO_CLASS
+from onemap_tools.train.losses import alignment_loss, class_weights, patch_targets
+from onemap_tools.train.network import (
+    FEATURE_DIM,
+    FROZEN_STAGES,
+    WIDTHS,
+    DepthwiseConv,
+    EfficientNetLite0,
+    MiniNetwork,
+    load_backbone_weights,
+)
 from onemap_tools.train.params import TrainParams
-from onemap_tools.train.train_state import load_averaged_network
-from onemap_tools.train.trainer import LOG_FILE, TrainingProgress, train_mini
+from onemap_tools.train.trainer import (
+    CHECKPOINT,
+    LOG_FILE,
+    TrainingProgress,
+    TrainingRecord,
+    TrainState,
+    average_tensor,
+    learning_rate_factor,
+    load_averaged_network,
+    train_mini,
+)
 from tests.structure import ROOT
-from tests.tools.train.network.test_backbone import FROZEN, published
-from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
+from tests.tools.train.tiny import VOCABULARY, embed, published, tiny_frames, tiny_params
+
+CPU = torch.device("cpu")
+PARAMS = tiny_params(steps=100, warmup_steps=10, full_image_share=0.2)
+RECORD = TrainingRecord(steps=100, seed=0, pictures=6, apartments=1)
+FROZEN = ("stem.", *(f"stages.{index}." for index in range(FROZEN_STAGES)))
+
+
+def with_random_statistics(network: torch.nn.Module) -> None:
+    """Batch-norm weights and statistics that are not 0 and 1."""
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            for tensor in (module.weight.data, module.running_var):
+                assert tensor is not None
+                tensor.uniform_(0.5, 1.5)
+            assert module.running_mean is not None
+            module.running_mean.uniform_(-0.5, 0.5)
+
+
+def test_it_is_the_network_that_timm_has() -> None:
+    timm = pytest.importorskip("timm", reason="needs timm (requirements-encoders.txt)")
+    torch.manual_seed(0)
+    own = EfficientNetLite0()
+    with_random_statistics(own)
+    reference = timm.create_model(
+        "efficientnet_lite0", features_only=True, out_indices=(1, 2, 3, 4), bn_eps=1e-3
+    )
+    tensors = own.state_dict().values()
+    reference.load_state_dict(dict(zip(reference.state_dict(), tensors, strict=True)))
+    image = torch.rand(2, 3, 72, 104) * 2 - 1
+    with torch.inference_mode():
+        pairs = list(zip(own.eval()(image), reference.eval()(image), strict=True))
+    for mine, expected in pairs:
+        assert expected.std() > 0
+        torch.testing.assert_close(mine, expected, rtol=1e-5, atol=1e-5)
+
+
+def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
+    torch.save({"_conv_stem.weight": torch.zeros(3)}, tmp_path / "other.pth")
+    with pytest.raises(ValueError, match="does not hold the backbone"):
+        load_backbone_weights(EfficientNetLite0(), tmp_path / "other.pth")
+
+
+def test_sizes_are_rounded_up() -> None:
+    levels = EfficientNetLite0().eval()(torch.zeros(1, 3, 120, 72))
+    assert [tuple(level.shape[2:]) for level in levels] == [(30, 18), (15, 9), (8, 5), (4, 3)]
+    assert tuple(level.shape[1] for level in levels) == WIDTHS
+
+
+def test_the_output_of_a_depthwise_convolution_has_the_dtype_of_its_input() -> None:
+    layer, x = DepthwiseConv(8, 5), torch.randn(2, 8, 6, 7).bfloat16()
+    y = layer(x)
+    assert y.dtype == torch.bfloat16
+    y.float().sum().backward()
+    assert layer.weight.grad is not None
+    assert layer.weight.grad.dtype == torch.float32
+
+
+def test_features_have_stride_8_and_length_one() -> None:
+    torch.manual_seed(0)
+    features = MiniNetwork().eval()(torch.rand(2, 3, 40, 72) * 255)
+    assert features.shape == (2, FEATURE_DIM, 5, 9)
+    torch.testing.assert_close(features.norm(dim=1), torch.ones(2, 5, 9))
+
+
+def test_a_patch_depends_on_the_opposite_end_of_the_image() -> None:
+    torch.manual_seed(0)
+    network = MiniNetwork()
+    first = torch.rand(1, 3, 64, 256) * 255
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.momentum = 1.0
+    network(first)  # the statistics become those of this image
+    network.eval()
+    second = first.clone()
+    second[..., 192:] = 0
+    with torch.inference_mode():
+        change = network.forward_features(first) - network.forward_features(second)
+    assert change[..., 0].abs().max() > 1e-4
+
+
+def test_patch_targets_are_shares_of_pixels() -> None:
+    label = np.zeros((1, 8, 16), np.uint8)
+    label[0, :2, :8] = 1
+    label[0, :, 12:] = NO_CLASS
+    np.testing.assert_allclose(patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
+
+
+def test_rare_classes_weigh_more_and_the_mean_is_one() -> None:
+    frequency = np.array([0.9, 0.1, 0.0], np.float32)
+    weights = class_weights(frequency, 0.5).numpy()
+    assert weights[1] / weights[0] == pytest.approx(3)
+    assert weights[2] > weights[1]
+    assert weights @ frequency == pytest.approx(1, rel=0.02)
+    np.testing.assert_allclose(class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
+
+
+def test_the_loss_is_least_at_the_right_text() -> None:
+    texts = torch.eye(3, 384)
+    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    weights = torch.ones(2)
+
+    def loss(features: torch.Tensor) -> float:
+        return alignment_loss(features, targets, texts, weights).item()
+
+    right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
+    assert loss(right) == pytest.approx(0, abs=1e-6)
+    assert loss(wrong) == pytest.approx(20.5, abs=1e-4)  # 20 nats and a cosine of 0
+    assert loss(neutral) == pytest.approx(20.5, abs=1e-4)
+    assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
+
+
+def test_the_loss_is_a_mean_weighted_by_class() -> None:
+    texts = torch.eye(2, 384)
+    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0]])
+    features = texts[[0, 0]]  # the second class is missed
+    for weight, expected in ((1.0, 20.5 / 2), (3.0, 20.5 * 3 / 4)):
+        weights = torch.tensor([1.0, weight])
+        loss = alignment_loss(features, targets, texts, weights).item()
+        assert loss == pytest.approx(expected, abs=1e-4)
+
+
+def loss_of(state: TrainState, step: int) -> torch.Tensor:
+    """Some loss that depends on all weights."""
+    generator = torch.Generator().manual_seed(step)
+    rgb = torch.rand(2, 3, 32, 32, generator=generator) * 255
+    return state.network.forward_features(rgb).square().mean()
+
+
+def advance(state: TrainState, steps: int) -> None:
+    """Optimize that many times."""
+    state.network.train()
+    for _ in range(steps):
+        state.optimize(loss_of(state, state.step))
+
+
+def test_the_learning_rate_warms_up_and_falls_twice() -> None:
+    factors = [learning_rate_factor(step, PARAMS) for step in range(PARAMS.total_steps)]
+    assert factors[:10] == pytest.approx([0.1 * (i + 1) for i in range(10)])
+    assert factors[10] == 1
+    assert factors[55] == pytest.approx(0.5)
+    peak = PARAMS.full_image_learning_rate / PARAMS.learning_rate
+    assert factors[100] == pytest.approx(peak)
+    assert factors[110] == pytest.approx(peak / 2)
+    assert factors[119] == pytest.approx(peak * 0.5 * (1 + math.cos(math.pi * 0.95)))
+    assert max(factors) == 1
+
+
+def test_the_average_is_a_moving_one_whose_decay_grows() -> None:
+    average, slow = torch.zeros(1), 0.0
+    for count in range(1, 30):
+        value = torch.tensor([float(count)])
+        average = average_tensor(0.6, average, value, torch.tensor(count))
+        decay = min(0.6, (1 + count) / (10 + count))
+        slow = decay * slow + (1 - decay) * count
+        assert average.item() == pytest.approx(slow, rel=1e-5)
+    counter = average_tensor(0.6, torch.tensor(3), torch.tensor(7), torch.tensor(5))
+    assert counter.item() == 7
+
+
+def test_the_optimizer_follows_the_schedule_also_after_loading(tmp_path: Path) -> None:
+    state = TrainState(PARAMS, RECORD, CPU)
+    advance(state, 3)
+    state.save(tmp_path)
+    resumed = TrainState(PARAMS, RECORD, CPU)
+    resumed.load(tmp_path)
+    factor = learning_rate_factor(3, PARAMS)
+    for each in (state, resumed):
+        assert each.step == 3
+        pyramid, backbone = (each._optimizer.param_groups[i]["lr"] for i in (0, 2))
+        assert pyramid == pytest.approx(PARAMS.learning_rate * factor)
+        assert backbone == pytest.approx(pyramid * PARAMS.backbone_lr_scale)
+
+
+def test_a_checkpoint_of_another_release_is_refused(tmp_path: Path) -> None:
+    state = TrainState(PARAMS, RECORD, CPU)
+    state.save(tmp_path)
+    tensors = load_file(tmp_path / CHECKPOINT)
+    save_file(tensors, tmp_path / CHECKPOINT, metadata={"step": "1", "steps": "2"})
+    with pytest.raises(ValueError, match="another release of onemap train: move it away"):
+        state.load(tmp_path)
+    with pytest.raises(ValueError, match="another release"):
+        load_averaged_network(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"steps": 7}, "steps 100 rather than 7"),
+        ({"seed": 3}, "seed 0 rather than 3"),
+        ({"pictures": 12}, "pictures 6 rather than 12"),
+    ],
+)
+def test_a_training_with_other_options_is_not_gone_on_with(
+    tmp_path: Path, change: dict[str, int], named: str
+) -> None:
+    TrainState(PARAMS, RECORD, CPU).save(tmp_path)
+    other = TrainState(PARAMS, replace(RECORD, **change), CPU)
+    with pytest.raises(ValueError, match=f"{named}: repeat its options, or choose another --work"):
+        other.load(tmp_path)
+
+
+def test_a_damaged_checkpoint_is_named(tmp_path: Path) -> None:
+    (tmp_path / CHECKPOINT).write_bytes(b"half")
+    with pytest.raises(ValueError, match="is damaged"):
+        load_averaged_network(tmp_path)
+
+
+def test_a_training_that_diverges_keeps_its_weights() -> None:
+    state = TrainState(PARAMS, RECORD, CPU)
+    before = {name: tensor.clone() for name, tensor in state.network.named_parameters()}
+    with pytest.raises(ValueError, match="diverged in step 1, loss nan: try another --seed"):
+        state.optimize(loss_of(state, 0) * math.nan)
+    for name, tensor in state.network.named_parameters():
+        assert torch.equal(tensor, before[name]), name
+
+
+def test_a_folder_without_a_checkpoint_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="holds no checkpoint: make one with"):
+        load_averaged_network(tmp_path)
 
 
 def train(
-    folder: Path, params: TrainParams, *, stop_at: int = 0, kill_at: int = 0
+    folder: Path,
+    params: TrainParams,
+    *,
+    stop_at: int = 0,
+    kill_at: int = 0,
 ) -> tuple[MiniNetwork, list[TrainingProgress]]:
     """Train; ``stop_at`` interrupts after that step, as Ctrl-C would, ``kill_at`` ends us."""
     reports: list[TrainingProgress] = []
@@ -55,7 +299,7 @@ def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     whole, reports = train(tmp_path / "whole", tiny_params())
     assert [report.step for report in reports] == [1, 2, 3, 4]
     assert {report.steps for report in reports} == {4}
-    assert torch.equal(weights_of(load_averaged_network(tmp_path / "whole")), weights_of(whole))
+    assert torch.equal(weights_of(load_averaged_network(tmp_path / "whole")[0]), weights_of(whole))
     other, _ = train(tmp_path / "other", tiny_params(seed=1))
     assert not torch.allclose(weights_of(other), weights_of(whole), rtol=1e-3, atol=1e-4)
     # Interrupted after step 3: what comes after the checkpoint of step 2 is repeated.
@@ -102,19 +346,6 @@ def test_training_starts_from_the_backbone_and_keeps_its_early_stages(tmp_path: 
             continue
         same = torch.allclose(tensor, source[name], rtol=1e-4, atol=1e-6)
         assert same == name.startswith(FROZEN), name
-
-
-def test_a_training_starts_from_the_averaged_network_of_another(tmp_path: Path) -> None:
-    first, _ = train(tmp_path / "first", tiny_params(learning_rate=0.1))
-    params = tiny_params(
-        learning_rate=1e-9, seed=1, full_image_share=0.0, start_from=tmp_path / "first"
-    )
-    second, reports = train(tmp_path / "second", params)
-    assert [report.step for report in reports] == [1, 2, 3]
-    source = first.state_dict()
-    for name, tensor in second.state_dict().items():
-        if name.startswith("backbone.") or name.endswith(("weight", "bias")):
-            torch.testing.assert_close(tensor, source[name], rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import typer
 
 from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.bench.clients_command import app as clients_app
-from onemap_tools.bench.foreign_command import app as foreign_app
 from onemap_tools.bench.fusion_command import app as fusion_app
 from onemap_tools.bench.habitat.command import app as habitat_app
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
@@ -40,7 +39,7 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
-for group in (clients_app, foreign_app, fusion_app, query_app, transport_app):
+for group in (clients_app, fusion_app, query_app, transport_app):
     app.add_typer(group)
 
 

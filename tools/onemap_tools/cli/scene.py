@@ -1,8 +1,7 @@
-"""``onemap scene``: check a scene file before a robot searches in it, or write one to try."""
+"""``onemap scene``: check a scene file before a robot searches in it."""
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,15 +10,6 @@ import typer
 from onemap_tools.cli.options import Json
 from onemap_tools.cli.terminal import print_json, result_console
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
-
-
-class Sample(str, Enum):
-    """The apartments that ``onemap scene sample`` writes."""
-
-    NORTHERN_FLAT = "northern-flat"
-    OLD_TOWN_FLAT = "old-town-flat"
-    LOFT = "loft"
-
 
 app = typer.Typer(no_args_is_help=True, help="Look at a scene file of your own.")
 
@@ -64,29 +54,3 @@ def check(
     if as_json:
         print_json(scene_report.document(inspection, picture))
     raise typer.Exit(EXIT_OK if inspection.searchable else EXIT_FAILED)
-
-
-@app.command()
-def sample(
-    file: Annotated[Path, typer.Argument(dir_okay=False, help="The GLB file to write.")],
-    apartment: Annotated[Sample, typer.Option(help="Which one.")] = Sample.NORTHERN_FLAT,
-    furnishing: Annotated[
-        int, typer.Option(min=0, max=2, help="Which of its three furnishings.")
-    ] = 0,
-) -> None:
-    """Write a furnished apartment to try: of the foreign test set, some 30 MB.
-
-    Its furniture and textures are not those that the encoder mini was trained on.
-    """
-    if file.suffix.lower() != ".glb":
-        raise CliError(f"The scene is a GLB file; {file} does not end in .glb.", EXIT_USAGE_ERROR)
-    with requires_extra("simulator", "This command"):
-        from onemap_tools.foreign.frames import foreign_scene
-        from onemap_tools.foreign.scene_export import glb
-
-    data = glb(foreign_scene(list(Sample).index(apartment), furnishing))
-    try:
-        file.write_bytes(data)
-    except OSError as problem:
-        raise CliError(f"{file} cannot be written: {problem.strerror}.") from problem
-    typer.echo(f"{file}: {len(data) / 1e6:.0f} MB; onemap demo --scene {file}")

@@ -17,7 +17,7 @@ from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
 from onemap_tools.export.onnx_file import export_module, least_cosine
-from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.network import MiniNetwork
 
 MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision
 

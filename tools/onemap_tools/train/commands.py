@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,15 +22,12 @@ app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Train an encoder like the shipped one."
 )
 
-# What three hours on two CPU cores have room for, with a margin: docs/encoders.md.
-APARTMENTS = 750
-PER_APARTMENT = 16
+# Of the shipped encoder.
+APARTMENTS = 600
+PER_APARTMENT = 20
 STEPS = 10_000  # about two hours on two CPU cores
 SEED = 0
-CONTINUED_LEARNING_RATE = 1.2e-3  # of weights that are trained already
 CORES = os.cpu_count() or 1
-EVALUATED = ("held_out", "other_style", "validation")
-SHOWN_WORDS = 8  # those with the lowest R-precision
 
 WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
 Output = Annotated[Path | None, typer.Option(help="Folder for the encoder; default: WORK/encoder.")]
@@ -43,13 +40,6 @@ Steps = Annotated[
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads of torch.")]
-StartFrom = Annotated[
-    Path | None,
-    typer.Option(
-        help="Folder of an earlier training's checkpoint to go on from, at a lower rate and with "
-        "fixed statistics of the trunk's norms; not WORK/run, which is this one's."
-    ),
-]
 Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
 
 DEFAULT_WORK = Path("runs/mini")
@@ -62,7 +52,6 @@ def mini(
     output: Output = None,
     steps: Steps = STEPS,
     seed: Seed = SEED,
-    start_from: StartFrom = None,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
@@ -71,19 +60,10 @@ def mini(
         from onemap_tools.train import pipeline
 
         # Not only after a quarter of an hour of rendering.
-        _check_start(work, start_from)
         pipeline.find_pretrained()
         pipeline.choose_device(device)
     render(work, output)
-    train(
-        work=work,
-        output=output,
-        steps=steps,
-        seed=seed,
-        start_from=start_from,
-        device=device,
-        threads=threads,
-    )
+    train(work=work, output=output, steps=steps, seed=seed, device=device, threads=threads)
     export(work, output)
     evaluate(work, output, card=True)
 
@@ -110,7 +90,6 @@ def train(
     output: Output = None,
     steps: Steps = STEPS,
     seed: Seed = SEED,
-    start_from: StartFrom = None,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
@@ -119,11 +98,7 @@ def train(
         from onemap_tools.train import pipeline
         from onemap_tools.train.params import TrainParams
 
-        _check_start(work, start_from)
         params = TrainParams(steps=steps, seed=seed)
-        if start_from is not None:
-            update = {"start_from": start_from, "learning_rate": CONTINUED_LEARNING_RATE}
-            params = params.model_copy(update=update)
         pipeline.train(_folders(work, output), params, device, threads)
 
 
@@ -155,62 +130,15 @@ def evaluate(
 
         folders = _folders(work, output)
         if card:
-            pipeline.training_rounds(folders)  # known before the minutes of the evaluation
+            pipeline.training_record(folders)  # known before the minutes of the evaluation
         figures = pipeline.evaluate_encoder(folders)
         if card:
             pipeline.write_card(folders, figures)
-    for line in summary_lines(figures):
-        typer.echo(line, err=as_json)
+        from onemap_tools.train.model_card import figures_table
+
+    typer.echo(f"encoder {figures['encoder_id']}\n{figures_table(figures)}", err=as_json)
     if as_json:
         typer.echo(json.dumps(figures))
-
-
-def summary_lines(figures: dict[str, Any]) -> Iterator[str]:
-    """Figures of an evaluation as text, one paragraph per set of frames."""
-    yield f"encoder {figures['encoder_id']}"
-    for name in EVALUATED:
-        part = figures[name]
-        yield f"{name}: {part['frames']} frames, {part['classes']} classes"
-        yield (
-            f"  pixel accuracy {part['pixel_accuracy']:.3f}  mIoU {part['miou']:.3f}  "
-            f"calibration error {part['calibration_error']:.3f}"
-        )
-        best = part["best_answer"]
-        yield (
-            f"  best answers: calibration error {best['calibration_error']:.3f}  "
-            f"sure {best['sure']:.3f}, of these wrong {best['wrong_of_sure']:.3f}"
-        )
-        detector = part["detector"]
-        yield (
-            f"  detector patches: precision {detector['precision']:.3f}  "
-            f"recall {detector['recall']:.3f}"
-        )
-        for words in ("names", "held_out_aliases"):
-            row = part[words]
-            yield (
-                f"  {words}: R-precision {row['r_precision']:.3f}  "
-                f"AUROC {row['auroc_mean_over_words']:.3f}, pooled {row['auroc_pooled']:.3f}"
-            )
-            worst = list(row["r_precision_by_word"].items())[:SHOWN_WORDS]
-            yield "    worst: " + ", ".join(f"{word} {value:.2f}" for word, value in worst)
-
-
-def _check_start(work: Path, start_from: Path | None) -> None:
-    """Refuse a folder without weights, and the one that this training writes to.
-
-    Where that one has a checkpoint already, the training goes on from it, whatever it began with.
-    """
-    from onemap_tools.train.train_state import CHECKPOINT, read_checkpoint_rounds
-
-    if start_from is None:
-        return
-    if start_from.resolve() == (work / "run").resolve():
-        raise CliError(
-            f"{start_from} is where this training writes to: move it, say to {work / 'first'}",
-            EXIT_USAGE_ERROR,
-        )
-    if not (work / "run" / CHECKPOINT).exists():
-        read_checkpoint_rounds(start_from)
 
 
 def _folders(folder: Path, output: Path | None) -> TrainingFolders:

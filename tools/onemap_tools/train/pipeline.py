@@ -1,14 +1,13 @@
 """The four steps of making the encoder: render, train, export, evaluate.
 
-Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out``,
-``other_style`` and ``validation`` (frames) and ``run`` (checkpoint and log).
+Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out`` and
+``other_style`` (frames) and ``run`` (checkpoint and log).
 """
 
 from __future__ import annotations
 
 import ctypes
 import json
-import os
 import shutil
 import sys
 import tempfile
@@ -32,41 +31,31 @@ from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE
-from onemap_tools.train.data.frame_dataset import (
+from onemap_tools.train.batches import build_text_bank
+from onemap_tools.train.evaluation import DEFAULT_CALIBRATION, evaluate, fit_temperature
+from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
-    NAMELESS,
     TRAIN_SEEDS,
     FrameDataset,
     FrameSetSpec,
     open_frames,
     render_frames,
 )
-from onemap_tools.train.data.text_targets import build_text_bank
-from onemap_tools.train.evaluation.best_answers import best_answers
-from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
-from onemap_tools.train.evaluation.evaluate import evaluate
-from onemap_tools.train.evaluation.model_card import model_card
-from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
-from onemap_tools.train.network.backbone import INSTALL as INSTALL_BACKBONE
-from onemap_tools.train.network.backbone import find_backbone_weights
-from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.model_card import EVALUATION_SETS, model_card
+from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
+from onemap_tools.train.network import MiniNetwork, find_backbone_weights
 from onemap_tools.train.params import TrainParams
-from onemap_tools.train.rounds import TRAINING_FILE, Rounds, read_rounds, write_rounds
-from onemap_tools.train.train_state import load_averaged_network, read_checkpoint_rounds
-from onemap_tools.train.trainer import TrainingProgress, train_mini
-from onemap_tools.train.variety.kinds import VALIDATION, VARIED
-from onemap_tools.train.variety.strangers import STRANGER
+from onemap_tools.train.trainer import (
+    TrainingProgress,
+    TrainingRecord,
+    load_averaged_network,
+    train_mini,
+)
 
+TRAINING_FILE = "training.json"  # beside the weights: what they were trained with
 NOTES_FILE = "NOTES.md"  # on one particular training; the model card ends with it
 TIMED_IMAGES = 50
 COMPARED_IMAGES = 5  # between torch and ONNX
-EVALUATION_TITLES = {
-    "held_out": "held-out apartments",
-    "other_style": "held-out style",
-    "validation": "validation style",
-}
-VARIED_SHARE = 0.65  # of the apartments trained on; the rest are the simulator's own
-MAX_BATCH_THREADS = 8  # beside a GPU; one keeps up with a CPU
 # Of glibc's malloc.h.
 M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
 UNLIMITED_BYTES = 2**31 - 1
@@ -93,23 +82,12 @@ class TrainingFolders:
 
 
 def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
-    """The frames to render, by folder. No seed occurs in two of them.
-
-    The validation style is neither trained on nor reported as a held-out style: the temperature
-    is fitted on some of its apartments, other trainings are compared by the rest.
-    """
-    seeds = EVALUATION_SEEDS
+    """The frames to render, by folder. No seed occurs in two of them."""
     return {
-        "held_out": FrameSetSpec(tuple(seeds[:30]), 20),
-        "other_style": FrameSetSpec(tuple(seeds[30:60]), 20, style=HELD_OUT),
-        "calibrate": FrameSetSpec(tuple(seeds[60:75]), 20, variety=VALIDATION),
-        "validation": FrameSetSpec(tuple(seeds[75:90]), 20, variety=VALIDATION),
-        "train": FrameSetSpec(
-            tuple(TRAIN_SEEDS[:apartments]),
-            per_apartment,
-            variety=VARIED,
-            varied_share=VARIED_SHARE,
-        ),
+        "held_out": FrameSetSpec(tuple(EVALUATION_SEEDS[:30]), 20),
+        "other_style": FrameSetSpec(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
+        "calibrate": FrameSetSpec(tuple(EVALUATION_SEEDS[60:75]), 20),
+        "train": FrameSetSpec(tuple(TRAIN_SEEDS[:apartments]), per_apartment),
     }
 
 
@@ -166,7 +144,6 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
     keep_freed_memory()
     torch.set_num_threads(threads)
     chosen = choose_device(device)
-    ahead = 1 if chosen.type == "cpu" else min(os.cpu_count() or 1, MAX_BATCH_THREADS)
     with _progress_bar("training", params.total_steps) as show:
 
         def report(progress: TrainingProgress) -> None:
@@ -176,7 +153,7 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
             frames,
             bank,
             folders.work / "run",
-            params=params.model_copy(update={"backbone_weights": weights, "batch_threads": ahead}),
+            params=replace(params, backbone_weights=weights),
             device=chosen,
             report=report,
         )
@@ -215,8 +192,8 @@ def export(folders: TrainingFolders) -> ExportReport:
 
     All of them or, where a step fails, none: an encoder that was there stays as it was.
     """
-    run, output = folders.work / "run", folders.output
-    network, rounds = load_averaged_network(run), read_checkpoint_rounds(run)
+    output = folders.output
+    network, record = load_averaged_network(folders.work / "run")
     frames = _open_frames(folders, "calibrate")
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".export-") as name:
@@ -234,7 +211,7 @@ def export(folders: TrainingFolders) -> ExportReport:
         same = before > 0 and (output / NETWORK_FILE).read_bytes() == path.read_bytes()
         save_calibration(made, replace(DEFAULT_CALIBRATION, floor=before if same else 0.0))
         _fit_temperature(made, frames)
-        write_rounds(made, rounds)
+        (made / TRAINING_FILE).write_text(record.dump() + "\n", encoding="utf-8")
         for file in made.iterdir():
             file.replace(output / file.name)
     return ExportReport(cosine, 0.0 if same else before)
@@ -260,7 +237,7 @@ def save_calibration(folder: Path, calibration: Calibration) -> None:
 
 
 def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
-    """Figures on held-out apartments, the held-out style and the validation style, and facts.
+    """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
 
     Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
@@ -269,54 +246,37 @@ def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
         "encoder_id": encoder.encoder_id,
         "facts": _measure_facts(folders, encoder),
     }
-    for name in EVALUATION_TITLES:
+    for name in EVALUATION_SETS:
         frames = _open_frames(folders, name)
-        with _progress_bar(f"evaluating {name}", 2 * len(frames)) as show:
+        with _progress_bar(f"evaluating {name}", len(frames)) as show:
 
             def progress(done: int, show: ShowProgress = show) -> None:
                 show(done, "")
 
-            result[name] = _figures(encoder, folders.vocabulary, frames, progress)
+            result[name] = evaluate(encoder, folders.vocabulary, frames, progress)
     return result
 
 
-def _figures(
-    encoder: MiniEncoder, vocabulary: Vocabulary, frames: FrameDataset, show: Callable[[int], None]
-) -> dict[str, Any]:
-    """The figures of a set, and the trust in the best answers, also about nameless things."""
-    figures = evaluate(encoder, vocabulary, frames, show)
-    nameless = len(vocabulary.names)
-    pairs = [
-        (rgb, np.where(label == NAMELESS, np.uint8(nameless), label))
-        for rgb, label in zip(frames.rgb, frames.label, strict=True)
-    ]
-    shown = len(frames)
-    figures["best_answer"] = best_answers(
-        encoder, vocabulary.names, pairs, lambda done: show(shown + done), (STRANGER,)
-    )
-    return figures
-
-
-def training_rounds(folders: TrainingFolders) -> Rounds:
+def training_record(folders: TrainingFolders) -> TrainingRecord:
     """What the exported weights were trained with; TrainingError where that is not known."""
-    rounds = read_rounds(folders.output)
-    if not rounds:
+    path = folders.output / TRAINING_FILE
+    try:
+        return TrainingRecord.parse(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
         raise TrainingError(
-            f"{folders.output} has no {TRAINING_FILE}, from which the card says what it was "
-            "trained with: export it with 'onemap train export'"
-        )
-    return rounds
+            f"{path} is missing, from which the card says what the weights were trained with: "
+            "export them with 'onemap train export'"
+        ) from None
+    except ValueError as problem:
+        raise TrainingError(f"{path}: {problem}") from problem
 
 
 def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
-    """Write ``MODEL_CARD.md`` and its plots beside the weights."""
+    """Write ``MODEL_CARD.md`` beside the weights."""
     path, notes = folders.output / "MODEL_CARD.md", folders.output / NOTES_FILE
     text = notes.read_text(encoding="utf-8") if notes.exists() else ""
-    card = model_card(figures, training_rounds(folders), text)
+    card = model_card(figures, training_record(folders), text)
     path.write_text(card.rstrip() + "\n", encoding="utf-8")
-    draw_confusion(figures["held_out"], folders.output)
-    parts = {title: figures[name] for name, title in EVALUATION_TITLES.items()}
-    draw_reliability(parts, folders.output)
     return path
 
 

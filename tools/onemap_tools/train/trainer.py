@@ -5,30 +5,64 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
 from torch import Tensor
+from torch.optim.lr_scheduler import LambdaLR
+from torch.optim.swa_utils import AveragedModel
 
-from onemap_tools.train.data.batches import Batch, BatchSource, class_frequency
-from onemap_tools.train.data.frame_dataset import FrameDataset
-from onemap_tools.train.data.text_targets import TextBank
-from onemap_tools.train.network.backbone import FROZEN_STRIDE
-from onemap_tools.train.network.losses import (
-    ClassWeighting,
-    alignment_loss,
-    class_weights,
-    confusable_classes,
-)
-from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.batches import Batch, BatchSource, TextBank, class_frequency
+from onemap_tools.train.frames import FrameDataset
+from onemap_tools.train.losses import alignment_loss, class_weights
+from onemap_tools.train.network import MiniNetwork, load_backbone_weights
 from onemap_tools.train.params import TrainParams
-from onemap_tools.train.rounds import TrainingRound
-from onemap_tools.train.train_state import CHECKPOINT, TrainState
 
+CHECKPOINT = "checkpoint.safetensors"
+FORMAT = "7"  # of the checkpoint; those before hold other weights that learn, or other names
 LOG_FILE = "log.jsonl"
 LOSS_WEIGHT = 0.02  # of the newest step in the reported moving average
+MAX_GRADIENT_NORM = 5.0
+NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingRecord:
+    """What a network is trained with; kept in its checkpoint and beside its weights."""
+
+    steps: int
+    seed: int
+    pictures: int
+    apartments: int
+
+    def dump(self) -> str:
+        """As JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def parse(cls, text: str) -> TrainingRecord:
+        """The record of ``dump``; ValueError if the text is something else."""
+        try:
+            return cls(**json.loads(text))
+        except TypeError as problem:
+            raise ValueError(f"not the record of a training: {problem}") from problem
+
+    def difference(self, asked: TrainingRecord) -> str:
+        """In words, what differs: "steps 7500 rather than 5000, seed 0 rather than 1"."""
+        other = asdict(asked)
+        return ", ".join(
+            f"{name} {value} rather than {other[name]}"
+            for name, value in asdict(self).items()
+            if value != other[name]
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +89,9 @@ def train_mini(
     if that checkpoint is of a training with other options, or if the training diverges.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    frozen = 0 if params.backbone_weights is None else FROZEN_STRIDE
-    this_round = TrainingRound(params.steps, params.seed, len(frames), frames.scenes, frozen)
-    resumed = (folder / CHECKPOINT).exists()
-    state = TrainState(params, this_round, device, resumed=resumed)
-    if resumed:
+    record = TrainingRecord(params.steps, params.seed, len(frames), frames.scenes)
+    state = TrainState(params, record, device)
+    if (folder / CHECKPOINT).exists():
         state.load(folder)
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
@@ -76,18 +108,183 @@ def train_mini(
     return state.averaged_network.eval()
 
 
+class TrainState:
+    """All that a checkpoint holds. ``step``: optimizer steps done."""
+
+    def __init__(self, params: TrainParams, record: TrainingRecord, device: torch.device) -> None:
+        torch.manual_seed(params.seed)
+        self.step = 0
+        self.network = MiniNetwork().to(device)
+        if params.backbone_weights is not None:
+            load_backbone_weights(self.network.backbone, params.backbone_weights)
+            self.network.backbone.freeze()
+        self.network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._params = params
+        self._record = record
+        self._device = device
+        self._average = AveragedModel(
+            self.network, avg_fn=partial(average_tensor, params.ema_decay), use_buffers=True
+        )
+        self._average.update_parameters(self.network)  # the first one copies
+        self._optimizer = torch.optim.AdamW(_parameter_groups(self.network, params))
+        self._schedule = self._schedule_from(step=0)
+
+    @property
+    def averaged_network(self) -> MiniNetwork:
+        """Moving average of weights and batch-norm statistics: what is exported."""
+        network = self._average.module
+        assert isinstance(network, MiniNetwork)
+        return network
+
+    def optimize(self, loss: Tensor) -> None:
+        """One optimizer step on the loss; updates the averaged network and the learning rate.
+
+        Raises ValueError before any weight becomes NaN: the checkpoint before stays good.
+        """
+        self._optimizer.zero_grad(set_to_none=True)
+        torch.autograd.backward(loss)
+        norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT_NORM)
+        if not torch.isfinite(norm):
+            raise ValueError(
+                f"the training diverged in step {self.step + 1}, loss {loss.item():g}: "
+                "try another --seed, in another --work"
+            )
+        self._optimizer.step()
+        self.step += 1
+        self._average.update_parameters(self.network)
+        self._schedule.step()
+
+    def save(self, folder: Path) -> None:
+        """Write the checkpoint; an interruption while writing leaves the previous one."""
+        tensors = {f"{NETWORK}.{k}": v for k, v in self.network.state_dict().items()}
+        tensors |= {f"{AVERAGE}.{k}": v for k, v in self._average.state_dict().items()}
+        for index, state in self._optimizer.state_dict()["state"].items():
+            tensors |= {f"{OPTIMIZER}.{index}.{k}": v for k, v in state.items()}
+        part = folder / f"{CHECKPOINT}.part"
+        metadata = {"format": FORMAT, "step": str(self.step), "record": self._record.dump()}
+        save_file({k: v.contiguous() for k, v in tensors.items()}, part, metadata=metadata)
+        part.replace(folder / CHECKPOINT)
+
+    def load(self, folder: Path) -> None:
+        """Continue from the checkpoint.
+
+        Raises ValueError if an earlier release wrote it, or a training with other options: that
+        would make a network that no command describes.
+        """
+        sections: dict[str, dict[str, Tensor]] = {NETWORK: {}, AVERAGE: {}, OPTIMIZER: {}}
+        with _open_checkpoint(folder, device=str(self._device)) as file:
+            metadata = file.metadata()
+            if other := TrainingRecord.parse(metadata["record"]).difference(self._record):
+                raise ValueError(
+                    f"{folder} holds a training with {other}: repeat its options, or choose "
+                    "another --work"
+                )
+            for name in file.keys():  # noqa: SIM118 - not a dict
+                section, _, key = name.partition(".")
+                sections[section][key] = file.get_tensor(name)
+        self.step = int(metadata["step"])
+        self.network.load_state_dict(sections[NETWORK])
+        self._average.load_state_dict(sections[AVERAGE])
+        state: dict[int, dict[str, Tensor]] = {}
+        for name, tensor in sections[OPTIMIZER].items():
+            index, _, key = name.partition(".")
+            state.setdefault(int(index), {})[key] = tensor
+        groups = self._optimizer.state_dict()["param_groups"]
+        self._optimizer.load_state_dict({"state": state, "param_groups": groups})
+        self._schedule = self._schedule_from(self.step)
+
+    def _schedule_from(self, step: int) -> LambdaLR:
+        factor = partial(learning_rate_factor, params=self._params)
+        return LambdaLR(self._optimizer, factor, last_epoch=step - 1)
+
+
+def load_averaged_network(folder: Path) -> tuple[MiniNetwork, TrainingRecord]:
+    """The checkpoint's averaged network, in evaluation mode, and what it was trained with.
+
+    ValueError without one.
+    """
+    network, prefix = MiniNetwork(), f"{AVERAGE}.module."
+    with _open_checkpoint(folder) as file:
+        names = [name for name in file.keys() if name.startswith(prefix)]  # noqa: SIM118
+        network.load_state_dict({n.removeprefix(prefix): file.get_tensor(n) for n in names})
+        record = TrainingRecord.parse(file.metadata()["record"])
+    return network.eval(), record
+
+
+@contextmanager
+def _open_checkpoint(folder: Path, device: str = "cpu") -> Iterator[Any]:
+    """The checkpoint's tensors; ValueError if it is missing, damaged or of another release."""
+    path = folder / CHECKPOINT
+    if not path.is_file():
+        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
+    try:
+        opened = safe_open(path, "pt", device=device)
+    except SafetensorError as problem:
+        raise ValueError(f"{path} is damaged: {problem}: remove it to train anew") from problem
+    with opened as file:
+        if (file.metadata() or {}).get("format") != FORMAT:
+            raise ValueError(
+                f"{path} was written by another release of onemap train: move it away to train anew"
+            )
+        yield file
+
+
+def learning_rate_factor(step: int, params: TrainParams) -> float:
+    """Learning rate of a step over the peak rate.
+
+    Linear warm-up and a half cosine to zero on crops, then another half cosine on whole images.
+    """
+    if step < params.warmup_steps:
+        return (step + 1) / params.warmup_steps
+    if step < params.steps:
+        return _half_cosine((step - params.warmup_steps) / (params.steps - params.warmup_steps))
+    peak = params.full_image_learning_rate / params.learning_rate
+    return peak * _half_cosine((step - params.steps) / max(params.total_steps - params.steps, 1))
+
+
+def average_tensor(decay: float, average: Tensor, current: Tensor, count: Tensor | int) -> Tensor:
+    """Exponential moving average after ``count`` updates; counters are copied.
+
+    The decay grows from 2/11, so that the random initial weights are soon forgotten.
+    """
+    if not average.dtype.is_floating_point:
+        return current
+    done = int(count)
+    return torch.lerp(average, current, 1 - min(decay, (1 + done) / (10 + done)))
+
+
+def _half_cosine(progress: float) -> float:
+    """From 1 at progress 0 to 0 at progress 1."""
+    return 0.5 * (1 + math.cos(math.pi * progress))
+
+
+def _parameter_groups(network: MiniNetwork, params: TrainParams) -> list[dict[str, Any]]:
+    """Trainable parameters by learning rate; weights decay, biases and norms do not."""
+    backbone = set(network.backbone.parameters())
+    return [
+        {
+            "params": [
+                p
+                for p in network.parameters()
+                if p.requires_grad and (p in backbone, p.ndim > 1) == (in_backbone, decays)
+            ],
+            "lr": params.learning_rate * (params.backbone_lr_scale if in_backbone else 1.0),
+            "weight_decay": params.weight_decay if decays else 0.0,
+        }
+        for in_backbone in (False, True)
+        for decays in (False, True)
+    ]
+
+
 class _BatchLoss:
     """The loss of a batch, with class texts and class weights on the device."""
 
     def __init__(
         self, frames: FrameDataset, texts: TextBank, params: TrainParams, device: torch.device
     ) -> None:
-        frequency = class_frequency(frames)
-        confusable = confusable_classes(frames.classes, params.hard_pairs).to(device)
-        self._strong, self._weak = (
-            ClassWeighting(class_weights(frequency, power).to(device), confusable)
-            for power in (params.balance_power, params.weak_balance_power)
-        )
+        frequency = class_frequency(frames, np.random.default_rng(params.seed))
+        self._strong_weights = class_weights(frequency, params.balance_power).to(device)
+        self._weak_weights = class_weights(frequency, params.weak_balance_power).to(device)
         self._texts = TextBank(texts.aliases.to(device), texts.neutral.to(device))
         self._params = params
         self._device = device
@@ -102,8 +299,8 @@ class _BatchLoss:
             features = network.forward_features(rgb.contiguous(memory_format=torch.channels_last))
         # Channels lie last in memory: this is a view, and so is its gradient.
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
-        weighting = self._weak if step >= params.weak_from_step else self._strong
-        return alignment_loss(rows, targets, self._texts.sample(generator), weighting, params.loss)
+        weights = self._weak_weights if step >= params.weak_from_step else self._strong_weights
+        return alignment_loss(rows, targets, self._texts.sample(generator), weights)
 
 
 def _moving_average(average: float, value: float) -> float:

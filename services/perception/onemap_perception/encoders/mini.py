@@ -25,7 +25,7 @@ from onemap_perception.text.minilm import MiniLm, find_model_folder
 from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
 
 STRIDE = 8
@@ -48,14 +48,6 @@ class MiniParams(ChannelParams):
     folder: Path = Field(
         default=SHIPPED, description="Weights and words; another folder holds one's own training."
     )
-    second_view: float | None = Field(
-        default=None,
-        ge=0.5,
-        le=2.0,
-        description="The network sees each image a second time, mirrored and this many times as "
-        "large, and features are the mean of both: 1.25 errs less and takes three times as long. "
-        "Unset: once, which leaves a small computer time for the rest.",
-    )
 
 
 class MiniEncoder:
@@ -67,15 +59,12 @@ class MiniEncoder:
     def __init__(self, params: MiniParams, *, aliases: bool = True) -> None:
         path = params.folder / NETWORK_FILE
         self._session = _open(path)
-        self._second_view = params.second_view
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
-        if params.second_view is not None:
-            self._id += f"-{params.second_view:g}"
         self._text = _load_text(params.folder, aliases=aliases)
 
     @property
     def encoder_id(self) -> str:
-        """``mini-``, the first digits of the weights' SHA-256, and a second view's size."""
+        """``mini-`` and the first digits of the weights' SHA-256."""
         return self._id
 
     @property
@@ -89,12 +78,6 @@ class MiniEncoder:
         size = input_size(rgb.shape[1], rgb.shape[0], INPUT_WIDTH_PX)
         if size != (rgb.shape[1], rgb.shape[0]):
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
-        features = self._run(rgb)
-        if self._second_view is None:
-            return features
-        return _mean_of_views(features, self._run(mirrored_and_resized(rgb, self._second_view)))
-
-    def _run(self, rgb: U8) -> F16:
         try:
             features: F16 = self._session.run(["features"], {"rgb": np.ascontiguousarray(rgb)})[0]
         except Exception as problem:  # onnxruntime's errors share no other base class
@@ -122,35 +105,6 @@ def input_size(width: int, height: int, limit_px: int) -> tuple[int, int]:
     scale = min(1.0, limit_px / width)
     columns, rows = (max(round(side * scale / STRIDE), 1) for side in (width, height))
     return columns * STRIDE, rows * STRIDE
-
-
-def mirrored_and_resized(rgb: U8, factor: float) -> U8:
-    """The image (H, W, 3) mirrored, about ``factor`` times as large, sides in multiples of 8."""
-    sides = (rgb.shape[1] * factor, rgb.shape[0] * factor)
-    columns, rows = (max(round(side / STRIDE), 1) * STRIDE for side in sides)
-    mirrored = np.ascontiguousarray(rgb[:, ::-1])
-    return cv2.resize(mirrored, (columns, rows), interpolation=cv2.INTER_LINEAR).astype(np.uint8)
-
-
-def _mean_of_views(features: F16, mirrored: F16) -> F16:
-    """Unit mean (h, w, D) of features and of those of the mirrored image, on the first's grid."""
-    rows, columns, dim = features.shape
-    back = mirrored[:, ::-1].astype(np.float32)
-    # OpenCV interpolates four channels at most.
-    level = _interpolation(rows, back.shape[0]) @ back.reshape(back.shape[0], -1)
-    aligned = _interpolation(columns, back.shape[1]) @ level.reshape(rows, -1, dim)
-    total = features + aligned
-    length = np.linalg.norm(total, axis=2, keepdims=True)
-    mean: F16 = (total / np.maximum(length, 1e-6)).astype(np.float16)
-    return mean
-
-
-def _interpolation(count: int, given: int) -> F32:
-    """Weights (count, given) of linear interpolation between the middles of cells."""
-    at = (np.arange(count) + 0.5) * given / count - 0.5
-    weights = [np.interp(at, np.arange(given), unit) for unit in np.eye(given)]
-    result: F32 = np.array(weights, np.float32).T
-    return result
 
 
 def _open(path: Path) -> Any:

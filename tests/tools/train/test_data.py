@@ -1,0 +1,198 @@
+"""Training data: frames on disk, their augmentation, batches and class texts."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_shared.geometry import U8
+from onemap_tools.train import batches
+from onemap_tools.train.augmentation import augment_full_image, augment_strong, augment_weak
+from onemap_tools.train.batches import BatchSource, build_text_bank, class_frequency
+from onemap_tools.train.frames import NO_CLASS, FrameSetSpec, open_frames, render_frames
+from tests.simulator.scenes import box_room
+from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
+
+FRAMES = tiny_frames()
+SPEC = FrameSetSpec((901, 902), per_scene=2, width=32, height=24)
+CLASSES = ("wall", "floor", "sofa")
+Augmentation = Callable[[U8, U8, tuple[int, int], np.random.Generator], tuple[U8, U8]]
+
+
+@pytest.fixture
+def _one_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    room = box_room()
+    monkeypatch.setattr("onemap_tools.train.frames.generate_apartment", lambda *_: room)
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_an_interrupted_rendering_continues(tmp_path: Path) -> None:
+    list(render_frames(tmp_path / "whole", CLASSES, SPEC))
+    assert next(iter(render_frames(tmp_path / "halves", CLASSES, SPEC))) == 2
+    assert len(open_frames(tmp_path / "halves")) == 2
+    assert list(render_frames(tmp_path / "halves", CLASSES, SPEC)) == [4]
+    whole, halves = open_frames(tmp_path / "whole"), open_frames(tmp_path / "halves")
+    np.testing.assert_array_equal(whole.rgb, halves.rgb)
+    np.testing.assert_array_equal(whole.label, halves.label)
+    assert not np.array_equal(whole.rgb[:2], whole.rgb[2:])  # other seeds, other views
+    assert (whole.scenes, whole.classes) == (2, CLASSES)
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_labels_are_indices_of_the_classes(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    every = np.unique(open_frames(tmp_path).label)
+    assert {0, 1} <= set(every.tolist()) <= {0, 1, 2, NO_CLASS}
+    list(render_frames(tmp_path / "none", ("piano",), SPEC))
+    assert np.unique(open_frames(tmp_path / "none").label).tolist() == [NO_CLASS]
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_a_folder_with_other_frames_is_refused(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    with pytest.raises(ValueError, match="with other per_scene: choose another"):
+        list(render_frames(tmp_path, CLASSES, replace(SPEC, per_scene=3)))
+    with pytest.raises(ValueError, match="with other classes"):
+        list(render_frames(tmp_path, CLASSES[:2], SPEC))
+    with pytest.raises(FileNotFoundError, match="render them first"):
+        open_frames(tmp_path / "nowhere")
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    (tmp_path / "label.npy").unlink()
+    with pytest.raises(FileNotFoundError, match=r"label\.npy is missing: remove"):
+        open_frames(tmp_path)
+
+
+def test_a_disk_without_room_is_refused_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = shutil.disk_usage(tmp_path)._replace(free=12_287)  # the frames take 12,288 bytes
+    monkeypatch.setattr("shutil.disk_usage", lambda _: full)
+    with pytest.raises(ValueError, match="GB of disk and"):
+        next(render_frames(tmp_path, CLASSES, SPEC))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_processes_render_the_same_frames(tmp_path: Path) -> None:
+    for processes in (1, 2):
+        done = render_frames(tmp_path / str(processes), CLASSES[:2], SPEC, processes)
+        assert list(done) == [2, 4]
+    alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
+    np.testing.assert_array_equal(alone.rgb, together.rgb)
+    np.testing.assert_array_equal(alone.label, together.label)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+@pytest.mark.parametrize("augment", [augment_strong, augment_weak])
+def test_size_and_labels_are_kept(augment: Augmentation, seed: int) -> None:
+    rgb, label = augment(FRAMES.rgb[0], FRAMES.label[0], (64, 48), np.random.default_rng(seed))
+    assert rgb.shape == (48, 64, 3)
+    assert rgb.dtype == label.dtype == np.uint8
+    assert label.shape == (48, 64)
+    assert set(np.unique(label).tolist()) <= {0, 1, NO_CLASS}
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_weakly_augmented_labels_lie_where_the_image_shows_the_thing(seed: int) -> None:
+    rgb, label = augment_weak(FRAMES.rgb[0], FRAMES.label[0], (64, 48), np.random.default_rng(seed))
+    kernel = np.ones((5, 5), np.uint8)
+    inside = cv2.erode(label, kernel) == cv2.dilate(label, kernel)  # away from edges
+    known = (inside & (label != NO_CLASS))[2:-2, 2:-2]
+    bright, sofa = rgb[2:-2, 2:-2, 0] > 120, label[2:-2, 2:-2] == 1
+    np.testing.assert_array_equal(bright[known], sofa[known])
+
+
+def test_a_whole_image_is_mirrored_with_its_labels_or_not_at_all() -> None:
+    rgb, label = FRAMES.rgb[0], FRAMES.label[0]
+    mirrored = []
+    for seed in range(8):
+        image, labels = augment_full_image(rgb, label, np.random.default_rng(seed))
+        mirrored.append(bool(np.array_equal(labels, label[:, ::-1])))
+        assert mirrored[-1] or np.array_equal(labels, label)
+        expected = rgb[:, ::-1] if mirrored[-1] else rgb
+        ratio = image.mean(axis=2) / expected.mean(axis=2)
+        assert 0.84 < np.median(ratio) < 1.16
+        assert ratio.std() < 0.1
+    assert set(mirrored) == {True, False}
+
+
+@pytest.mark.parametrize("augment", [augment_strong, augment_weak])
+def test_the_frame_itself_is_not_changed(augment: Augmentation) -> None:
+    rgb, label = FRAMES.rgb[1].copy(), FRAMES.label[1].copy()
+    for seed in range(10):
+        augment(rgb, label, (64, 48), np.random.default_rng(seed))
+    np.testing.assert_array_equal(rgb, FRAMES.rgb[1])
+    np.testing.assert_array_equal(label, FRAMES.label[1])
+
+
+def test_batches_depend_on_seed_and_step_alone() -> None:
+    source = BatchSource(FRAMES, tiny_params(seed=5, steps=4, batch_size=3))
+    streamed = list(source.stream(2, 4))
+    again = source.make(3)
+    np.testing.assert_array_equal(streamed[1].rgb, again.rgb)
+    np.testing.assert_array_equal(streamed[1].targets, again.targets)
+    assert again.rgb.shape == (3, 48, 64, 3)
+    assert again.targets.shape == (3 * 6 * 8, 2)
+    assert not np.array_equal(streamed[0].rgb, again.rgb)
+    other = BatchSource(FRAMES, tiny_params(seed=6, steps=4, batch_size=3))
+    assert not np.array_equal(other.make(3).rgb, again.rgb)
+
+
+def test_each_phase_augments_in_its_own_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    used: list[str] = []
+    for name in ("augment_strong", "augment_weak", "augment_full_image"):
+        real = getattr(batches, name)
+
+        def noted(*arguments: object, name: str = name, real: object = real) -> object:
+            used.append(name)
+            return real(*arguments)  # type: ignore[operator]
+
+        monkeypatch.setattr(batches, name, noted)
+    params = tiny_params(steps=10, weak_share=0.5, batch_size=20)
+    source = BatchSource(FRAMES, params)
+    phases = []
+    for step in (0, 4, 5, 9, 10):
+        used.clear()
+        batch = source.make(step)
+        phases.append((len(batch.rgb), set(used)))
+    strong, weak, full = {"augment_strong"}, {"augment_weak"}, {"augment_full_image"}
+    assert phases[:2] == [(20, strong)] * 2
+    assert phases[2:4] == [(20, strong | weak)] * 2
+    assert phases[4] == (10, full)
+
+
+def test_frequencies_are_shares_of_the_labelled_pixels() -> None:
+    frequency = class_frequency(FRAMES, np.random.default_rng(0))
+    labelled = FRAMES.label[FRAMES.label < 2]
+    np.testing.assert_allclose(frequency, [np.mean(labelled == 0), np.mean(labelled == 1)])
+
+
+def test_a_sample_holds_one_alias_of_every_class_and_the_neutral_words() -> None:
+    bank = build_text_bank(VOCABULARY, embed)
+    assert bank.aliases.shape == (2, 3, 384)
+    generator = torch.Generator().manual_seed(0)
+    seen = [set[int](), set[int]()]
+    for _ in range(50):
+        rows = bank.sample(generator).numpy()
+        assert rows.shape == (3, 384)
+        for index, entry in enumerate(VOCABULARY.classes):
+            cosines = embed([f"a {word}" for word in entry.aliases]) @ rows[index]
+            assert cosines.max() > 0.999
+            seen[index].add(int(cosines.argmax()))
+        np.testing.assert_allclose(rows[2], embed(["a car"])[0])
+    assert seen == [{0, 1}, {0, 1, 2}]

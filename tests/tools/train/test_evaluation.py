@@ -1,0 +1,184 @@
+"""Evaluation, temperature and model card, of an encoder that is right and of one that is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_perception.detectors.protocol import Image
+from onemap_perception.text.vocabulary import ObjectClass
+from onemap_shared.geometry import F16, U8
+from onemap_shared.messages import TextEmbeddings
+from onemap_tools.train import evaluation
+from onemap_tools.train.evaluation import (
+    TEMPERATURES,
+    DetectorMetrics,
+    evaluate,
+    fit_temperature,
+    most_likely_temperature,
+)
+from onemap_tools.train.frames import FrameDataset
+from onemap_tools.train.model_card import model_card
+from onemap_tools.train.trainer import TrainingRecord
+from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
+
+
+class InvertedEncoder(PerfectEncoder):
+    """Takes walls for sofas and sofas for walls."""
+
+    def encode(self, rgb: U8) -> F16:
+        return super().encode(255 - rgb)
+
+
+class WordyEncoder(PerfectEncoder):
+    """Answers any other word with a direction that no patch has."""
+
+    def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+        known = [text in {"wall", "sofa", "panel", "divan"} for text in texts]
+        queries = super().embed_text(
+            [t if k else "wall" for t, k in zip(texts, known, strict=True)]
+        )
+        rows = queries.embeddings.copy()
+        rows[~np.array(known)] = np.eye(3, dtype=np.float32)[2]
+        return replace(queries, texts=tuple(texts), embeddings=rows)
+
+
+def sofa_frames() -> FrameDataset:
+    """Two frames: one with a sofa in the middle, one of a wall alone."""
+    label = np.zeros((2, 48, 64), np.uint8)
+    label[0, 16:32, 16:48] = 1
+    rgb = np.repeat(np.where(label == 1, 200, 20).astype(np.uint8)[..., None], 3, axis=-1)
+    return FrameDataset(rgb, label, VOCABULARY.names)
+
+
+def figures(encoder: PerfectEncoder) -> Any:
+    """Of the two frames."""
+    return evaluate(encoder, VOCABULARY, sofa_frames(), lambda _: None)
+
+
+def test_a_perfect_encoder_has_perfect_figures() -> None:
+    part = figures(PerfectEncoder())
+    names, held_out = part["names"], part["held_out_aliases"]
+    assert names["r_precision"] == held_out["r_precision"] == 1
+    assert names["auroc_pooled"] == held_out["auroc_mean_over_words"] == 1
+    assert part["detector"] == {"precision": 1, "recall": 1, "wrong_per_picture": 0}
+    assert part["pixel_accuracy"] == pytest.approx(1, abs=0.03)  # edges run through patches
+    assert part["miou"] > 0.9
+    assert (part["frames"], part["classes"]) == (2, 2)
+
+
+def test_an_inverted_encoder_is_measured_as_wrong() -> None:
+    part = figures(InvertedEncoder())
+    names = part["names"]
+    assert names["r_precision_by_word"]["sofa"] == 0
+    assert names["auroc_pooled"] < 0.5
+    assert part["detector"]["precision"] == 0
+    assert part["pixel_accuracy"] < 0.1
+    assert part["calibration_error"] > figures(PerfectEncoder())["calibration_error"]
+
+
+def test_classes_are_ordered_by_figure_though_some_do_not_occur() -> None:
+    words = [entry.name for entry in VOCABULARY.classes]
+    extra = tuple(ObjectClass(name, (name,), ()) for name in ("absent", "floor", "gone", "lamp"))
+    vocabulary = replace(VOCABULARY, classes=(*VOCABULARY.classes, *extra))
+    frames = sofa_frames()
+    label = frames.label.copy()
+    label[0, :8], label[1, :8] = 3, 5  # floors and lamps that are taken for walls
+    part: Any = evaluate(WordyEncoder(), vocabulary, replace(frames, label=label), lambda _: None)
+    values = list(part["iou_by_class"].values())
+    assert values == sorted(values)
+    assert set(part["iou_by_class"]) == {*words, "floor", "lamp"}
+
+
+def test_a_wrong_and_a_missed_detection() -> None:
+    encoder = PerfectEncoder()
+    rgb = np.full((48, 64, 3), 20, np.uint8)
+    rgb[:32, :24] = 200  # looks like a sofa, and is a wall
+    shares = np.tile(np.array([1, 0], np.float32), (48, 1))
+    shares[-8:] = (0, 1)  # the sofa looks like a wall
+    counted = DetectorMetrics(VOCABULARY.names)
+    counted.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
+    assert counted.summary() == {"precision": 0.5, "recall": 0.5, "wrong_per_picture": 1}
+
+
+@given(factor=st.floats(6, 70))
+@settings(max_examples=10, deadline=None)
+def test_the_temperature_is_found_again(factor: float) -> None:
+    rng = np.random.default_rng(0)
+    cosines = rng.uniform(-0.3, 0.9, (4000, 5)).astype(np.float32)
+    shares = np.exp(factor * cosines)
+    shares /= shares.sum(axis=1, keepdims=True)
+    temperature = most_likely_temperature(cosines, shares.astype(np.float32))
+    assert temperature == pytest.approx(factor, rel=0.06)
+
+
+def test_a_perfect_encoder_gets_a_high_temperature_and_a_wrong_one_the_lowest() -> None:
+    encoder = PerfectEncoder()
+    names = encoder.embed_text(VOCABULARY.names)
+    label = np.zeros((2, 64, 96), np.uint8)
+    label[:, 16:48, 16:80] = 1  # edges between patches of 8 x 8
+    bright = np.repeat((200 * label)[..., None], 3, axis=-1)
+    for rgb, low, high in ((bright, 30, 80), (255 - bright, 0, TEMPERATURES[0])):
+        frames = FrameDataset(rgb, label, VOCABULARY.names)
+        temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
+        assert low < temperature <= high
+
+
+def test_confusion_accuracy_and_iou() -> None:
+    label = np.array([[0, 0, 1], [1, 1, 255]], np.uint8)
+    predicted = np.array([[0, 1, 1], [1, 1, 0]])
+    counts = evaluation.confusion(label, predicted, 3)
+    assert counts.tolist() == [[1, 1, 0], [0, 3, 0], [0, 0, 0]]
+    assert evaluation.accuracy(counts) == pytest.approx(0.8)
+    np.testing.assert_allclose(evaluation.iou(counts), [0.5, 0.75, np.nan])
+
+
+def test_r_precision_counts_the_best() -> None:
+    scores = np.array([0.9, 0.1, 0.8, 0.7], np.float32)
+    assert evaluation.r_precision(scores, np.array([True, False, False, True])) == 0.5
+    assert np.isnan(evaluation.r_precision(scores, np.zeros(4, bool)))
+
+
+@given(
+    positive=st.lists(st.integers(0, 5), min_size=1, max_size=8),
+    negative=st.lists(st.integers(0, 5), min_size=1, max_size=8),
+)
+def test_auroc_is_the_chance_that_a_positive_scores_above(
+    positive: list[int], negative: list[int]
+) -> None:
+    scores = np.array([*positive, *negative], np.float64)
+    slow = np.mean([1.0 if p > n else 0.5 if p == n else 0.0 for p in positive for n in negative])
+    fast = evaluation.auroc(scores, np.arange(len(scores)) < len(positive))
+    assert fast == pytest.approx(float(slow))
+
+
+def test_reliability_of_honest_and_boastful_probabilities() -> None:
+    probability = np.array([0.05, 0.15, 0.95, 0.95])
+    honest = evaluation.reliability(probability, probability)
+    assert evaluation.calibration_error(honest) == pytest.approx(0)
+    boastful = evaluation.reliability(probability, np.zeros(4))
+    assert evaluation.calibration_error(boastful) == pytest.approx(float(probability.mean()))
+    assert [row["count"] for row in honest] == [1, 1, 2]
+
+
+def test_the_card_states_the_training_and_the_figures() -> None:
+    part = figures(PerfectEncoder())
+    facts = dict.fromkeys(("parameters", "encode_ms", "words", "neutral", "temperature"), 1)
+    sets = {"held_out": part, "other_style": figures(InvertedEncoder())}
+    record = TrainingRecord(steps=70, seed=3, pictures=640, apartments=40)
+    card = model_card({"encoder_id": "mini-1234", "facts": facts, **sets}, record, "Notes.")
+    words = " ".join(card.split())
+    assert "640 images of 40 procedural apartments" in words
+    assert "70 steps from seed 3 on crops" in words
+    assert "encoder `mini-1234`" in card
+    accuracies = (sets[name]["pixel_accuracy"] for name in sets)
+    assert "| pixel accuracy | {:.3f} | {:.3f} |".format(*accuracies) in card
+    assert "| images | 2 | 2 |" in card
+    assert "| sofa | wall |" in card.split("| are taken for | share |")[1]
+    assert card.endswith("Notes.")

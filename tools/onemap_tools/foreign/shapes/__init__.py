@@ -1,1 +1,0 @@
-"""Classes of the foreign test set, eight shapes each."""

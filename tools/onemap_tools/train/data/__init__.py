@@ -1,1 +1,0 @@
-"""Training data: rendered frames, augmentation, batches and class texts."""

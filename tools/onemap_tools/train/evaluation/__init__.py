@@ -1,1 +1,0 @@
-"""Figures of the trained encoder, and the model card."""

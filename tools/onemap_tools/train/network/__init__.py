@@ -1,1 +1,0 @@
-"""The network of ``mini`` and its loss."""

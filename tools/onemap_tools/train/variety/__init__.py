@@ -1,1 +1,0 @@
-"""Variety: apartments with other materials, shapes, strangers and light, to train on."""
