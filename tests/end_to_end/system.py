@@ -129,7 +129,7 @@ class System:
         self.configuration = folder / "system.yaml"
         content: dict[str, dict[str, Any]] = {
             "bus": {"connect": [self.endpoint]},
-            "gateway": {"port": port, "ready_within_s": 2.0},
+            "gateway": {"port": port},
             "mapper": {"map_folder": str(folder / "maps")},
             "planner": {"state_dir": str(folder / "planner")},
         }

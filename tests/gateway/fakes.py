@@ -17,7 +17,7 @@ from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.app import create_app
-from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.context import GatewayContext, Paces
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
@@ -29,6 +29,7 @@ from onemap_shared.transport import RequestRejected
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000
 PICTURE = b"\xff\xd8 a JPEG \xff\xd9"
+QUICK = Paces(call_timeout_s=2.0, live_period_s=0.02)
 WAIT_S = 60.0  # far more than any message needs; a failure, not a pace
 
 
@@ -388,24 +389,24 @@ def state_reached(cache: StateCache, condition: Callable[[LiveState], bool]) -> 
 
 @contextmanager
 def gateway_on(
-    router: MemoryRouter, config: GatewayConfig | None = None
+    router: MemoryRouter, config: GatewayConfig | None = None, paces: Paces = QUICK
 ) -> Iterator[GatewayContext]:
     """A gateway on ``router``, without HTTP."""
-    config = config or GatewayConfig(call_timeout_s=2.0, live_rate_hz=50)
     bus = router.bus("gateway")
     cache = StateCache(bus)
     try:
-        rpc = RpcClient(bus, config.max_concurrent_calls)
-        yield GatewayContext(cache, rpc, config)
+        yield GatewayContext(cache, RpcClient(bus), config or GatewayConfig(), paces=paces)
     finally:
         cache.begin_close()  # its threads end by themselves
         bus.close()
 
 
 @contextmanager
-def client_on(router: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[TestClient]:
+def client_on(
+    router: MemoryRouter, config: GatewayConfig | None = None, paces: Paces = QUICK
+) -> Iterator[TestClient]:
     """A client of a gateway on ``router``."""
-    with gateway_on(router, config) as gateway:
+    with gateway_on(router, config, paces) as gateway:
         yield client_of(gateway)
 
 

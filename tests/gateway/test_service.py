@@ -22,7 +22,7 @@ from onemap_shared.messages import SearchState
 from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S, FakePlanner
 
-TEST = GatewayConfig(port=0, live_rate_hz=50)
+TEST = GatewayConfig(port=0)
 
 
 @pytest.fixture

@@ -41,7 +41,10 @@ TOKENS = {Role.ADMINISTER: "token", Role.SEARCH: "search_token", Role.LOOK: "loo
 class GatewayConfig(Params):
     """Section ``gateway`` of the configuration."""
 
-    former_keys: ClassVar[Mapping[str, str]] = {"calls_at_once": "max_concurrent_calls"}
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "search_token_file": "token_file",
+        "look_token_file": "token_file",
+    }
 
     host: str = Field(
         default="127.0.0.1",
@@ -73,11 +76,10 @@ class GatewayConfig(Params):
     )
     token_file: str = Field(
         default="",
-        description="File that holds 'token', so that it is in no environment; a name without a "
-        "folder is that of a systemd credential (LoadCredential=).",
+        description="File that holds the tokens, so that they are in no environment: that of "
+        "'token', or a line for each role, 'administer TOKEN', 'search TOKEN', 'look TOKEN'. A "
+        "name without a folder is that of a systemd credential (LoadCredential=).",
     )
-    search_token_file: str = Field(default="", description="The same for 'search_token'.")
-    look_token_file: str = Field(default="", description="The same for 'look_token'.")
     allow_unauthenticated: bool = Field(
         default=False,
         description="Listen beyond loopback without a token: only on a trusted network, because "
@@ -89,40 +91,13 @@ class GatewayConfig(Params):
         "client is, for the lock-out after wrong tokens. Empty: the header is not read, because "
         "whoever guesses tokens could name another address with each guess.",
     )
-    call_timeout_s: float = Field(
-        default=3.0,
-        gt=0,
-        le=30,
-        description="Seconds to wait for a service's reply. A healthy service needs under 0.5 s; "
-        "mapper and planner themselves wait up to 2 s for perception, then report it missing. A "
-        "search whose names took longer to check is not started.",
-    )
-    max_concurrent_calls: int = Field(
-        default=4,
-        ge=1,
-        le=64,
-        description="Concurrent calls to one service, which handles one of a kind at a time "
-        "anyway; queries have threads of their own.",
-    )
-    max_connections: int = Field(
-        default=256,
-        ge=8,
-        le=65535,
-        description="Concurrent connections of all clients, sockets included; further "
-        "ones get 503. A page has up to 7; each costs a descriptor, of which a process has 1024.",
-    )
     agent_max_distance_m: float = Field(
         default=100.0,
         gt=0,
         le=1e6,
         description="Metres that one search of an agent over /mcp may drive; it has to name its "
-        "own limit, at most this one. 100 m are several searches of a flat.",
-    )
-    agent_max_time_s: float = Field(
-        default=900.0,
-        gt=0,
-        le=1e6,
-        description="Seconds that one search of an agent over /mcp may take, in the same way.",
+        "own limit, at most this one, and may take 9 s for each. 100 m are several searches of a "
+        "flat.",
     )
     robots: dict[RobotName, Namespace] = Field(
         default={},
@@ -130,20 +105,6 @@ class GatewayConfig(Params):
         description="Further robots on the same router, each a name and its bus.namespace, for "
         "example {r1: site/r1}: served under /robots/<name>/, listed by /v1/robots. Each takes "
         "part of the router's link for its camera's frames.",
-    )
-    ready_within_s: float = Field(
-        default=5.0,
-        gt=0,
-        description="Seconds since a frame reached the map after which /readyz says 503.",
-    )
-    live_rate_hz: float = Field(
-        default=5.0,
-        gt=0,
-        le=60,
-        description="State messages per second on /v1/live; the page interpolates in between.",
-    )
-    jpeg_quality: int = Field(
-        default=80, ge=1, le=100, description="Camera image, percent; 80 shows no blocks."
     )
 
     @field_validator("token", "search_token", "look_token")
@@ -158,26 +119,23 @@ class GatewayConfig(Params):
         tokens = [token for token in self.tokens().values() if token]
         if len(set(tokens)) < len(tokens):
             raise ValueError("two roles have the same token: each needs one of its own")
-        for name in TOKENS.values():
-            if getattr(self, name).get_secret_value() and getattr(self, f"{name}_file"):
-                raise ValueError(f"'{name}' and '{name}_file' are both set: remove one of them")
-            if self._is_set(name) and not self._is_set("token"):
-                raise ValueError(f"'{name}' is set without 'token', which nobody could use then")
+        token = self.token.get_secret_value()
+        if token and self.token_file:
+            raise ValueError("'token' and 'token_file' are both set: remove one of them")
+        if tokens and not (token or self.token_file):
+            raise ValueError("a token is set without 'token', which nobody could use then")
         return self
 
     @model_validator(mode="after")
     def _token_beyond_loopback(self) -> GatewayConfig:
-        protected = self._is_set("token") or self.allow_unauthenticated
-        if not is_loopback(self.host) and not protected:
+        has_token = self.token.get_secret_value() or self.token_file
+        if not (is_loopback(self.host) or has_token or self.allow_unauthenticated):
             raise ValueError(
                 f"listening on {self.host} lets the whole network drive the robot: set 'token', "
                 "listen on 127.0.0.1, or say 'allow_unauthenticated: true' if the network is "
                 "trusted"
             )
         return self
-
-    def _is_set(self, name: str) -> bool:
-        return bool(getattr(self, name).get_secret_value() or getattr(self, f"{name}_file"))
 
     def tokens(self) -> dict[Role, str]:
         """The token of each role; empty if it has none."""
@@ -197,44 +155,43 @@ def is_loopback(host: str) -> bool:
 MAX_TOKEN_CHARS = 4096  # longer headers are refused anyway
 
 
-def with_token_files(
+def with_token_file(
     config: GatewayConfig, environment: Mapping[str, str] = os.environ
 ) -> GatewayConfig:
-    """The configuration with the tokens of its files in it; raises StartError.
-
-    A line end after the token is no part of it, everything else is.
-    """
-    values = config.model_dump()
-    for name in TOKENS.values():
-        setting = f"{name}_file"
-        if values[setting]:
-            values[name] = _content(setting, values[setting], environment)
-            values[setting] = ""
+    """The configuration with the tokens of its file in it; raises StartError."""
+    if not config.token_file:
+        return config
+    found = {}
+    for line in _content(config.token_file, environment).split("\n"):
+        role, _, token = line.rpartition(" ")
+        name = {"": "token", **{each.name.lower(): name for each, name in TOKENS.items()}}.get(role)
+        given = name in found or (name and getattr(config, name).get_secret_value())
+        if name is None or given or not 1 <= len(token) <= MAX_TOKEN_CHARS:
+            raise StartError(
+                f"'gateway.token_file' {config.token_file} must hold one token of 1 to "
+                f"{MAX_TOKEN_CHARS} characters, or a line for each role that has none yet, as in "
+                "'search TOKEN': write them into it, for example with openssl rand -hex 32"
+            )
+        found[name] = token
     try:
-        return GatewayConfig.model_validate(values)
+        return GatewayConfig.model_validate({**config.model_dump(), **found, "token_file": ""})
     except ValidationError as problem:
         reasons = "; ".join(error["msg"] for error in problem.errors(include_input=False))
         raise StartError(f"the tokens of 'gateway' cannot be used: {reasons}") from None
 
 
-def _content(setting: str, name: str, environment: Mapping[str, str]) -> str:
+def _content(name: str, environment: Mapping[str, str]) -> str:
     path = Path(name)
     if path.name == name:
         folder = environment.get("CREDENTIALS_DIRECTORY")
         if not folder:
             raise StartError(
-                f"'gateway.{setting}' names the credential {name!r}, but systemd passed none: add "
+                f"'gateway.token_file' names the credential {name!r}, but systemd passed none: add "
                 f"LoadCredential={name}:FILE to the unit, or give a path"
             )
         path = Path(folder, name)
     try:
-        token = path.read_text(encoding="ascii").removesuffix("\n")
+        return path.read_text(encoding="ascii").removesuffix("\n")
     except (OSError, UnicodeDecodeError) as problem:
         reason = getattr(problem, "strerror", None) or "it is not ASCII"
-        raise StartError(f"cannot read 'gateway.{setting}' {path}: {reason}") from None
-    if not token or len(token) > MAX_TOKEN_CHARS:
-        raise StartError(
-            f"'gateway.{setting}' {path} must hold 1 to {MAX_TOKEN_CHARS} characters: write a "
-            "token into it, for example with openssl rand -hex 32"
-        )
-    return token
+        raise StartError(f"cannot read 'gateway.token_file' {path}: {reason}") from None

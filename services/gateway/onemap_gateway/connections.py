@@ -21,26 +21,27 @@ from onemap_gateway.http.problems import HttpProblem, problem_response
 from onemap_shared.runner import StartError
 
 REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
+MAX_CONNECTIONS = 256  # of all clients; a page has up to 7
 READER_TIMEOUT_S = 20.0  # a client that takes nothing for so long is gone
 RESERVED_DESCRIPTORS = 128  # for the bus, files and libraries
 
 
 class LimitedConnection(H11Protocol):
-    """One connection of a client; ``max_connections``: of all clients, this one included."""
+    """One connection of a client, of ``connection_limit`` of all clients."""
 
-    def __init__(self, *arguments: Any, max_connections: int, **options: Any) -> None:
+    def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._max_connections = max_connections
+        self._limit = connection_limit()
         self._deadline: asyncio.TimerHandle | None = None
         self._stalled: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Wait for a request, or refuse the connection if there are too many."""
         super().connection_made(transport)
-        if len(self.connections) > self._max_connections:
+        if len(self.connections) > self._limit:
             detail = (
-                f"The gateway serves {self._max_connections} connections at once "
-                "('gateway.max_connections') and has no room for another: try again."
+                f"The gateway serves {self._limit} connections at once and has no room for "
+                "another: try again."
             )
             self._refuse(HttpProblem("busy", detail, service="gateway"))
         self._watch()
@@ -120,12 +121,12 @@ def raw_response(problem: HttpProblem) -> bytes:
     return b"\r\n".join([*lines, b"", bytes(response.body)])
 
 
-def connection_limit(configured: int) -> int:
-    """``configured``, or fewer where this process may not open so many descriptors."""
+def connection_limit() -> int:
+    """``MAX_CONNECTIONS``, or fewer where this process may not open so many descriptors."""
     allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if allowed == resource.RLIM_INFINITY:
-        return configured
-    return max(min(configured, allowed - RESERVED_DESCRIPTORS), 1)
+        return MAX_CONNECTIONS
+    return max(min(MAX_CONNECTIONS, allowed - RESERVED_DESCRIPTORS), 1)
 
 
 BACKLOG = 128

@@ -6,15 +6,14 @@ import asyncio
 import logging
 import threading
 import time
-from functools import partial
 from typing import cast
 
 import uvicorn
 
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
-from onemap_gateway.config import GatewayConfig, with_token_files
-from onemap_gateway.connections import LimitedConnection, connection_limit, listen
+from onemap_gateway.config import GatewayConfig, with_token_file
+from onemap_gateway.connections import MAX_CONNECTIONS, LimitedConnection, connection_limit, listen
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.middleware import FleetApp
@@ -47,7 +46,7 @@ class FleetRobot:
     def __init__(self, bus: Bus, config: GatewayConfig, lock_out: LockOut) -> None:
         self._bus = bus
         self.cache = StateCache(bus)
-        rpc = RpcClient(bus, config.max_concurrent_calls)
+        rpc = RpcClient(bus)
         self.app = create_app(GatewayContext(self.cache, rpc, config, lock_out=lock_out))
 
     def close(self) -> None:
@@ -69,13 +68,13 @@ class GatewayWorker:
             for name, at in config.robots.items()
         }
         caches = {name: robot.cache for name, robot in self._robots.items()}
-        rpc = RpcClient(bus, config.max_concurrent_calls)
+        rpc = RpcClient(bus)
         app = create_app(GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out))
         self._server = HttpServer(
             uvicorn.Config(
                 FleetApp(app, {name: robot.app for name, robot in self._robots.items()}),
                 lifespan="off",
-                http=self._connections(config),
+                http=cast("type[asyncio.Protocol]", LimitedConnection),
                 log_config=None,  # the runner configures logging
                 log_level="error",  # a warning is about bytes that a client sent
                 access_log=False,
@@ -91,20 +90,10 @@ class GatewayWorker:
         )
         self._thread.start()
         self._check_server = ThreadCheck("the HTTP server")
+        if (limit := connection_limit()) < MAX_CONNECTIONS:
+            LOG.warning("only %d connections at once: 'ulimit -n' allows few open files", limit)
         host = f"[{config.host}]" if ":" in config.host else config.host
         LOG.info("the page is at http://%s:%d", host, self.port)
-
-    @staticmethod
-    def _connections(config: GatewayConfig) -> type[asyncio.Protocol]:
-        """What uvicorn makes a connection with."""
-        limit = connection_limit(config.max_connections)
-        if limit < config.max_connections:
-            LOG.warning(
-                "only %d connections at once: the limit of open files (ulimit -n) is lower than "
-                "'gateway.max_connections' needs",
-                limit,
-            )
-        return cast("type[asyncio.Protocol]", partial(LimitedConnection, max_connections=limit))
 
     def step(self, timeout_s: float) -> None:
         """Wait; raise if the server's thread has ended or stands still."""
@@ -142,4 +131,4 @@ class GatewayWorker:
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:
     """A gateway that listens on the configured address."""
-    return GatewayWorker(bus, with_token_files(config))
+    return GatewayWorker(bus, with_token_file(config))

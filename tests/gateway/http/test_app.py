@@ -14,6 +14,7 @@ from pydantic import SecretStr
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.context import Paces
 from onemap_gateway.http.problems import PROBLEM_TYPES
 from onemap_gateway.http.schemas import EXAMPLE_PNG
 from onemap_shared import keys
@@ -78,7 +79,7 @@ def test_no_route_hangs_when_no_service_answers(
 ) -> None:
     if services == "silent":
         request.getfixturevalue("silent")
-    with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
+    with client_on(router, paces=Paces(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
             if path in ENDLESS:
                 continue
@@ -135,11 +136,11 @@ def test_requests_and_answers_have_examples(client: TestClient) -> None:
     schemas = client.get("/openapi.json").json()["components"]["schemas"]
     for name in (
         "QueryRequest",
-        "QueryReply",
+        "QueryResult",
         "SearchStart",
-        "SearchReport",
+        "SearchSnapshot",
         "MapName",
-        "SavedMapReport",
+        "StoredMap",
     ):
         assert schemas[name]["examples"], name
     assert "HTTPValidationError" not in schemas
@@ -183,7 +184,7 @@ HOSTILE: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", HOSTILE)
 def test_every_status_is_documented(router: MemoryRouter, case: str) -> None:
-    config = GatewayConfig(token=SecretStr("hunter2"), call_timeout_s=0.1)
+    config = GatewayConfig(token=SecretStr("hunter2"))
     with client_on(router, config) as client:
         for method, path, operation in operations(client):
             address = path.format(search_id="a%FFb", name="%2e%2e", object_id="%00")

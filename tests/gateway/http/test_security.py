@@ -86,7 +86,7 @@ def test_no_other_site_may_read(client: TestClient) -> None:
 
 
 TOKENS = {"token": "aD-min.1", "search_token": "se:arch=", "look_token": "0123"}
-LOCKED = GatewayConfig.model_validate({**TOKENS, "call_timeout_s": 2.0, "live_rate_hz": 50})
+LOCKED = GatewayConfig.model_validate(TOKENS)
 
 
 @pytest.fixture

@@ -128,7 +128,7 @@ def page(chromium: Chromium) -> Iterator[Page]:
 
 @pytest.fixture
 def gateway_config() -> GatewayConfig:
-    return GatewayConfig(port=0, live_rate_hz=20)
+    return GatewayConfig(port=0)
 
 
 @pytest.fixture

@@ -166,9 +166,7 @@ def test_a_search_that_the_page_does_not_know_yet_is_named_another(
     assert page.evaluate("panels.activity(null)") == "busy with another search"
 
 
-@pytest.mark.parametrize(
-    "gateway_config", [GatewayConfig(port=0, live_rate_hz=20, token=SecretStr("secret"))]
-)
+@pytest.mark.parametrize("gateway_config", [GatewayConfig(port=0, token=SecretStr("secret"))])
 def test_the_page_asks_for_the_token_before_it_shows_anything(page: Page, robot: Robot) -> None:
     page.open(robot.address, ready=ASKED)
     assert page.evaluate(MIDDLE % "free") == 0
@@ -186,11 +184,7 @@ def test_the_page_asks_for_the_token_before_it_shows_anything(page: Page, robot:
 
 @pytest.mark.parametrize(
     "gateway_config",
-    [
-        GatewayConfig(
-            port=0, live_rate_hz=20, token=SecretStr("secret"), look_token=SecretStr("look")
-        )
-    ],
+    [GatewayConfig(port=0, token=SecretStr("secret"), look_token=SecretStr("look"))],
 )
 def test_a_token_that_may_only_look_is_asked_for_another(page: Page, robot: Robot) -> None:
     page.open(robot.address, ready=ASKED)

@@ -17,6 +17,8 @@ R = TypeVar("R")
 
 # Beyond the call's own time limit: waiting this long for a free thread means overload.
 QUEUE_TIMEOUT_S = 0.5
+# To one service, which handles one of a kind at a time anyway; queries have threads of their own.
+MAX_CONCURRENT_CALLS = 4
 
 MAPPER = (
     keys.MAP_SIMILARITY,
@@ -46,7 +48,7 @@ class RpcClient:
     delay the replies of another; so has a procedure that is served in parallel.
     """
 
-    def __init__(self, bus: Bus, max_concurrent_calls: int) -> None:
+    def __init__(self, bus: Bus, max_concurrent_calls: int = MAX_CONCURRENT_CALLS) -> None:
         self._bus = bus
         self._limiters = {
             service: CapacityLimiter(max_concurrent_calls) for service in ("mapper", "planner")

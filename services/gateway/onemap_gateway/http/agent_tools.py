@@ -109,6 +109,9 @@ class WhichSearchArguments(RequestModel):
     )
 
 
+AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
+
+
 @dataclass(frozen=True, slots=True)
 class ToolResult:
     """What a tool returns: the reply, and perhaps a picture of ``media_type``."""
@@ -190,7 +193,7 @@ async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> 
     _check_budget(gateway.config, asked)
     request = SearchRequest(
         tuple(asked.objects),
-        gateway.config.call_timeout_s,
+        gateway.paces.call_timeout_s,
         SearchKind.FIND,
         order=asked.order,
         max_distance_m=asked.max_distance_m,
@@ -247,7 +250,7 @@ def _check_budget(config: GatewayConfig, asked: AgentSearchArguments) -> None:
             raise HttpProblem(
                 "invalid",
                 f"{name!r} is {getattr(asked, name):g}, and one search of an agent may take at "
-                f"most {limit:g} {unit} ('gateway.agent_{name}'): give less.",
+                f"most {limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
             )
 
 
@@ -255,7 +258,7 @@ def budget_limits(config: GatewayConfig) -> tuple[tuple[str, float, str], ...]:
     """Argument, highest value and unit of each limit of an agent's search."""
     return (
         ("max_distance_m", config.agent_max_distance_m, "m"),
-        ("max_time_s", config.agent_max_time_s, "s"),
+        ("max_time_s", config.agent_max_distance_m * AGENT_S_PER_M, "s"),
     )
 
 

@@ -33,6 +33,20 @@ R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
+class Paces:
+    """Limits in seconds, which only tests change.
+
+    call_timeout_s: for a service's reply. A healthy one needs under 0.5 s; mapper and planner
+    themselves wait up to 2 s for perception, then report it missing. ready_within_s: since a frame
+    reached the map. live_period_s: between two states on /v1/live; the page interpolates.
+    """
+
+    call_timeout_s: float = 3.0
+    ready_within_s: float = 5.0
+    live_period_s: float = 0.2
+
+
+@dataclass(frozen=True, slots=True)
 class GatewayContext:
     """The state cache, the RPC client and the configuration of one gateway.
 
@@ -46,10 +60,11 @@ class GatewayContext:
     requests: RequestCounter = field(default_factory=RequestCounter)
     image_streams: ImageStreams = field(default_factory=ImageStreams)
     lock_out: LockOut = field(default_factory=LockOut)
+    paces: Paces = Paces()
     images: SharedResults = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "images", SharedResults(self.config.call_timeout_s))
+        object.__setattr__(self, "images", SharedResults(self.paces.call_timeout_s))
 
     def now_ns(self) -> int:
         """Wall-clock time, the clock of capture stamps."""
@@ -57,13 +72,13 @@ class GatewayContext:
 
     def fault(self) -> PipelineFault | None:
         """The stage at which frames are lost on their way to the map; None if none is."""
-        return find_pipeline_fault(self.cache.state, self.cache.now_s(), self.config.ready_within_s)
+        return find_pipeline_fault(self.cache.state, self.cache.now_s(), self.paces.ready_within_s)
 
     async def call(
         self, procedure: Procedure[Q, R], request: Q, timeout_s: float | None = None
     ) -> R:
         """The reply of a service, or an ``HttpProblem`` that names the service."""
-        limit_s = timeout_s or self.config.call_timeout_s
+        limit_s = timeout_s or self.paces.call_timeout_s
         try:
             return await self.rpc.call(procedure, request, limit_s)
         except CallError as error:

@@ -190,6 +190,7 @@ async def clear_map(gateway: GatewayDep) -> MapContent:
 
 
 NO_MOTION = MergeRequest()
+JPEG_QUALITY = 80  # percent: shows no blocks
 FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
 
 Name = Annotated[
@@ -331,7 +332,7 @@ async def get_camera(
 
     async def draw() -> tuple[bytes, dict[str, str]]:
         image = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
-        data = await to_thread.run_sync(encode_jpeg, image, gateway.config.jpeg_quality)
+        data = await to_thread.run_sync(encode_jpeg, image, JPEG_QUALITY)
         return data, {"X-OneMap-Sequence": str(frame.sequence)}
 
     version = (state.frame.arrived_s, frame.sequence, drawn.sequence if drawn else None)

@@ -98,7 +98,7 @@ async def get_robots(gateway: GatewayDep) -> RobotList:
 
     def report(name: str, cache: StateCache) -> RobotReport:
         state = cache.state
-        fault = find_pipeline_fault(state, cache.now_s(), gateway.config.ready_within_s)
+        fault = find_pipeline_fault(state, cache.now_s(), gateway.paces.ready_within_s)
         return RobotReport(
             name=name,
             namespace=gateway.config.robots[name],
@@ -134,5 +134,5 @@ async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:
         )
         await socket.send_text(json_text(document))
         first = False
-        await anyio.sleep(1 / gateway.config.live_rate_hz)
+        await anyio.sleep(gateway.paces.live_period_s)
     await socket.close(GOING_AWAY)

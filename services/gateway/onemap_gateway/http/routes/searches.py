@@ -128,7 +128,7 @@ async def start_search(
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        search = request.request(gateway.config.call_timeout_s)
+        search = request.request(gateway.paces.call_timeout_s)
         status = await gateway.call(keys.SEARCH_START, search)
     except HttpProblem as problem:
         if problem.code != "conflict":
