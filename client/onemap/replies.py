@@ -488,6 +488,7 @@ class ServiceHealth(Reply):
     )
     ready: bool = False
     heartbeat_age_s: float | None = None
+    version: str = Field(default="", description="Of OneMap; empty for a driver without it.")
     metrics: Mapping[str, float | None] = {}
 
 

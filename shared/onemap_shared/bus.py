@@ -318,6 +318,10 @@ class ZenohBus:
         """Service and instance of every process on the bus, as the router knows now."""
         return self._membership.ask()
 
+    def connected(self) -> bool:
+        """See ``transport.Bus``."""
+        return bool(self._session.info.routers_zid())
+
     def sibling(self, namespace: str) -> ZenohBus:
         """See ``transport.Bus``."""
         config = self._config.model_copy(update={"namespace": namespace})

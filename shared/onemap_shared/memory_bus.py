@@ -131,6 +131,10 @@ class MemoryBus:
         services = self._router.services.copy()
         return frozenset((service, bus.instance) for bus, service in services.items())
 
+    def connected(self) -> bool:
+        """See ``transport.Bus``."""
+        return True
+
     def sibling(self, namespace: str) -> MemoryBus:
         """See ``transport.Bus``."""
         sibling = MemoryBus(self._router.space(namespace), self._service)

@@ -35,7 +35,7 @@ from onemap_shared.compression import CompressionError
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
-from onemap_shared.services import SOLE, role_of
+from onemap_shared.services import SOLE, installed_version, role_of
 from onemap_shared.supervisor import Supervisor, with_priorities
 from onemap_shared.tls_files import UnreadableFile
 from onemap_shared.transport import Bus, Health, Worker
@@ -279,6 +279,7 @@ class HeartbeatPublisher:
             ready=health.ready,
             problem=health.problem,
             metrics={**self.bus.metrics(), **(health.metrics or {})},
+            version=installed_version(),
         )
 
 
@@ -347,6 +348,7 @@ def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
                 ready=False,
                 problem=what,
                 metrics={START_S: time.monotonic() - began_s},
+                version=installed_version(),
             )
         )
 

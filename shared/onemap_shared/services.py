@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,3 +54,12 @@ def doubled(members: Iterable[tuple[str, str]]) -> Mapping[str, tuple[str, ...]]
 def doubled_sentence(role: str, names: tuple[str, ...]) -> str:
     """What is wrong when several processes have one role, without what to do."""
     return f"{len(names)} processes are the {role} ({', '.join(names)}): their messages mix"
+
+
+@cache
+def installed_version() -> str:
+    """The version of OneMap that this process runs; empty if it is not installed."""
+    try:
+        return version("onemap")
+    except PackageNotFoundError:
+        return ""

@@ -151,6 +151,9 @@ class Bus(Protocol):
     def members(self) -> frozenset[tuple[str, str]]:
         """Service and instance of every process that is connected now."""
 
+    def connected(self) -> bool:
+        """Whether this process is connected to a router now."""
+
     def sibling(self, namespace: str) -> Bus:
         """The same router under the keys of another namespace, unseen there; close it as well."""
 

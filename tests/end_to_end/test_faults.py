@@ -122,6 +122,7 @@ def test_a_killed_router_stops_the_robot_until_it_is_back(system: System) -> Non
     system.kill("router")
     system.until(lambda: not system.is_ready(), "/readyz says that frames do not arrive")
     refused(system, *REQUESTS["mapper"])
+    system.until(lambda: "lost the router" in system.http.get("/v1/status").text, "it is named")
     assert all(system.processes[name].poll() is None for name in system.services)
     system.start("router")
     system.until(

@@ -34,6 +34,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import HEARTBEAT_S, StartError
+from onemap_shared.services import installed_version
 from onemap_shared.transport import Bus, Counters, Health
 
 SILENT_AFTER_S = 5.0  # without a frame for this long the map is not up to date
@@ -292,6 +293,7 @@ class MapRobot:
                 ready=found.ready,
                 problem=found.problem,
                 metrics={**self.bus.metrics(), **(found.metrics or {})},
+                version=installed_version(),
             )
         )
 

@@ -171,6 +171,7 @@ class Heartbeat:
         ready: whether the service does its work.
         problem: one sentence if something is wrong, else empty.
         metrics: name to number, shown at /metrics as onemap_<service>_<name>.
+        version: of OneMap that the process runs; empty for a driver without it.
     """
 
     service: str
@@ -180,6 +181,7 @@ class Heartbeat:
     ready: bool
     problem: str = ""
     metrics: dict[str, float] = field(default_factory=dict)
+    version: str = ""
 
 
 @dataclass(frozen=True, slots=True)

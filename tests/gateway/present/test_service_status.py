@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from onemap_gateway.bus.live_state import LiveState
@@ -99,6 +101,23 @@ def test_two_processes_of_one_role_are_said_and_nothing_is_ready(
     assert fault.detail.endswith("): their messages mix; stop all but one of them.")
     (report,) = (each for each in assess_services(state, 10.0) if each.name == role)
     assert (report.condition, report.problem) == (ServiceCondition.DEGRADED, fault.detail)
+
+
+def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
+    state = well(10.0).with_members(frozenset(), 10.0, connected=False)
+    fault = find_pipeline_fault(state, 10.0, 5.0)
+    assert fault is not None
+    assert fault.service == "router"
+    assert "lost the router: start it with 'onemap router'" in fault.detail
+    assert {each.problem for each in assess_services(state, 10.0)} == {fault.detail}
+
+
+def test_services_of_two_versions_are_named() -> None:
+    beat = replace(fakes.heartbeat("planner", 2), version="9.9")
+    report = assess_service("planner", well(10.0).with_message(beat, 10.0), 10.0)
+    assert report.condition is ServiceCondition.DEGRADED
+    assert report.version == "9.9"
+    assert report.problem.startswith("The planner runs version 9.9, the gateway ")
 
 
 def test_a_silent_camera_is_the_robots_fault() -> None:

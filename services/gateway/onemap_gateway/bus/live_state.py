@@ -152,7 +152,8 @@ class LiveState:
     reader can tell which are new to it. trail_m: past positions (x, y), map frame.
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
     liveliness token; alive_changed_s: when each service's token last appeared or vanished;
-    doubled: roles that several processes have, with their names. latencies: of frames to the
+    doubled: roles that several processes have, with their names. connected: whether there is a
+    router. latencies: of frames to the
     map, to the detections and to the velocity commands.
     """
 
@@ -168,6 +169,7 @@ class LiveState:
     last_fused_s: float | None = None
     heartbeats: Mapping[str, HeartbeatRecord] = field(default_factory=dict)
     alive: frozenset[str] = frozenset()
+    connected: bool = True
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
     doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     latencies: FrameLatencies = field(default_factory=FrameLatencies)
@@ -176,11 +178,18 @@ class LiveState:
         """The state after ``message`` arrived."""
         return replace(self, **_changes(self, message, now_s))
 
-    def with_members(self, members: frozenset[tuple[str, str]], now_s: float) -> LiveState:
-        """The state after the tokens were read: service and instance of every process."""
+    def with_members(
+        self, members: frozenset[tuple[str, str]], now_s: float, *, connected: bool = True
+    ) -> LiveState:
+        """The state after the tokens were read: service and instance of every process.
+
+        connected: whether the gateway has a router, without which nobody is heard.
+        """
         state = self.with_alive(frozenset(service for service, _ in members), now_s)
         twice = doubled(members)
-        return state if twice == state.doubled else replace(state, doubled=twice)
+        if (twice, connected) == (state.doubled, state.connected):
+            return state
+        return replace(state, doubled=twice, connected=connected)
 
     def with_alive(self, services: frozenset[str], now_s: float) -> LiveState:
         """The state after the liveliness tokens were read."""

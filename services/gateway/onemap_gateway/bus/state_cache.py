@@ -78,7 +78,9 @@ class StateCache:
 
     def state_with_fresh_liveliness(self) -> LiveState:
         """The newest snapshot with the liveliness tokens of this moment, not of the last poll."""
-        return self._state.with_members(self._bus.members(), self._clock_s())
+        return self._state.with_members(
+            self._bus.members(), self._clock_s(), connected=self._bus.connected()
+        )
 
     def begin_close(self) -> None:
         """Ask streams and threads to end, without waiting for them."""
@@ -105,8 +107,9 @@ class StateCache:
 
     def _watch_liveliness(self) -> None:
         while True:
-            members = self._bus.members()
+            members, connected = self._bus.members(), self._bus.connected()
             with self._lock:
-                self._state = self._state.with_members(members, self._clock_s())
+                now_s = self._clock_s()
+                self._state = self._state.with_members(members, now_s, connected=connected)
             if self._closing.wait(LIVELINESS_PERIOD_S):
                 return

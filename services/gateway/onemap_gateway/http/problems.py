@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict
 from starlette.responses import Response
 
 from onemap_gateway.present.formats import json_text
-from onemap_gateway.present.service_status import START_HINT, sentence, sentence_subject
+from onemap_gateway.present.service_status import sentence, sentence_subject, start_hint
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
 
 MEDIA_TYPE = "application/problem+json"
@@ -120,9 +120,7 @@ def from_call_error(
         return HttpProblem("timeout", detail, service=silent)
     match error:
         case NoReply():
-            detail = (
-                f"{sentence_subject(service)} is not running: {START_HINT.format(service=service)}."
-            )
+            detail = f"{sentence_subject(service)} is not running: {start_hint(service)}."
             return HttpProblem("unavailable", detail, service=service)
         case QueryTimeout():
             detail = (

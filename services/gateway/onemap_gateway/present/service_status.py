@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
-from onemap_shared.services import SERVICES, STAGES, doubled_sentence
+from onemap_shared.services import SERVICES, STAGES, doubled_sentence, installed_version
+from onemap_shared.supervisor import start_command
 
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
@@ -20,7 +21,10 @@ TOKEN_LAG_S = 1.6
 PROGRESS_TIMEOUT_S = 5.0
 PIPELINE_STAGES = ("robot", *STAGES)  # in the order a frame passes them
 
-START_HINT = "start it with 'onemap {service}', or see 'onemap status'"
+
+def start_hint(service: str) -> str:
+    """What to do about a service that does not run, in words that fit where the gateway runs."""
+    return f"start it with '{start_command(service)}', or see 'onemap status'"
 
 
 class ServiceCondition(str, Enum):
@@ -45,6 +49,7 @@ class ServiceStatus:
     ready: bool = False
     heartbeat_age_s: float | None = None
     metrics: Mapping[str, float] = field(default_factory=dict)
+    version: str = ""
 
 
 def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
@@ -59,6 +64,8 @@ def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
 
 def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
     """One service, judged by its liveliness token and its heartbeat."""
+    if not state.connected:
+        return ServiceStatus(name, ServiceCondition.DOWN, hung_problem(name, state, now_s))
     alive = name in state.alive
     record = state.heartbeats.get(name)
     if record is None and alive:
@@ -66,7 +73,7 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
             name, ServiceCondition.DEGRADED, f"{sentence_subject(name)} has just started.", alive
         )
     if record is None:
-        start = START_HINT.format(service=name)
+        start = start_hint(name)
         return ServiceStatus(
             name, ServiceCondition.DOWN, f"{sentence_subject(name)} is not running: {start}."
         )
@@ -80,6 +87,7 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
         ready=heartbeat.ready and condition is not ServiceCondition.DOWN,
         heartbeat_age_s=now_s - record.arrived_s,
         metrics=heartbeat.metrics,
+        version=heartbeat.version,
     )
 
 
@@ -109,7 +117,12 @@ def doubled_problem(role: str, state: LiveState) -> str:
 
 
 def hung_problem(name: str, state: LiveState, now_s: float) -> str:
-    """What to do about a service that hangs or whose link is cut; empty if neither is so."""
+    """What to do about a service that hangs or whose link is cut; empty if neither is so.
+
+    Without a router nobody is heard, and nobody else is to blame.
+    """
+    if not state.connected:
+        return f"The gateway has lost the router: {start_hint('router')}."
     silent_s = hung_for_s(name, state, now_s)
     if silent_s is None:
         return ""
@@ -127,7 +140,7 @@ def _assess(
     if hung := hung_problem(name, state, now_s):
         return ServiceCondition.DOWN, hung
     if name not in state.alive:
-        start = START_HINT.format(service=name)
+        start = start_hint(name)
         return (
             ServiceCondition.DOWN,
             f"{sentence_subject(name)} stopped {silent_s:.0f} s ago: {start}.",
@@ -149,6 +162,12 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
         return f"{sentence_subject(name)} has just started."
     if record.heartbeat.problem:
         return sentence(record.heartbeat.problem)
+    theirs, ours = record.heartbeat.version, installed_version()
+    if theirs and ours and theirs != ours:
+        return (
+            f"{sentence_subject(name)} runs version {theirs}, the gateway {ours}: "
+            "update all services together."
+        )
     if not record.heartbeat.ready:
         return f"{sentence_subject(name)} is not ready and does not say why."
     return ""
@@ -156,6 +175,8 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
 
 def assess_robot(state: LiveState, now_s: float) -> ServiceStatus:
     """The robot (simulator, replay or a driver), judged by the streams that it publishes."""
+    if not state.connected:
+        return ServiceStatus("robot", ServiceCondition.DOWN, hung_problem("robot", state, now_s))
     alive = state.frame is not None and state.frame.age_s(now_s) <= STREAM_TIMEOUT_S
     if not alive:
         return ServiceStatus(
@@ -184,6 +205,8 @@ class PipelineFault:
 
 def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> PipelineFault | None:
     """None if a frame was fused within ``within_s`` and a search could start now."""
+    if not state.connected:
+        return PipelineFault("router", hung_problem("router", state, now_s))
     for role in PIPELINE_STAGES:
         if several := doubled_problem(role, state):
             return PipelineFault(role, several)

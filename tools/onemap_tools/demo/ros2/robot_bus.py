@@ -81,6 +81,10 @@ class Ros2RobotBus:
         """See ``transport.Bus``."""
         return self._bus.members()
 
+    def connected(self) -> bool:
+        """See ``transport.Bus``."""
+        return self._bus.connected()
+
     def sibling(self, namespace: str) -> Bus:
         """See ``transport.Bus``."""
         return self._bus.sibling(namespace)
