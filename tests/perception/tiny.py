@@ -13,7 +13,7 @@ import torch
 # Looks for the package only: importing it takes seconds, in every worker that collects tests.
 needs_open_clip = pytest.mark.skipif(
     importlib.util.find_spec("open_clip") is None,
-    reason="needs open_clip_torch (requirements-encoders.txt)",
+    reason="needs open_clip_torch (requirements/encoders.txt)",
 )
 EMBED_DIM = 16
 OPEN_CLIP_CONFIG: dict[str, Any] = {

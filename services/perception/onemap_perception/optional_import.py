@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from onemap_perception.errors import BackendError, first_line
 
-NO_DEPS = "pip install --no-deps -r requirements-encoders.txt"
+NO_DEPS = "pip install --no-deps -r requirements/encoders.txt"
 OPEN_CLIP = f"pip install 'onemap[openclip]' && {NO_DEPS}"
 TRANSFORMERS = f"pip install 'onemap[transformers]' && {NO_DEPS}"
 

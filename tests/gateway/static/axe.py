@@ -23,7 +23,7 @@ RUN = """axe.run(document, {
 def _source() -> str:
     spec = find_spec(PACKAGE)
     if spec is None or spec.origin is None:
-        pytest.skip(f"axe-core is not installed ({PACKAGE}, see requirements-axe.txt)")
+        pytest.skip(f"axe-core is not installed ({PACKAGE}, see requirements/axe.txt)")
     return (Path(spec.origin).parent / "axe.min.js").read_text(encoding="utf-8")
 
 

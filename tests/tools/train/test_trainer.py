@@ -61,7 +61,7 @@ def with_random_statistics(network: torch.nn.Module) -> None:
 
 
 def test_it_is_the_network_that_timm_has() -> None:
-    timm = pytest.importorskip("timm", reason="needs timm (requirements-encoders.txt)")
+    timm = pytest.importorskip("timm", reason="needs timm (requirements/encoders.txt)")
     torch.manual_seed(0)
     own = EfficientNetLite0()
     with_random_statistics(own)

