@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from onemap_ros2.depth_registration import CameraPair
+from onemap_ros2.images import CameraPair
 
 
 def register_depth(depth_mm: np.ndarray, cameras: CameraPair, shape: tuple[int, int]) -> np.ndarray:
-    """As ``onemap_ros2.depth_registration``, in double precision."""
+    """As ``onemap_ros2.images``, in double precision."""
     registered = np.zeros(shape, np.uint16)
     spread = max(round(cameras.color.fx / cameras.depth.fx), 1)
     for row, column in zip(*np.nonzero(depth_mm), strict=True):

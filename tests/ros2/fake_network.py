@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.network.interface import Endpoint
 
 
 class FakeReader:

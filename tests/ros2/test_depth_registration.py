@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from onemap_ros2.depth_registration import CameraPair, register_depth
+from onemap_ros2.images import CameraPair, register_depth
 from onemap_shared.camera import Intrinsics
 from tests.reference.depth_registration import register_depth as obvious
 

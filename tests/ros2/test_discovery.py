@@ -7,7 +7,7 @@ import pytest
 from onemap_ros2 import discovery
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import count, survey
-from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.network.interface import Endpoint
 from tests.ros2.fake_network import FakeNetwork
 
 ODOMETRY = "nav_msgs/msg/Odometry"

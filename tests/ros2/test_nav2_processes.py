@@ -38,7 +38,6 @@ class Ride:
             "map_frame": "odom",
             "topics": TOPICS,
             "drive": "nav2",
-            "nav2": {"retry_s": 0.5},
         }
         document = {"bus": {"connect": [router.endpoint]}, "ros2": ros2}
         self.config.write_text(yaml.safe_dump(document))

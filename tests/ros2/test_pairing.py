@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from onemap_ros2.pairing import KEPT, ImagePair, PairBuffer
+from onemap_ros2.robot_input import KEPT, ImagePair, PairBuffer
 
 
 def test_pairs_the_nearest_within_the_tolerance() -> None:

@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 import yaml
 
+from onemap_ros2.cdr import GRID
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display.grids import belief_grid
-from onemap_ros2.network.joining import join as join_robot
-from onemap_ros2.ros_types import GRID
+from onemap_ros2.discovery import join as join_robot
+from onemap_ros2.display_messages import belief_grid
 from onemap_shared import keys
 from onemap_shared.messages import VelocityCommand
 from onemap_shared.transport import Bus

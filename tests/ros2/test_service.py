@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from onemap_ros2 import service
-from onemap_ros2.cdr import decode, stamp_ns, type_hash
+from onemap_ros2.cdr import TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.velocity_driver import command_type, twist
-from onemap_ros2.network.endpoint import Endpoint
-from onemap_ros2.ros_types import TWIST, TWIST_STAMPED
-from onemap_ros2.service import Ros2Worker, build, check
+from onemap_ros2.drive.velocity import command_type, twist
+from onemap_ros2.network.interface import Endpoint
+from onemap_ros2.service import Ros2Worker, build
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.keys import (
     ROBOT_CMD_VEL,
@@ -37,8 +36,8 @@ from tests.ros2.robot_messages import (
 )
 
 T0 = 1_700_000_000_000_000_000
-CONFIG = Ros2Config.model_validate({"map_frame": "odom", "display": {"enabled": False}})
-TOPICS = CONFIG.topics
+CONFIG = Ros2Config.model_validate({"map_frame": "odom", "display": False})
+TOPICS = CONFIG.names
 
 
 def base(ros_type: str) -> Endpoint:
@@ -280,7 +279,6 @@ def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:
 
 def test_without_a_router_it_does_not_start() -> None:
     config = Ros2Config(connect=("tcp/127.0.0.1:1",))
-    check(config)
     with pytest.raises(StartError, match=r"no ROS 2 router answers at tcp/127\.0\.0\.1:1") as error:
         build(MemoryRouter().bus("ros2"), config)
     assert error.value.temporary

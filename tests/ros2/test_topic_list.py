@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from onemap_ros2.config import Ros2Config, TopicParams
-from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs, topic_reports
 
 TOPICS = TopicParams(color="/camera/color")
@@ -37,7 +37,8 @@ def test_every_missing_topic_is_named_by_its_setting(config: Ros2Config) -> None
         rest = [each for each in robot(config) if each.topic != need.topic]
         found = missing(rest, config)
         assert list(found) == [need.setting]
-        assert f"{need.topic} (ros2.topics.{need.setting})" in found[need.setting]
+        set_by = f" (ros2.topics.{need.setting})" * (need.setting in TopicParams.model_fields)
+        assert f"{need.topic}{set_by}: " in found[need.setting]
 
 
 def test_the_namespace_stands_before_all_but_the_clock() -> None:
@@ -47,6 +48,13 @@ def test_the_namespace_stands_before_all_but_the_clock() -> None:
     shared = EVERYTHING.model_copy(update={"tf_in_namespace": False})
     assert shared.names.tf == "/tf"
     assert shared.names.odometry == "/r1/odom"
+
+
+@pytest.mark.parametrize("color", ["/c/image_raw", "/c/image_raw/compressed"])
+def test_the_camera_information_is_beside_the_image(color: str) -> None:
+    assert Ros2Config(topics=TopicParams(color=color)).names.camera_info == "/c/camera_info"
+    named = TopicParams(color=color, camera_info="/elsewhere")
+    assert Ros2Config(topics=named, namespace="/r1").names.camera_info == "/r1/elsewhere"
 
 
 def test_compressed_topics_have_another_type() -> None:
@@ -66,9 +74,9 @@ def test_compressed_topics_have_another_type() -> None:
 def test_what_drives_is_looked_for(drive: str, kind: str, ros_type: str, topic: str) -> None:
     config = Ros2Config.model_validate({"drive": drive})
     setting = "navigate" if drive == "nav2" else drive
-    rest = [each for each in robot(config) if each.topic != getattr(config.topics, setting)]
+    rest = [each for each in robot(config) if each.topic != getattr(config.names, setting)]
     assert list(missing(rest, config)) == [setting]
-    name = f"{getattr(config.topics, setting)}{topic}"
+    name = f"{getattr(config.names, setting)}{topic}"
     assert missing([*rest, endpoint(name, ros_type, kind)], config) == {}
     near = missing([*rest, endpoint(f"/r2{name}", ros_type, kind)], config)[setting]
     assert "the nearest of its type is /r2/" in near
@@ -89,7 +97,9 @@ def test_a_wrong_type_is_named() -> None:
 
 def test_topics_are_listed_with_counts_and_rates() -> None:
     both = [endpoint("/odom", "a/msg/B"), endpoint("/odom", "a/msg/B", "MS")]
-    reports = topic_reports([*both, endpoint("/a", IMAGE)], {("/odom", "a/msg/B"): 20.0}, TOPICS)
+    reports = topic_reports(
+        [*both, endpoint("/a", IMAGE)], {("/odom", "a/msg/B"): 20.0}, CONFIG.names
+    )
     assert [(each.topic, each.setting) for each in reports] == [("/a", ""), ("/odom", "odometry")]
     odom = reports[1]
     assert (odom.publishers, odom.subscribers, odom.rate_hz) == (1, 1, 20.0)

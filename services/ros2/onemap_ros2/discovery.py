@@ -1,14 +1,14 @@
-"""Counts what arrives on every topic of a robot for a while."""
+"""Joins the network of a robot, and counts what arrives on all of its topics."""
 # Talks: counts messages for a while.
 
 from __future__ import annotations
 
 import time
 
-from onemap_ros2.config import Ros2Config
-from onemap_ros2.network.endpoint import PUBLISHER
-from onemap_ros2.network.interface import NetworkError, RosNetwork
-from onemap_ros2.network.joining import join
+from onemap_ros2.config import NODE, Ros2Config
+from onemap_ros2.network.bridge import BridgeNetwork
+from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
+from onemap_ros2.network.rmw import RmwNetwork
 from onemap_ros2.topic_list import TopicReport, missing, topic_reports
 
 SETTLE_S = 1.0  # until the tokens of the graph have come
@@ -19,7 +19,7 @@ KEPT = 200  # messages of a topic between two counts: 2 kHz
 def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[str]]:
     """The robot's topics with their rates, and what is missing; ConnectionError without it."""
     try:
-        network = join(config, f"{config.node}_topics")
+        network = join(config, f"{NODE}_topics")
     except NetworkError as problem:
         raise ConnectionError(str(problem)) from problem
     try:
@@ -46,3 +46,13 @@ def count(network: RosNetwork, seconds: float) -> dict[tuple[str, str], float]:
             counts[name] += len(reader.take())
     lasted_s = time.monotonic() - began_s
     return {name: number / lasted_s for name, number in counts.items()}
+
+
+def join(config: Ros2Config, node: str = "") -> RosNetwork:
+    """A node on the robot's network; NetworkError without its router.
+
+    ``node``: its name, where it is another one than the adapter's.
+    """
+    if config.middleware == "zenoh-bridge-ros2dds":
+        return BridgeNetwork(config.connect)
+    return RmwNetwork(config.connect, config.domain, node or NODE, config.namespace)

@@ -2,31 +2,103 @@
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass, replace
+from collections import OrderedDict, deque
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from onemap_ros2.cdr import FormatError, decode, peek_stamp_ns, stamp_ns
+from onemap_ros2.cdr import (
+    CAMERA_INFO,
+    CLOCK,
+    IMAGE,
+    ODOMETRY,
+    TF,
+    FormatError,
+    decode,
+    image_type,
+    peek_stamp_ns,
+    stamp_ns,
+)
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.depth_registration import CameraPair, register_depth
 from onemap_ros2.images import (
+    CameraPair,
     color_image,
     compressed_color,
     compressed_depth_mm,
     depth_image_mm,
     intrinsics,
+    register_depth,
 )
-from onemap_ros2.pairing import PairBuffer
-from onemap_ros2.ros_types import CAMERA_INFO, CLOCK, IMAGE, ODOMETRY, TF, image_type
 from onemap_ros2.transform_buffer import TransformBuffer, TransformError, TransformLate, rigid
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, U16
 from onemap_shared.messages import Odometry, RgbdFrame
 
 JUMP_BACK_NS = 1_000_000_000  # further back than late messages come: the clock was set
+PAIR_TOLERANCE_NS = 15_000_000  # half a period at 30 Hz, so that neighbours are not mixed
+FRAME_RATE_HZ = 15.0  # passed on: perception uses no more, and 30 Hz would fill a link
+TRANSFORM_WAIT_S = 0.2  # of an image or odometry for its transform; localisation may be at 10 Hz
 MAX_WAITING = 50  # odometry messages; a quarter of a second at 200 Hz
+KEPT = 10  # of each kind: a third of a second at 30 Hz, more than two streams of a camera differ
+
+
+@dataclass(frozen=True, slots=True)
+class ImagePair:
+    """One color and one depth message, still encoded; the stamp is the depth's, in ns."""
+
+    stamp_ns: int
+    color: bytes
+    depth: bytes
+
+
+@dataclass(slots=True)
+class PairBuffer:
+    """Messages that wait for their counterpart.
+
+    tolerance_ns: by how much the stamps of a pair may differ. unpaired: messages that went
+    without a counterpart.
+    """
+
+    tolerance_ns: int
+    unpaired: int = 0
+    _color: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+    _depth: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+
+    def add_color(self, stamp_ns: int, data: bytes) -> None:
+        """A color message."""
+        self._keep(self._color, stamp_ns, data)
+
+    def add_depth(self, stamp_ns: int, data: bytes) -> None:
+        """A depth message."""
+        self._keep(self._depth, stamp_ns, data)
+
+    def take(self) -> ImagePair | None:
+        """The newest pair, or None; what is not newer than it is dropped."""
+        for depth_ns in sorted(self._depth, reverse=True):
+            near = min(self._color, key=lambda other: abs(other - depth_ns), default=None)
+            if near is not None and abs(near - depth_ns) <= self.tolerance_ns:
+                pair = ImagePair(depth_ns, self._color.pop(near), self._depth.pop(depth_ns))
+                self._drop(self._color, near)
+                self._drop(self._depth, depth_ns)
+                return pair
+        return None
+
+    def clear(self) -> None:
+        """Forget everything: the clock jumped back."""
+        self._color.clear()
+        self._depth.clear()
+
+    def _keep(self, kept: OrderedDict[int, bytes], stamp_ns: int, data: bytes) -> None:
+        kept[stamp_ns] = data
+        while len(kept) > KEPT:
+            kept.popitem(last=False)
+            self.unpaired += 1
+
+    def _drop(self, kept: OrderedDict[int, bytes], until_ns: int) -> None:
+        for old_ns in [stamp for stamp in kept if stamp <= until_ns]:
+            del kept[old_ns]
+            self.unpaired += 1
 
 
 @dataclass(slots=True)
@@ -61,7 +133,7 @@ class RobotInput:
     def __init__(self, config: Ros2Config) -> None:
         self._config = config
         self._transforms = TransformBuffer()
-        self._pairs = PairBuffer(int(config.pair_tolerance_ms * 1e6))
+        self._pairs = PairBuffer(PAIR_TOLERANCE_NS)
         self._cameras: dict[str, Intrinsics] = {}
         self._image_types = image_type(config.topics.color), image_type(config.topics.depth)
         self._registers = config.topics.depth_camera_info is not None
@@ -71,6 +143,7 @@ class RobotInput:
         self._next_frame_ns = 0
         self.counts = InputCounts()
         self.problem = ""
+        self.body_frame = "base_link"  # as the odometry names it
         self.clock_ns: int | None = None  # simulated time; None before the first
 
     def has_camera(self, kind: str = "camera_info") -> bool:
@@ -184,7 +257,7 @@ class RobotInput:
         pair = self._pairs.take()
         if pair is None or pair.stamp_ns < self._next_frame_ns:
             return None
-        self._next_frame_ns = pair.stamp_ns + int(0.9e9 / self._config.frame_rate_hz)
+        self._next_frame_ns = pair.stamp_ns + int(0.9e9 / FRAME_RATE_HZ)
         color_type, depth_type = self._image_types
         color, depth = decode(pair.color, color_type), decode(pair.depth, depth_type)
         frame = _frame((color if self._registers else depth).header.frame_id)
@@ -199,7 +272,7 @@ class RobotInput:
         try:
             return self._transforms.lookup(target, waiting.frame, waiting.stamp_ns)
         except TransformLate as problem:
-            if now_s - waiting.since_s < self._config.transform_wait_ms * 1e-3:
+            if now_s - waiting.since_s < TRANSFORM_WAIT_S:
                 raise
             raise TransformError(str(problem)) from problem
 
@@ -240,6 +313,7 @@ class RobotInput:
         if not np.isfinite((*speed, left)).all():
             raise FormatError(f"the odometry's velocity {(*speed, left)} is not finite")
         T_map_body = T_map_odom @ T_odom_body
+        self.body_frame = _frame(waiting.message.child_frame_id) or self.body_frame
         return Odometry(
             self.counts.odometry, waiting.stamp_ns, T_map_body, *speed, lateral_mps=left
         )

@@ -7,18 +7,16 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from onemap_ros2.cdr import CAMERA_INFO, CLOCK, ODOMETRY, TF, image_type
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display.display import Display
-from onemap_ros2.drive.driver import Driver, RobotNow
-from onemap_ros2.drive.goal_pose import pose_of
-from onemap_ros2.drive.goal_pose_driver import GoalPoseDriver
-from onemap_ros2.drive.nav2_driver import Nav2Driver
-from onemap_ros2.drive.planner_voice import PlannerVoice
-from onemap_ros2.drive.velocity_driver import VelocityDriver
+from onemap_ros2.discovery import join
+from onemap_ros2.display import Display
+from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, pose_of
+from onemap_ros2.drive.goal_poses import GoalPoseDriver
+from onemap_ros2.drive.nav2 import Nav2Driver
+from onemap_ros2.drive.velocity import VelocityDriver
 from onemap_ros2.network.interface import NetworkError, RosNetwork
-from onemap_ros2.network.joining import join
 from onemap_ros2.robot_input import RobotInput
-from onemap_ros2.ros_types import CAMERA_INFO, CLOCK, ODOMETRY, TF, image_type
 from onemap_ros2.topic_list import missing
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.keys import (
@@ -33,6 +31,7 @@ from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.ros2")
+STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the planner's 20 Hz
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
 IMAGES_KEPT = 5
 TRANSFORMS_KEPT = 100
@@ -82,7 +81,7 @@ class Ros2Worker:
         self._driver: Driver = DRIVERS[config.drive](network, config)
         self._last: tuple[float, Odometry] | None = None  # when it was sent
         self._display: Display | None = None
-        if config.display.enabled:
+        if config.display:
             self._display = Display(bus, network, config, lambda: self._robot_ns(time.monotonic()))
             self._display.start()
 
@@ -136,6 +135,7 @@ class Ros2Worker:
             self._robot_ns(now_s),
             self._fresh(now_s),
             pose_of(self._last[1].T_map_body) if self._last is not None else None,
+            self._input.body_frame,
         )
         self._driver.step(robot, self._command(robot), self._listen(now_s))
         for news in self._driver.take_news():
@@ -161,7 +161,7 @@ class Ros2Worker:
         return self._voice
 
     def _fresh(self, now_s: float) -> bool:
-        return self._last is not None and now_s - self._last[0] <= self._config.stale_s
+        return self._last is not None and now_s - self._last[0] <= STALE_S
 
     def _robot_ns(self, now_s: float) -> int:
         """The time now on the robot's clock, which may be simulated or differ from ours."""
@@ -180,7 +180,7 @@ class Ros2Worker:
             return lacking.get("clock", f"no message arrives on {topics.clock}")
         if not self._fresh(now_s):
             reason = self._input.problem or lacking.get("odometry", "no message arrives")
-            return f"no odometry on {topics.odometry} for {self._config.stale_s:g} s: {reason}"
+            return f"no odometry on {topics.odometry} for {STALE_S:g} s: {reason}"
         for kind in ("camera_info", "depth_camera_info"):
             if not self._input.has_camera(kind):
                 return lacking.get(kind, f"no camera information on {getattr(topics, kind)}")
@@ -198,7 +198,3 @@ def build(bus: Bus, config: Ros2Config) -> Ros2Worker:
     except NetworkError as problem:
         raise StartError(str(problem), temporary=True) from problem
     return Ros2Worker(bus, network, config)
-
-
-def check(config: Ros2Config) -> None:
-    """Nothing that the configuration names can be looked at before the robot's network is."""

@@ -6,16 +6,7 @@ import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from onemap_ros2.config import Ros2Config, TopicParams
-from onemap_ros2.network.endpoint import (
-    ACTION_SERVER,
-    PUBLISHER,
-    SEND_GOAL,
-    SERVER,
-    SUBSCRIBER,
-    Endpoint,
-)
-from onemap_ros2.ros_types import (
+from onemap_ros2.cdr import (
     CAMERA_INFO,
     CLOCK,
     NAVIGATE,
@@ -25,6 +16,15 @@ from onemap_ros2.ros_types import (
     TWIST,
     TWIST_STAMPED,
     image_type,
+)
+from onemap_ros2.config import RobotTopics, Ros2Config, TopicParams
+from onemap_ros2.network.interface import (
+    ACTION_SERVER,
+    PUBLISHER,
+    SEND_GOAL,
+    SERVER,
+    SUBSCRIBER,
+    Endpoint,
 )
 
 VERBS = {
@@ -99,10 +99,12 @@ class TopicReport:
 
 
 def topic_reports(
-    endpoints: Iterable[Endpoint], rates_hz: Mapping[tuple[str, str], float], topics: TopicParams
+    endpoints: Iterable[Endpoint],
+    rates_hz: Mapping[tuple[str, str], float],
+    topics: RobotTopics,
 ) -> list[TopicReport]:
     """All topics by name; ``rates_hz`` by topic and type."""
-    settings = {name: setting for setting, name in topics.model_dump().items()}
+    settings = {name: setting for setting, name in topics._asdict().items()}
     kinds: dict[tuple[str, str], list[str]] = {}
     for endpoint in endpoints:
         kinds.setdefault((endpoint.topic, endpoint.ros_type), []).append(endpoint.kind)
@@ -126,7 +128,8 @@ def missing(endpoints: Iterable[Endpoint], config: Ros2Config) -> dict[str, str]
     for need in needs(config):
         sentence = _lack(need, [each for each in known if each.kind == need.kind])
         if sentence:
-            what = f"{need.topic} (ros2.topics.{need.setting})"
+            set_by = f" (ros2.topics.{need.setting})"
+            what = need.topic + set_by * (need.setting in TopicParams.model_fields)
             found[need.setting] = f"no node {VERBS[need.kind]} {what}: {sentence}"
     return found
 

@@ -1,9 +1,8 @@
 from __future__ import annotations
 
-from onemap_ros2.cdr import decode, stamp_ns
+from onemap_ros2.cdr import GRID, MARKER_ARRAY, POSE_STAMPED, decode, stamp_ns
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display.display import TOPICS, Display
-from onemap_ros2.ros_types import GRID, MARKER_ARRAY, POSE_STAMPED
+from onemap_ros2.display import TOPICS, Display
 from onemap_shared.keys import (
     MAP_OBJECTS,
     MAP_REVISION,
@@ -23,7 +22,7 @@ from onemap_shared.messages import (
 from tests.ros2.fake_network import FakeNetwork, FakeWriter
 from tests.ros2.planner_messages import KEPT, path_to, status, view
 
-CONFIG = Ros2Config.model_validate({"namespace": "/r1", "display": {"map_rate_hz": 1.0}})
+CONFIG = Ros2Config.model_validate({"namespace": "/r1"})
 
 
 class Screen:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import struct
 
-from onemap_ros2.display.grids import belief_grid, similarity_grid
+from onemap_ros2.display_messages import belief_grid, similarity_grid
 from tests.ros2.planner_messages import view
 
 

@@ -5,11 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_ros2.cdr import decode
-from onemap_ros2.display.detections import detection_array
-from onemap_ros2.display.markers import MAX_MARKED, marker_array
-from onemap_ros2.display.paths import path_message
-from onemap_ros2.ros_types import DETECTION_ARRAY, MARKER_ARRAY, PATH
+from onemap_ros2.cdr import DETECTION_ARRAY, MARKER_ARRAY, PATH, decode
+from onemap_ros2.display_messages import MAX_MARKED, detection_array, marker_array, path_message
 from tests.ros2.planner_messages import KEPT, path_to
 
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_ros2.drive.command_relay import CommandRelay
+from onemap_ros2.drive.velocity import CommandRelay
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import VelocityCommand
 

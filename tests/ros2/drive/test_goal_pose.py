@@ -5,7 +5,7 @@ import struct
 
 import pytest
 
-from onemap_ros2.drive.goal_pose import GoalPose, encoded_pose, end_of, goal_of, pose_of
+from onemap_ros2.drive.driver import GoalPose, encoded_pose, end_of, goal_of, pose_of
 from onemap_shared.geometry import pose_2d
 from tests.ros2.planner_messages import path_to
 
@@ -49,9 +49,9 @@ def test_a_path_alone_has_an_end() -> None:
 
 def test_goals_differ_by_distance_or_heading() -> None:
     goal = GoalPose(1.0, 1.0, 3.1)
-    assert not goal.differs(GoalPose(1.2, 1.0, -3.1), 0.3, 0.2)
-    assert goal.differs(GoalPose(1.4, 1.0, 3.1), 0.3, 0.2)
-    assert goal.differs(GoalPose(1.0, 1.0, 2.8), 0.3, 0.2)
+    assert not goal.differs(GoalPose(1.3, 1.0, -2.7))
+    assert goal.differs(GoalPose(1.5, 1.0, 3.1))
+    assert goal.differs(GoalPose(1.0, 1.0, 2.4))
 
 
 def test_a_pose_has_the_bytes_that_struct_builds() -> None:

@@ -2,10 +2,8 @@ from __future__ import annotations
 
 from onemap_ros2.cdr import decode
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import RobotNow
-from onemap_ros2.drive.goal_pose import GoalPose
-from onemap_ros2.drive.goal_pose_driver import GoalPoseDriver
-from onemap_ros2.drive.planner_voice import PlannerVoice
+from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow
+from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
 
@@ -58,4 +56,4 @@ def test_the_adapter_that_ends_stops_the_robot() -> None:
     ride.driver.close()
     assert ride.sent == [4.0, 0.5]
     assert ride.driver.metrics() == {"goals_sent": 2.0}
-    assert "ros2.topics.goal_pose" in ride.driver.problem()
+    assert "no node subscribes to /r1/goal_pose" in ride.driver.problem()

@@ -7,11 +7,9 @@ import pytest
 
 from onemap_ros2.cdr import type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import RobotNow
-from onemap_ros2.drive.goal_pose import GoalPose
-from onemap_ros2.drive.nav2_driver import Nav2Driver
-from onemap_ros2.drive.planner_voice import PlannerVoice
-from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow
+from onemap_ros2.drive.nav2 import Nav2Driver
+from onemap_ros2.network.interface import Endpoint
 from onemap_shared.messages import SearchState
 from tests.ros2.fake_network import FakeCall, FakeNetwork
 from tests.ros2.planner_messages import path_to, status
@@ -190,4 +188,4 @@ def test_without_nav2_nothing_is_sent_and_it_is_named() -> None:
     ride.network.known = ()
     ride.step()
     assert ride.network.calls == []
-    assert "no node serves /navigate_to_pose (ros2.topics.navigate)" in ride.driver.problem()
+    assert "no node serves /navigate_to_pose" in ride.driver.problem()

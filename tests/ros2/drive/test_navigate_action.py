@@ -7,8 +7,8 @@ import struct
 import pytest
 
 from onemap_ros2.cdr import FormatError
-from onemap_ros2.drive.goal_pose import GoalPose
-from onemap_ros2.drive.navigate_action import (
+from onemap_ros2.drive.driver import GoalPose
+from onemap_ros2.drive.nav2 import (
     GoalResult,
     cancel_code,
     cancel_request,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_ros2.network import bridge_keys
-from onemap_ros2.network.endpoint import Endpoint, serves_action
+from onemap_ros2.network import bridge as bridge_keys
+from onemap_ros2.network.interface import Endpoint, serves_action
 
 SESSION = "8b20917502ee955ac4476e0266340d5c"
 # As its liveliness_mgt.rs formats a publisher: @/<id>/@ros2_lv/MP/<key>/<type>/<qos>

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from onemap_ros2.cdr import CAMERA_INFO, TF, image_type
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.robot_input import RobotInput
-from onemap_ros2.ros_types import CAMERA_INFO, TF, image_type
 from onemap_shared.messages import RgbdFrame
 from onemap_tools.recording.bag_file import CDR, BagError, BagReader
 
@@ -68,7 +68,7 @@ class Ros2Bag:
             raise BagError(self._lack(types) or f"no frame in {self.path}: {robot.problem}")
         counts = robot.counts
         for count, what in (
-            (robot.unpaired, "images have no counterpart within ros2.pair_tolerance_ms"),
+            (robot.unpaired, "images have no counterpart with a near stamp"),
             (counts.no_transform, "images or their depth have no transform at their stamp"),
             (counts.unusable, f"messages cannot be used: {robot.problem}"),
         ):

@@ -1,13 +1,147 @@
-"""What the adapter needs of whatever moves the robot."""
+"""What moves the robot, and on what it rests: the planner's last words, and the goal in them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from onemap_ros2.drive.goal_pose import GoalPose
-from onemap_ros2.drive.planner_voice import PlannerVoice
-from onemap_shared.messages import VelocityCommand
+import numpy as np
+
+from onemap_ros2.cdr import POSE_STAMPED, encode, header, new
+from onemap_shared.geometry import F64, wrap_angle, yaw_of
+from onemap_shared.messages import PlannedPath, SearchStatus, VelocityCommand
+
+NEAR_M = 0.05  # a direction over less than this is noise
+TURN_RAD = math.pi / 2  # of a goal that makes the robot rotate where it stands
+# By so much the planner's goal must move, or its heading turn, before the robot's is replaced: each
+# one makes nav2 plan anew, and ends of paths move by a few cells at each plan. A third of a view.
+GOAL_CHANGE_M, GOAL_CHANGE_RAD = 0.4, 0.6
+GOAL_PERIOD_S = 1.0  # least time between two goals: nav2's behaviour tree plans once a second
+# After so long without a plan, or a velocity, the goal ends: the planner plans four times a second,
+# not while its inputs are too old, and a velocity holds for half of that time.
+MAX_PLAN_AGE_S, MAX_COMMAND_AGE_S = 1.5, 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class GoalPose:
+    """A pose on the floor, in the map frame."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    def differs(self, other: GoalPose) -> bool:
+        """Whether the other one is further away, or turned by more, than goals may be."""
+        far = math.hypot(self.x_m - other.x_m, self.y_m - other.y_m) > GOAL_CHANGE_M
+        return far or abs(wrap_angle(self.yaw_rad - other.yaw_rad)) > GOAL_CHANGE_RAD
+
+
+def pose_of(T_map_body: F64) -> GoalPose:
+    """The pose of the robot's body (4, 4) on the floor."""
+    return GoalPose(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
+
+
+def goal_of(path: PlannedPath, robot: GoalPose) -> GoalPose | None:
+    """The goal of a plan, from where the robot stands; None if it is not to move or to reverse.
+
+    To rotate is a goal in place, a quarter turn further to the left than the robot is.
+    """
+    if path.motion == "rotate":
+        return GoalPose(robot.x_m, robot.y_m, wrap_angle(robot.yaw_rad + TURN_RAD))
+    return end_of(path, robot)
+
+
+def end_of(path: PlannedPath, robot: GoalPose | None = None) -> GoalPose | None:
+    """The end of a path that the robot is to drive; None if it is not to.
+
+    Without the robot's pose it counts as where the path begins, along x.
+    """
+    if path.motion != "drive" or len(path.points_m) == 0:
+        return None
+    x_m, y_m = (float(value) for value in path.points_m[-1])
+    start = robot or GoalPose(float(path.points_m[0, 0]), float(path.points_m[0, 1]), 0.0)
+    return GoalPose(x_m, y_m, _heading_rad(path, start))
+
+
+def _heading_rad(path: PlannedPath, robot: GoalPose) -> float:
+    """Towards what the robot shall face; else along the end of the path; else as it stands."""
+    end = path.points_m[-1]
+    starts = (robot.x_m, robot.y_m), *path.points_m[:-1]
+    directions = [np.asarray(path.look_m) - end] if path.look_m else []
+    directions += [end - np.asarray(start) for start in reversed(starts)]
+    for dx, dy in directions:
+        if math.hypot(dx, dy) > NEAR_M:
+            return math.atan2(float(dy), float(dx))
+    return robot.yaw_rad
+
+
+def pose_message(goal: GoalPose) -> object:
+    """The goal as ``geometry_msgs/Pose``."""
+    half = 0.5 * goal.yaw_rad
+    return new(
+        "geometry_msgs/msg/Pose",
+        new("geometry_msgs/msg/Point", goal.x_m, goal.y_m, 0.0),
+        new("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(half), math.cos(half)),
+    )
+
+
+def stamped_pose(goal: GoalPose, stamp_ns: int, frame: str) -> object:
+    """The goal as ``geometry_msgs/PoseStamped``."""
+    return new(POSE_STAMPED, header(stamp_ns, frame), pose_message(goal))
+
+
+def encoded_pose(goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
+    """The goal as the bytes of a ``geometry_msgs/PoseStamped``."""
+    return encode(stamped_pose(goal, stamp_ns, frame), POSE_STAMPED)
+
+
+NEVER = float("-inf")
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerVoice:
+    """The planner's newest messages, with their times of arrival in seconds.
+
+    Attributes:
+        path: the newest plan of this search; None before its first.
+        path_s: when it came.
+        command_s: when the newest velocity came.
+        search: the id of the active search; empty without one.
+    """
+
+    path: PlannedPath | None = None
+    path_s: float = NEVER
+    command_s: float = NEVER
+    search: str = ""
+
+    def with_path(self, path: PlannedPath, now_s: float) -> PlannerVoice:
+        """After a plan came."""
+        return replace(self, path=path, path_s=now_s)
+
+    def with_status(self, status: SearchStatus) -> PlannerVoice:
+        """After the state of the search came; the plan of another search counts no more."""
+        search = status.search_id if status.active else ""
+        if search == self.search:
+            return self
+        return replace(self, search=search, path=None, path_s=NEVER)
+
+    def with_command(self, now_s: float) -> PlannerVoice:
+        """After a velocity came."""
+        return replace(self, command_s=now_s)
+
+    def goal(self, now_s: float, robot: GoalPose) -> GoalPose | None:
+        """Where the robot is to drive; None: it must not drive on.
+
+        It must not without an active search, a recent plan and a recent velocity: the planner
+        sends no plan while its map or its odometry is too old.
+        """
+        recent = (
+            now_s - self.path_s <= MAX_PLAN_AGE_S and now_s - self.command_s <= MAX_COMMAND_AGE_S
+        )
+        if not self.search or self.path is None or not recent:
+            return None
+        return goal_of(self.path, robot)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +153,14 @@ class RobotNow:
         stamp_ns: the same on the robot's clock, which may be simulated.
         fresh: whether its odometry is.
         pose: of its body on the map; None before the first odometry.
+        frame: of its body, as its odometry names it.
     """
 
     now_s: float
     stamp_ns: int
     fresh: bool
     pose: GoalPose | None
+    frame: str = ""
 
 
 class Driver(Protocol):

@@ -8,32 +8,84 @@ from typing import Any
 
 import zenoh
 
-from onemap_ros2.network import bridge_keys
-from onemap_ros2.network.endpoint import PUBLISHER, SUBSCRIBER, Endpoint
-from onemap_ros2.network.interface import PendingCall, Reader, Writer
+from onemap_ros2.network.interface import (
+    ACTION_SERVER,
+    PUBLISHER,
+    SERVER,
+    SUBSCRIBER,
+    Endpoint,
+    PendingCall,
+    Reader,
+    Writer,
+)
 from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox
 
 HISTORY_S = 5.0  # a bridge's own time for the history of a latched topic
 ADVICE = "start one on the robot with 'zenoh-bridge-ros2dds', which listens on port 7447"
+ADMIN, GRAPH, CACHE = "@", "@ros2_lv", "@ros2_pub_cache"
+SLASH = "§"  # stands for one inside a token
+TOKEN_PARTS = 6  # @, session, @ros2_lv, kind, key, type; topics have their quality of service too
+KINDS = (PUBLISHER, SUBSCRIBER, SERVER, ACTION_SERVER)
+# key:reliability:durability:history,depth, in the numbers of DDS; empty where default
+QOS_RELIABLE = ":1::0,10"
+QOS_TRANSIENT_LOCAL = ":1:1:0,1"
+
+
+def topic_key(topic: str) -> str:
+    """The key on which a topic's messages, or a service's questions, travel."""
+    return topic.strip("/")
+
+
+def graph_key() -> str:
+    """The key expression of all tokens of all bridges."""
+    return f"{ADMIN}/*/{GRAPH}/**"
+
+
+def bridge_token(session: str) -> str:
+    """The token of a bridge; ``session``: the id of its Zenoh session."""
+    return f"{ADMIN}/{session}/{GRAPH}"
+
+
+def endpoint_token(session: str, endpoint: Endpoint, qos: str) -> str:
+    """The token of a publisher or a subscriber."""
+    key = topic_key(endpoint.topic).replace("/", SLASH)
+    ros_type = endpoint.ros_type.replace("/", SLASH)
+    return f"{bridge_token(session)}/{endpoint.kind}/{key}/{ros_type}/{qos}"
+
+
+def parse_token(token: str) -> Endpoint | None:
+    """The endpoint of a token; None for any other token."""
+    parts = token.split("/")
+    if len(parts) < TOKEN_PARTS or parts[0] != ADMIN or parts[2] != GRAPH:
+        return None
+    kind, key, ros_type = parts[3:6]
+    if kind not in KINDS:
+        return None
+    return Endpoint(kind, "", "/" + key.replace(SLASH, "/"), ros_type.replace(SLASH, "/"), "")
+
+
+def cache_key(topic: str, session: str = "*") -> str:
+    """Where the newest messages of a latched topic are asked for; ``*``: of all bridges."""
+    return f"{ADMIN}/{session}/{CACHE}/{topic_key(topic)}"
 
 
 class BridgeNetwork:
     """The robot's topics as bridges show them. Implements ``RosNetwork``."""
 
     def __init__(self, connect: tuple[str, ...]) -> None:
-        self._robot = RobotSession(connect, ADVICE, bridge_keys.parse_token)
+        self._robot = RobotSession(connect, ADVICE, parse_token)
         self._latched: dict[str, SampleInbox] = {}
         self._robot.on_endpoint = self._fetch_from
-        self._robot.announce(bridge_keys.bridge_token(self._robot.id))
-        self._robot.follow_graph(bridge_keys.graph_key())
+        self._robot.announce(bridge_token(self._robot.id))
+        self._robot.follow_graph(graph_key())
 
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
         inbox = self._robot.inbox(depth)
         handler = zenoh.handlers.Callback(inbox.on_sample, indirect=False)
-        key = bridge_keys.topic_key(topic)
+        key = topic_key(topic)
         self._robot.keep(self._robot.session.declare_subscriber(key, handler))
-        qos = bridge_keys.QOS_TRANSIENT_LOCAL if latched else bridge_keys.QOS_RELIABLE
+        qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
         self._announce(Endpoint(SUBSCRIBER, "", topic, ros_type, ""), qos)
         if latched:
             self._latched[topic] = inbox
@@ -43,7 +95,7 @@ class BridgeNetwork:
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """See ``RosNetwork``."""
         publisher = self._robot.session.declare_publisher(
-            bridge_keys.topic_key(topic),
+            topic_key(topic),
             congestion_control=zenoh.CongestionControl.DROP,
             express=not latched,
             reliability=zenoh.Reliability.RELIABLE,
@@ -51,17 +103,17 @@ class BridgeNetwork:
         writer = _BridgeWriter(publisher)
         self._robot.keep(publisher)
         if latched:
-            cache = bridge_keys.cache_key(topic, self._robot.id)
+            cache = cache_key(topic, self._robot.id)
             handler = zenoh.handlers.Callback(writer.on_query, indirect=False)
             self._robot.keep(self._robot.session.declare_queryable(cache, handler))
-        qos = bridge_keys.QOS_TRANSIENT_LOCAL if latched else bridge_keys.QOS_RELIABLE
+        qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
         self._announce(Endpoint(PUBLISHER, "", topic, ros_type, ""), qos)
         return writer
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
         """See ``RosNetwork``; the bridge knows the type of the service itself."""
         del ros_type
-        return self._robot.ask(bridge_keys.topic_key(service), request, timeout_s)
+        return self._robot.ask(topic_key(service), request, timeout_s)
 
     def endpoints(self) -> tuple[Endpoint, ...]:
         """See ``RosNetwork``."""
@@ -76,7 +128,7 @@ class BridgeNetwork:
         self._robot.close()
 
     def _announce(self, endpoint: Endpoint, qos: str) -> None:
-        self._robot.announce(bridge_keys.endpoint_token(self._robot.id, endpoint, qos))
+        self._robot.announce(endpoint_token(self._robot.id, endpoint, qos))
 
     def _fetch_from(self, endpoint: Endpoint) -> None:
         """A bridge came that may have published a latched topic before."""
@@ -86,7 +138,7 @@ class BridgeNetwork:
 
     def _fetch(self, topic: str, inbox: SampleInbox) -> None:
         self._robot.session.get(
-            bridge_keys.cache_key(topic),
+            cache_key(topic),
             zenoh.handlers.Callback(inbox.on_reply, indirect=False),
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,

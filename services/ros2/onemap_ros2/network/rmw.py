@@ -4,21 +4,98 @@
 from __future__ import annotations
 
 import os
+import struct
 import time
 from typing import Any
 
+import xxhash
 import zenoh
 import zenoh.ext
 
 from onemap_ros2.cdr import type_hash
-from onemap_ros2.network import rmw_keys
-from onemap_ros2.network.endpoint import PUBLISHER, SERVER, SUBSCRIBER, Endpoint
-from onemap_ros2.network.interface import PendingCall, Reader, Writer
+from onemap_ros2.network.interface import (
+    PUBLISHER,
+    SERVER,
+    SUBSCRIBER,
+    Endpoint,
+    PendingCall,
+    Reader,
+    Writer,
+)
 from onemap_ros2.network.zenoh_session import RobotSession
 
 STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
 HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
 ADVICE = "start one on the robot with 'ros2 run rmw_zenoh_cpp rmw_zenohd'"
+GRAPH = "@ros2_lv"
+ATTACHMENT = struct.Struct("<qqB16s")  # sequence, nanoseconds, length of the gid, gid
+GID_BYTES = 16
+TOKEN_PARTS = 12  # of the token of an endpoint
+KINDS = (PUBLISHER, SUBSCRIBER, SERVER)
+# reliability:durability:history,depth:deadline:lifespan:liveliness; empty where default
+QOS_RELIABLE = "::,10:,:,:,,"
+QOS_SENSOR = "2::,5:,:,:,,"
+QOS_TRANSIENT_LOCAL = ":1:,1:,:,:,,"
+# Lyrical and Rolling: of a subscriber that takes images from memory, and where they travel.
+BACKENDS, BUFFERS = "backends:cpu:", "_buf_cpu"
+
+
+def dds_name(ros_type: str) -> str:
+    """``pkg/msg/Type`` as ``pkg::msg::dds_::Type_``."""
+    package, kind, name = ros_type.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+def ros_name(dds_type: str) -> str:
+    """``pkg::msg::dds_::Type_`` as ``pkg/msg/Type``."""
+    return dds_type.replace("::dds_::", "::").replace("::", "/").removesuffix("_")
+
+
+def topic_key(domain: int, topic: str, ros_type: str, type_hash: str = "*") -> str:
+    """The key on which a topic's messages travel; ``*``: whatever the hash is."""
+    return f"{domain}/{topic.strip('/')}/{dds_name(ros_type)}/{type_hash}"
+
+
+def graph_key(domain: int) -> str:
+    """The key expression of all tokens of a domain."""
+    return f"{GRAPH}/{domain}/**"
+
+
+def node_token(domain: int, session: str, node: str, namespace: str = "") -> str:
+    """The token of a node; ``session``: the id of its Zenoh session."""
+    return f"{GRAPH}/{domain}/{session}/0/0/NN/%/{namespace.replace('/', '%') or '%'}/{node}"
+
+
+def endpoint_token(node: str, number: int, endpoint: Endpoint, qos: str) -> str:
+    """The token of an endpoint of the node whose token is ``node``; ``number``: from 1."""
+    head = node.split("/")
+    head[4:6] = [str(number), endpoint.kind]
+    topic = endpoint.topic.replace("/", "%")
+    return "/".join((*head, topic, dds_name(endpoint.ros_type), endpoint.type_hash, qos))
+
+
+def parse_token(token: str) -> Endpoint | None:
+    """The publisher, subscriber or server of a token; None for any other token."""
+    parts = token.split("/")
+    if len(parts) < TOKEN_PARTS or parts[0] != GRAPH or parts[5] not in KINDS:
+        return None
+    space, name, topic, dds_type, type_hash = parts[7:12]
+    node = f"{space.replace('%', '/').rstrip('/')}/{name}"
+    backends = any(part.startswith("backends:") for part in parts[12:])
+    return Endpoint(
+        parts[5], node, topic.replace("%", "/"), ros_name(dds_type), type_hash, backends
+    )
+
+
+def gid_of(token: str) -> bytes:
+    """The 16 bytes that identify a publisher: XXH3-128 of its token, the low half first."""
+    digest = xxhash.xxh3_128_intdigest(token.encode())
+    return digest.to_bytes(GID_BYTES, "little")
+
+
+def attachment(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
+    """What every sample carries; one without it is dropped by ROS 2."""
+    return ATTACHMENT.pack(sequence, stamp_ns, GID_BYTES, gid)
 
 
 class RmwNetwork:
@@ -27,21 +104,21 @@ class RmwNetwork:
     def __init__(
         self, connect: tuple[str, ...], domain: int, node: str, namespace: str = ""
     ) -> None:
-        self._robot = RobotSession(connect, ADVICE, rmw_keys.parse_token)
+        self._robot = RobotSession(connect, ADVICE, parse_token)
         self._domain = domain
         self._numbers = 0
         self._calls = 0
-        self._client_id = os.urandom(rmw_keys.GID_BYTES)
-        self._node = rmw_keys.node_token(domain, self._robot.id, node, namespace)
+        self._client_id = os.urandom(GID_BYTES)
+        self._node = node_token(domain, self._robot.id, node, namespace)
         self._buffered: dict[str, Endpoint] = {}  # topics whose images may come as buffers
         self._robot.on_endpoint = self._ask_for_buffers
         self._robot.announce(self._node)
-        self._robot.follow_graph(rmw_keys.graph_key(domain))
+        self._robot.follow_graph(graph_key(domain))
 
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
         inbox = self._robot.inbox(depth)
-        key = rmw_keys.topic_key(self._domain, topic, ros_type)
+        key = topic_key(self._domain, topic, ros_type)
         handler = zenoh.handlers.Callback(inbox.on_sample, indirect=False)
         if latched:
             subscriber: Any = zenoh.ext.declare_advanced_subscriber(
@@ -56,10 +133,10 @@ class RmwNetwork:
             )
         else:
             subscriber = self._robot.session.declare_subscriber(key, handler)
-            buffers = f"{key}/{rmw_keys.BUFFERS}"
+            buffers = f"{key}/{BUFFERS}"
             self._robot.keep(self._robot.session.declare_subscriber(buffers, handler))
         self._robot.keep(subscriber)
-        qos = rmw_keys.QOS_TRANSIENT_LOCAL if latched else rmw_keys.QOS_SENSOR
+        qos = QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR
         endpoint = Endpoint(SUBSCRIBER, "", topic, ros_type, self._hash(ros_type))
         self._announce(endpoint, qos)
         self._buffered[topic] = endpoint
@@ -70,7 +147,7 @@ class RmwNetwork:
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """See ``RosNetwork``."""
         endpoint = Endpoint(PUBLISHER, "", topic, ros_type, self._hash(ros_type))
-        key = rmw_keys.topic_key(self._domain, topic, ros_type, endpoint.type_hash)
+        key = topic_key(self._domain, topic, ros_type, endpoint.type_hash)
         options: dict[str, Any] = {
             "congestion_control": zenoh.CongestionControl.DROP,
             "reliability": zenoh.Reliability.RELIABLE,
@@ -89,7 +166,7 @@ class RmwNetwork:
         else:
             publisher = self._robot.session.declare_publisher(key, express=True, **options)
         self._robot.keep(publisher)
-        qos = rmw_keys.QOS_TRANSIENT_LOCAL if latched else rmw_keys.QOS_RELIABLE
+        qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
         return _RmwWriter(self, publisher, endpoint, self._announce(endpoint, qos))
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
@@ -100,10 +177,10 @@ class RmwNetwork:
         )
         known = server.type_hash if server is not None and server.ros_type == ros_type else "*"
         return self._robot.ask(
-            rmw_keys.topic_key(self._domain, service, ros_type, known),
+            topic_key(self._domain, service, ros_type, known),
             request,
             timeout_s,
-            attachment=rmw_keys.attachment(self._calls, time.time_ns(), self._client_id),
+            attachment=attachment(self._calls, time.time_ns(), self._client_id),
         )
 
     def endpoints(self) -> tuple[Endpoint, ...]:
@@ -131,14 +208,14 @@ class RmwNetwork:
         """Lyrical and Rolling publish images only for a token that names a buffer backend."""
         if found.kind == PUBLISHER and found.backends and found.topic in self._buffered:
             endpoint = self._buffered.pop(found.topic)
-            self._announce(endpoint, f"{rmw_keys.QOS_SENSOR}/{rmw_keys.BACKENDS}")
+            self._announce(endpoint, f"{QOS_SENSOR}/{BACKENDS}")
 
     def _announce(self, endpoint: Endpoint, qos: str) -> bytes:
         """Show the endpoint in the graph; returns the id of a publisher."""
         self._numbers += 1
-        token = rmw_keys.endpoint_token(self._node, self._numbers, endpoint, qos)
+        token = endpoint_token(self._node, self._numbers, endpoint, qos)
         self._robot.announce(token)
-        return rmw_keys.gid_of(token)
+        return gid_of(token)
 
 
 class _RmwWriter:
@@ -155,5 +232,5 @@ class _RmwWriter:
 
     def put(self, data: bytes) -> None:
         self._sequence += 1
-        note = rmw_keys.attachment(self._sequence, time.time_ns(), self._gid)
+        note = attachment(self._sequence, time.time_ns(), self._gid)
         self._publisher.put(data, attachment=note)

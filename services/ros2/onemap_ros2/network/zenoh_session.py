@@ -14,8 +14,7 @@ from typing import Any
 
 import zenoh
 
-from onemap_ros2.network.endpoint import Endpoint
-from onemap_ros2.network.interface import NetworkError
+from onemap_ros2.network.interface import Endpoint, NetworkError
 from onemap_shared.bus import zenoh_config
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from onemap_ros2.cdr import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.velocity_driver import twist
+from onemap_ros2.drive.velocity import twist
 from onemap_ros2.robot_input import RobotInput
-from onemap_ros2.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import Velocity2d, camera_mount, pose_2d
 from onemap_shared.keys import (

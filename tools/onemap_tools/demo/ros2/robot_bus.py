@@ -8,9 +8,8 @@ import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from onemap_ros2.cdr import decode
+from onemap_ros2.cdr import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED, decode
 from onemap_ros2.network.interface import Reader, RosNetwork
-from onemap_ros2.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, Procedure, Topic
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from onemap_ros2.cdr import encode, header, new
-from onemap_ros2.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TF
+from onemap_ros2.cdr import CAMERA_INFO, IMAGE, ODOMETRY, TF, encode, header, new
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Odometry, RgbdFrame
 

@@ -7,14 +7,17 @@ import threading
 import time
 from collections.abc import Callable
 
+from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POSE_STAMPED
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display.detections import detection_array
-from onemap_ros2.display.grids import belief_grid, similarity_grid
-from onemap_ros2.display.markers import marker_array
-from onemap_ros2.display.paths import path_message
-from onemap_ros2.drive.goal_pose import encoded_pose, end_of
+from onemap_ros2.display_messages import (
+    belief_grid,
+    detection_array,
+    marker_array,
+    path_message,
+    similarity_grid,
+)
+from onemap_ros2.drive.driver import encoded_pose, end_of
 from onemap_ros2.network.interface import RosNetwork
-from onemap_ros2.ros_types import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POSE_STAMPED
 from onemap_shared.keys import (
     MAP_OBJECTS,
     MAP_REVISION,
@@ -33,6 +36,8 @@ from onemap_shared.messages import (
 from onemap_shared.transport import Bus, CallError
 
 TICK_S = 0.1
+MAP_PERIOD_S = 1.0  # each grid is a question to the mapper and a message of a byte per cell
+MARKER_PERIOD_S = 0.5  # of markers, detections and paths; the planner plans four times a second
 TOPICS = {
     "belief": GRID,
     "similarity": GRID,
@@ -53,7 +58,7 @@ class Display:
         self, bus: Bus, network: RosNetwork, config: Ros2Config, stamp_ns: Callable[[], int]
     ) -> None:
         self._bus, self._config, self._stamp_ns = bus, config, stamp_ns
-        prefix = config.in_namespace(config.display.prefix)
+        prefix = config.in_namespace("/onemap")
         self._writers = {
             name: network.write(f"{prefix}/{name}", ros_type, latched=True)
             for name, ros_type in TOPICS.items()
@@ -86,10 +91,10 @@ class Display:
         """Publish what is due; ``now_s`` of a monotonic clock."""
         self._take()
         if now_s >= self._next_map_s and (self._heard("belief") or self._heard("similarity")):
-            self._next_map_s = now_s + 1.0 / self._config.display.map_rate_hz
+            self._next_map_s = now_s + MAP_PERIOD_S
             self._publish_grids()
         if now_s >= self._next_markers_s and self._any_marks_heard():
-            self._next_markers_s = now_s + 1.0 / self._config.display.marker_rate_hz
+            self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
             if self._changed:
                 self._changed = False

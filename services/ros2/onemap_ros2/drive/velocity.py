@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from onemap_ros2.cdr import encode, header, known, new
+from dataclasses import dataclass, replace
+
+from onemap_ros2.cdr import TWIST, TWIST_STAMPED, encode, header, known, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.command_relay import CommandRelay
-from onemap_ros2.drive.driver import RobotNow
-from onemap_ros2.drive.planner_voice import PlannerVoice
-from onemap_ros2.network.endpoint import SUBSCRIBER
-from onemap_ros2.network.interface import RosNetwork, Writer
-from onemap_ros2.ros_types import TWIST, TWIST_STAMPED
+from onemap_ros2.drive.driver import PlannerVoice, RobotNow
+from onemap_ros2.network.interface import SUBSCRIBER, RosNetwork, Writer
 from onemap_ros2.topic_list import missing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import VelocityCommand
@@ -21,16 +19,16 @@ class VelocityDriver:
     def __init__(self, network: RosNetwork, config: Ros2Config) -> None:
         self._network, self._config = network, config
         self._topic = config.names.command
-        self._relay = CommandRelay(config.stop_s)
+        self._relay = CommandRelay(STOP_S)
         self._writer: tuple[str, Writer] | None = None
-        self._stamp_ns = 0
+        self._robot: RobotNow | None = None
         self._sent = 0
         self._news: list[str] = []
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; the planner's goals count for nothing here."""
         del voice
-        self._stamp_ns = robot.stamp_ns
+        self._robot = robot
         self._find_base()  # early: a publisher's first message may be lost
         self._relay, velocity = self._relay.step(robot.now_s, command, fresh=robot.fresh)
         if velocity is not None:
@@ -66,10 +64,10 @@ class VelocityDriver:
             self._news.append(f"velocities go to {self._topic} as {ros_type}")
 
     def _publish(self, velocity: Velocity2d) -> None:
-        if self._writer is None:
+        if self._writer is None or self._robot is None:
             return
         ros_type, writer = self._writer
-        writer.put(twist(velocity, ros_type, self._stamp_ns, self._config.command_frame))
+        writer.put(twist(velocity, ros_type, self._robot.stamp_ns, self._robot.frame))
         self._sent += 1
 
 
@@ -93,3 +91,48 @@ def twist(velocity: Velocity2d, ros_type: str, stamp_ns: int, frame: str) -> byt
     if ros_type == TWIST_STAMPED:
         message = new(TWIST_STAMPED, header(stamp_ns, frame), message)
     return encode(message, ros_type)
+
+
+REPEAT_S = 0.1  # zero velocity at 10 Hz
+# For so long before silence, longer if the process is held up: a lost message must not leave the
+# robot driving.
+STOP_S = 0.5
+STOPPED = Velocity2d()
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRelay:
+    """Decides what goes to ``cmd_vel``. Times are seconds of any monotonic clock.
+
+    Attributes:
+        stop_s: for so long zero is sent before silence, so that one lost message is not enough to
+            let the robot drive on. If this process is held up meanwhile, no zero is left out.
+        driving: whether the newest velocity that was sent is not yet followed by zeros.
+        valid_until_s: until then the newest command holds.
+        zeros: how many more are to be sent.
+        next_zero_s: when the next zero is due.
+    """
+
+    stop_s: float
+    driving: bool = False
+    valid_until_s: float = float("-inf")
+    zeros: int = 0
+    next_zero_s: float = float("-inf")
+
+    def step(
+        self, now_s: float, command: VelocityCommand | None, *, fresh: bool
+    ) -> tuple[CommandRelay, Velocity2d | None]:
+        """The relay after this moment, and the velocity to send now; None: nothing.
+
+        ``fresh``: the robot's odometry is; commands that were made without it are not passed on.
+        """
+        if command is not None and fresh:
+            until_s = now_s + command.validity_ms * 1e-3
+            return replace(self, driving=True, valid_until_s=until_s), command.velocity
+        if self.driving and (not fresh or now_s > self.valid_until_s):
+            repeated = round(self.stop_s / REPEAT_S)
+            stopping = replace(self, driving=False, zeros=repeated, next_zero_s=now_s + REPEAT_S)
+            return stopping, STOPPED
+        if not self.driving and self.zeros and self.next_zero_s <= now_s:
+            return replace(self, zeros=self.zeros - 1, next_zero_s=now_s + REPEAT_S), STOPPED
+        return self, None

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+from onemap_ros2.cdr import POSE_STAMPED
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import RobotNow
-from onemap_ros2.drive.goal_pose import GoalPose, encoded_pose
-from onemap_ros2.drive.planner_voice import PlannerVoice
+from onemap_ros2.drive.driver import GOAL_PERIOD_S, GoalPose, PlannerVoice, RobotNow, encoded_pose
 from onemap_ros2.network.interface import RosNetwork
-from onemap_ros2.ros_types import POSE_STAMPED
 from onemap_ros2.topic_list import missing
 from onemap_shared.messages import VelocityCommand
 
@@ -28,16 +26,13 @@ class GoalPoseDriver:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
         self._robot = robot
-        params, wanted = self._config.nav2, None
+        wanted = None
         if robot.fresh and robot.pose is not None:
-            wanted = voice.goal(robot.now_s, robot.pose, params)
-        due = robot.now_s - self._sent_s >= params.goal_period_s
+            wanted = voice.goal(robot.now_s, robot.pose)
+        due = robot.now_s - self._sent_s >= GOAL_PERIOD_S
         if wanted is None:
             self._stop(robot, due=due)
-        elif due and (
-            self._goal is None
-            or wanted.differs(self._goal, params.goal_change_m, params.goal_change_rad)
-        ):
+        elif due and (self._goal is None or wanted.differs(self._goal)):
             self._goal = wanted
             self._put(wanted, robot)
 
@@ -62,7 +57,7 @@ class GoalPoseDriver:
         """Send the robot to where it stands, twice at most in case a message is lost."""
         if self._goal is not None:
             self._goal = None
-            self._stop_until_s = robot.now_s + 2 * self._config.nav2.goal_period_s
+            self._stop_until_s = robot.now_s + 2 * GOAL_PERIOD_S
         elif not due or robot.now_s > self._stop_until_s:
             return
         if robot.pose is not None:

@@ -1,1 +1,0 @@
-"""What RViz and Foxglove show: the map, finds, regions, frontiers, the goal."""
