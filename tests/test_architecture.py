@@ -312,7 +312,7 @@ def test_functions_take_few_parameters() -> None:
             names = [argument.arg for argument in arguments if argument.arg not in ("self", "cls")]
             # A command's parameters are its options: the interface, not a call.
             is_command = module.package == "onemap_tools" and bool(node.decorator_list)
-            is_kernel = any("jit" in ast.unparse(d) for d in node.decorator_list)
+            is_kernel = any("compiled" in ast.unparse(d) for d in node.decorator_list)
             if len(names) > MAX_PARAMETERS and not is_command and not is_kernel:
                 greedy.append(f"{module.path.relative_to(ROOT)}:{node.lineno} {node.name}: {names}")
     assert greedy == []

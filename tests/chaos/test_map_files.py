@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS
-from onemap_mapper.params import ObjectParams
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.snapshot import MapFileError, restore, take
 from tests.chaos.report import Attack
@@ -44,7 +43,7 @@ def saved(path: Path) -> bytes:
     """A file of a small map with a found object."""
     belief = BeliefMap(PARAMS)
     belief.fuse(compute_update(scenes.field(0, scenes.pose(-0.5, 0.2)), PARAMS))
-    objects = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    objects = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
     map_file.write(take(belief, objects), path)
     return path.read_bytes()
 

@@ -8,11 +8,11 @@ import threading
 from typing import Any
 
 import pytest
+import torch
 import yaml
 
 from onemap_gateway.present.metrics import RequestCounter, exposition
 from onemap_mapper.belief.version import NO_FRAMES
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import MapRobot
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
@@ -36,7 +36,7 @@ def reported() -> set[str]:
     perception = PerceptionTelemetry(started_s=0.0)
     perception.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
     mapper = MapRobot(
-        0, MemoryRouter().bus("mapper"), MapperConfig(), threading.Event(), lambda: ("", 0)
+        0, MemoryRouter().bus("mapper"), torch.device("cpu"), threading.Event(), lambda: ("", 0)
     )
     planner = Planner(MemoryRouter().bus("planner"), PlannerConfig())
     numbers = {

@@ -19,8 +19,8 @@ MAPPING = ("simulator", "perception", "mapper")
 
 @pytest.fixture
 def mapping(tmp_path: Path) -> Iterator[System]:
-    """A robot that stands and looks, and a mapper that writes a checkpoint every second."""
-    sections = {"simulator": SIMULATOR, "mapper": {"checkpoint_interval_s": 1.0}}
+    """A robot that stands and looks, and a mapper that writes a checkpoint every 15 s."""
+    sections = {"simulator": SIMULATOR}
     with System(tmp_path, MAPPING, sections) as system:
         yield system
 

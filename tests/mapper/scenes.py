@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import torch
+from torch import Tensor
 
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64, U16, camera_mount, pose_2d
@@ -34,9 +38,15 @@ ROOM = (
 )
 
 
-def params(**changes: object) -> MapParams:
+def params(**changes: Any) -> MapParams:
     """The default parameters with some replaced, in float32, so that tests can be exact."""
-    return MapParams.model_validate({"feature_dtype": "float32", **changes})
+    return replace(MapParams(feature_dtype="float32"), **changes)
+
+
+def slots_of(belief: BeliefMap, cells: I64) -> Tensor:
+    """Slots (n,) of distinct world cells (n, 2), new where there were none."""
+    rows = belief.grow(cells)
+    return belief.slots_at(rows, torch.from_numpy(cells).to(rows.device))
 
 
 def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: float = 1.0) -> F64:

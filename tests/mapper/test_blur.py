@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.frame.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
-from onemap_mapper.params import BlurParams
+from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
 
 
 def kernel(
     cells: torch.Tensor, half_width: int, depth_factor: float = 0.02, *, compiled: bool = True
 ) -> BlurKernel:
-    params = BlurParams(
+    params = MapParams(
         depth_factor=depth_factor, blur_half_width_cells=half_width, compiled=compiled
     )
     return blur_kernel(cells, camera_xy_m=(-0.3, 0.2), params=params)

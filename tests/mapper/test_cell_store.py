@@ -93,19 +93,6 @@ def test_memory_follows_the_number_of_cells() -> None:
     assert store.nbytes == 2 * one
 
 
-def test_forgetting_and_reset_touch_what_they_should() -> None:
-    store = new_store()
-    slots = store.add(np.zeros((2, 2), np.int64))
-    store.fuse(slots, torch.ones((2, 3)), torch.tensor([1.0, 4.0]), revision=1)
-    store.add_process_noise(rate_per_s=0.5, elapsed_s=2.0)
-    torch.testing.assert_close(store.confidence, torch.tensor([0.5, 0.8]))
-    torch.testing.assert_close(store.searched_confidence, store.confidence)
-    store.reset_searched()
-    assert store.searched_confidence.tolist() == [0, 0]
-    torch.testing.assert_close(store.confidence, torch.tensor([0.5, 0.8]))
-    torch.testing.assert_close(store.features(slots), torch.ones((2, 3)))
-
-
 def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) -> FeatureShare:
     count = len(cells)
     c = torch.from_numpy(rng.uniform(0.5, 1.0, count)) * confidence

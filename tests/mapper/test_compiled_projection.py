@@ -16,7 +16,7 @@ from onemap_mapper.frame.projection import (
     project,
     project_compiled,
 )
-from onemap_mapper.params import ProjectionParams
+from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.grid import GridTooLarge
@@ -25,7 +25,7 @@ from tests.reference import mapping as slow
 
 CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
 CPU = torch.device("cpu")
-LIMITS = ProjectionParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
+LIMITS = MapParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
 
 
 def both(
@@ -33,7 +33,7 @@ def both(
     variance: F32,
     T_map_camera: F64,
     patch_shape: tuple[int, int],
-    params: ProjectionParams = LIMITS,
+    params: MapParams = LIMITS,
 ) -> tuple[CellWeights, CellWeights]:
     """Weights by the compiled functions, and by torch."""
     depth, unsure = torch.from_numpy(depth_m), torch.from_numpy(variance)
@@ -94,7 +94,7 @@ def test_a_wall_on_a_cell_border_falls_on_the_same_side(distance_mm: int) -> Non
 
 def test_agrees_with_the_upsampled_image() -> None:
     rng = np.random.default_rng(3)
-    T, everything = scenes.pose(0.31, -0.17, 0.4), ProjectionParams(max_feature_height_m=100.0)
+    T, everything = scenes.pose(0.31, -0.17, 0.4), MapParams(max_feature_height_m=100.0)
     depth, variance = image(rng, empty=0.1)
     features = rng.normal(size=(3, 4, 5)).astype(np.float32)
     weights, _ = both(depth, variance, T, (3, 4), everything)
@@ -127,7 +127,7 @@ def test_more_entries_than_were_reserved() -> None:
         intrinsics=camera,
         T_map_camera=np.eye(4),
         patch_shape=(2, 2),
-        params=ProjectionParams(max_feature_height_m=100.0),
+        params=MapParams(max_feature_height_m=100.0),
     )
     assert len(weights.cells) == side * side
     torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
@@ -142,7 +142,7 @@ def test_too_many_patches_are_refused() -> None:
 def test_a_view_wider_than_the_largest_grid_is_refused() -> None:
     depth = np.full((11, 13), 90.0, np.float32)
     depth[:, ::2] = 1.0
-    params = ProjectionParams(
+    params = MapParams(
         cell_size_m=0.005, max_extent_m=20, max_feature_range_m=100.0, max_feature_height_m=100.0
     )
     T = pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 1.0, 0.0)

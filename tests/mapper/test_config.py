@@ -1,51 +1,52 @@
-"""The mapper's section: flat, one key per parameter, former keys explained."""
+"""The mapper's section: what the owner of a robot sets, and the map that it makes."""
 
 from __future__ import annotations
 
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.params import (
-    CheckpointParams,
-    ObjectParams,
-    RegionParams,
-    SubmapParams,
-    VerdictParams,
-)
+from onemap_mapper.params import CheckpointParams, MapParams
 from onemap_shared.config import ConfigError, section
 
 
-def test_the_section_is_the_parameters_and_four_keys_of_the_service() -> None:
-    groups = (CheckpointParams, RegionParams, VerdictParams, ObjectParams, SubmapParams)
-    parameters = [name for group in groups for name in group.model_fields]
-    own = {"threads", "map_folder", "map_quota_mb", "robots"}
-    assert set(MapperConfig.model_fields) == {*parameters, *own}
+def test_the_defaults_of_the_section_are_those_of_the_map() -> None:
+    assert MapperConfig().map == CheckpointParams()
 
 
-@pytest.mark.parametrize(
-    ("former", "now"),
-    [("forgetting_per_s", "process_noise_per_s")],
-)
-def test_a_former_key_is_refused_with_its_new_name(former: str, now: str) -> None:
-    with pytest.raises(ConfigError, match=f"mapper.{former} is now called '{now}'"):
-        section({"mapper": {former: 0.1}}, "mapper", MapperConfig)
-
-
-def test_a_wrong_key_is_refused_with_the_nearest_name() -> None:
-    with pytest.raises(ConfigError, match="did you mean 'cell_size_m'"):
-        section({"mapper": {"cellsize_m": 0.1}}, "mapper", MapperConfig)
+def test_a_depth_camera_that_sees_less_far_ends_features_and_occupancy() -> None:
+    near = MapperConfig(depth_range_m=6.0).map
+    assert (near.max_feature_range_m, near.occupancy_range_m) == (6.0, 6.0)
+    far = MapperConfig(depth_range_m=30.0).map
+    assert (far.max_feature_range_m, far.occupancy_range_m) == (30.0, 8.0)
 
 
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
+        ({"cellsize_m": 0.1}, "did you mean 'cell_size_m'"),
+        ({"cell_size_m": 0.01}, "greater than or equal to 0.05"),
+        ({"device": "gpu"}, "should match pattern"),
+        ({"depth_noise_m": -0.001}, "greater than or equal to 0"),
+        ({"max_feature_range_m": 6.0}, "is now called 'depth_range_m'"),
         ({"robots": ["fleet/r1", "fleet/r1"]}, "each robot once"),
         ({"robots": ["/r1"]}, "should match pattern"),
-        ({"robots": ["r1"], "process_noise_per_s": 0.1}, "process_noise_per_s needs one clock"),
     ],
 )
-def test_robots_that_cannot_share_a_map_are_refused(
-    values: dict[str, object], sentence: str
-) -> None:
+def test_what_cannot_be_is_refused_in_a_sentence(values: dict[str, object], sentence: str) -> None:
     with pytest.raises(ConfigError, match=sentence):
         section({"mapper": values}, "mapper", MapperConfig)
+
+
+@pytest.mark.parametrize(("cell_size_m", "levels"), [(0.1, 11), (0.05, 22), (0.25, 4), (1.0, 1)])
+def test_voxels_are_about_as_high_as_a_cell_is_wide(cell_size_m: float, levels: int) -> None:
+    assert MapParams(cell_size_m=cell_size_m).levels == levels
+
+
+@pytest.mark.parametrize(
+    ("noise_m", "range_m"), [(0.005, 4.472), (0.0, 8.0), (0.001, 8.0), (0.02, 2.236)]
+)
+def test_obstacles_end_where_the_depth_is_as_uncertain_as_a_cell(
+    noise_m: float, range_m: float
+) -> None:
+    params = MapParams(depth_noise_m=noise_m)
+    assert params.obstacle_range_m == pytest.approx(range_m, abs=1e-3)

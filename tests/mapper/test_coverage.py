@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.params import VerdictParams
 from onemap_mapper.query.verdicts import FloorCoverage, floor_coverage, in_sight, reachable_floor
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
@@ -38,7 +37,6 @@ def covered(occupancy: U8, layers: U8, grid: GridSpec, *, area: object = None) -
         grid,
         robot_xy_m=ROBOT_M,
         area=area,  # type: ignore[arg-type]
-        params=VerdictParams(),
     )
 
 

@@ -6,7 +6,6 @@ import pytest
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.params import VerdictParams
 from onemap_mapper.query.verdicts import KEPT_S, CoverageCache
 from tests.mapper import scenes
 
@@ -29,7 +28,7 @@ class Time:
 
 def test_a_coverage_is_kept_for_a_second_and_then_made_anew(belief: BeliefMap) -> None:
     clock = Time()
-    cache = CoverageCache(VerdictParams(), clock)
+    cache = CoverageCache(clock)
     first = cache.coverage(belief.version(), (), ())
     assert first.not_looked_m2 > 0
     clock.now_s = KEPT_S * 0.99
@@ -39,7 +38,7 @@ def test_a_coverage_is_kept_for_a_second_and_then_made_anew(belief: BeliefMap) -
 
 
 def test_each_area_has_its_own(belief: BeliefMap) -> None:
-    cache = CoverageCache(VerdictParams(), Time())
+    cache = CoverageCache(Time())
     whole = cache.coverage(belief.version(), (), ())
     area_m = (0.0, -1.0, 2.0, 1.0)
     part = cache.coverage(belief.version(), area_m, ())

@@ -15,7 +15,6 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import submap_of
 from onemap_mapper.belief.tiles import AREA
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import search_view, similarity_reply
@@ -69,7 +68,7 @@ def map_of(side: int, crossed: Crossings) -> BeliefMap:
     belief.grow(cells)
     features = torch.rand((len(cells), CHANNELS), generator=torch.Generator().manual_seed(1))
     belief.revision += 1
-    slots, ones = belief.slots_of(cells), torch.ones(len(cells), device=DEVICE)
+    slots, ones = scenes.slots_of(belief, cells), torch.ones(len(cells), device=DEVICE)
     belief.store.fuse(slots, features.to(DEVICE), ones, revision=belief.revision)
     crossed.clear()
     return belief
@@ -170,7 +169,7 @@ def test_a_new_text_brings_back_its_scores_and_no_feature(
     crossed.clear()
     other = text("bed", 1)
     scored = scores.of([other])
-    similarity_reply(scored, request=SimilarityRequest("bed"), params=MapperConfig())
+    similarity_reply(scored, request=SimilarityRequest("bed"))
     state = STATE * large.tiles.count * AREA + CONFIDENCES * large.store.count
     scores_and_cosines = 8 * large.store.count
     regions = 100 * large.store.count  # of the cells of the answer: heights and views

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.occupancy.host import ALIKE, NEIGHBOURS, few_alike
+from onemap_mapper.occupancy.host import few_alike
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, Bool, camera_mount
 
@@ -14,7 +14,7 @@ CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))
 
 
 def flying_pixels(depth_m: F32) -> Bool:
-    return few_alike(depth_m, ALIKE, NEIGHBOURS)
+    return few_alike(depth_m)
 
 
 def wall_and_box() -> F32:

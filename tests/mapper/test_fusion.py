@@ -7,7 +7,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief.cells import fused, gain, with_process_noise
+from onemap_mapper.belief.cells import fused, gain
 
 
 def fuse_all(features: torch.Tensor, confidences: torch.Tensor) -> tuple[torch.Tensor, ...]:
@@ -45,13 +45,3 @@ def test_it_is_the_confidence_weighted_mean(seed: int) -> None:
 def test_nothing_seen_gives_no_nan() -> None:
     zero = torch.zeros(3)
     assert gain(zero, zero).tolist() == [0.0, 0.0, 0.0]
-
-
-def test_forgetting_adds_to_the_variance() -> None:
-    confidence = torch.tensor([0.0, 0.5, 4.0])
-    later = with_process_noise(confidence, rate_per_s=0.1, elapsed_s=5.0)
-    torch.testing.assert_close(1 / later[1:], 1 / confidence[1:] + 0.5)
-    assert later[0] == 0
-    torch.testing.assert_close(
-        with_process_noise(confidence, rate_per_s=0.0, elapsed_s=9.0), confidence
-    )

@@ -11,7 +11,6 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.merge import merge_into
 from onemap_mapper.belief.submaps import PlanarCorrection
-from onemap_mapper.params import RegionParams
 from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores
@@ -41,7 +40,7 @@ def asked(belief: BeliefMap, name: str) -> SimilarityReply:
     order = [index, *(k for k in range(len(NAMES)) if k != index)]
     query = TextQuery(name, torch.from_numpy(FEATURES[order]), 10.0)
     request = SimilarityRequest(name, max_regions=1)
-    return similarity_reply(MapScores(belief).of([query]), request=request, params=RegionParams())
+    return similarity_reply(MapScores(belief).of([query]), request=request)
 
 
 def assert_lies(name: str, band: np.ndarray) -> None:

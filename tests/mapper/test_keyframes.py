@@ -9,10 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import SubmapStore
-from onemap_mapper.belief.view_log import MAX_VIEWS, Keyframes, views_since
-from onemap_mapper.config import MapperConfig
+from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
+from onemap_mapper.belief.view_log import (
+    KEYFRAME_DEG,
+    KEYFRAME_M,
+    MAX_VIEWS,
+    Keyframes,
+    views_since,
+)
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_shared.messages import FeatureField, Layer
 from tests.mapper import scenes
 
@@ -49,7 +55,7 @@ def test_a_camera_that_stands_explores_nothing_new_but_its_features_improve() ->
     fields = drive(8.0, 0.0, 0.0)
     belief, once = mapped(fields), mapped(fields[:1])
     assert explored(belief) == explored(once)
-    slots = belief.slots_of(once.store.cells)
+    slots = scenes.slots_of(belief, once.store.cells)
     c = once.store.confidence
     summed = torch.isclose(belief.store.confidence[slots], len(fields) * c)
     assert summed.float().mean() > 0.98  # the others: at edges whose occupancy settles later
@@ -70,11 +76,10 @@ def test_a_new_search_counts_what_is_in_view_for_searched_only() -> None:
 
 def test_a_submap_counts_what_the_map_counts() -> None:
     """Else a map of which submaps were moved would differ from one that was seen there."""
-    config = MapperConfig.model_validate({"submap_distance_m": 0.3})
-    belief = BeliefMap(config)
-    submaps = SubmapStore(belief, config)
+    belief = BeliefMap(MapParams())
+    submaps = SubmapStore(belief, SubmapParams(distance_m=0.3))
     for field in drive(8.0, 0.3, 0.0):
-        update = compute_update(field, config)
+        update = compute_update(field, belief.params)
         belief.fuse(update)
         submaps.add(update)
     whole = belief.store.explored_confidence.double().sum()
@@ -88,18 +93,18 @@ def test_a_submap_counts_what_the_map_counts() -> None:
 @given(st.floats(0, 3), st.floats(-3, 3))
 def test_a_frame_counts_in_proportion_to_the_way_since_the_last(moved_m: float, yaw: float) -> None:
     start, there = scenes.pose(), scenes.pose(moved_m, 0.0, yaw)
-    views = views_since(start, there, PARAMS)
-    steps = max(moved_m / PARAMS.keyframe_m, abs(np.degrees(yaw)) / PARAMS.keyframe_deg)
+    views = views_since(start, there)
+    steps = max(moved_m / KEYFRAME_M, abs(np.degrees(yaw)) / KEYFRAME_DEG)
     if abs(steps - 1.0) > 1e-6:
         assert views == pytest.approx(min(steps / 2, MAX_VIEWS) if steps >= 1 else 0.0, abs=1e-6)
-    assert views_since(None, there, PARAMS) == 1.0
+    assert views_since(None, there) == 1.0
 
 
 def test_small_steps_add_up_to_a_keyframe() -> None:
     keyframes, counted = Keyframes(), []
     for k in range(7):
         T = scenes.pose(0.06 * k)
-        views = keyframes.views(T, PARAMS)
+        views = keyframes.views(T)
         keyframes = keyframes.after(T, views)
         counted.append(views.explored)
     assert counted == pytest.approx([1.0, 0.0, 0.6, 0.0, 0.6, 0.0, 0.6])

@@ -180,7 +180,7 @@ def map_with(*, cells: int, dimension: int) -> BeliefMap:
     made.grow(where)
     made.set_encoder("encoder-a", "space-a", dimension)
     features = torch.rand((cells, dimension), generator=torch.Generator().manual_seed(1))
-    made.store.fuse(made.slots_of(where), features, torch.ones(cells), revision=1)
+    made.store.fuse(scenes.slots_of(made, where), features, torch.ones(cells), revision=1)
     return made
 
 
@@ -192,7 +192,7 @@ def test_a_whole_revision_is_that_of_the_map(belief: BeliefMap) -> None:
 
 @pytest.mark.parametrize("dtype", ["float32", "float16"])
 def test_the_digest_of_an_empty_map_is_that_of_a_new_one(dtype: str) -> None:
-    params = PARAMS.model_copy(update={"feature_dtype": dtype})
+    params = scenes.params(feature_dtype=dtype)
     empty, _ = LiveMap(Turns(), lambda: BeliefMap(params)).whole()
     assert sha256_of(empty) == sha256_of(take(BeliefMap(params)))
 

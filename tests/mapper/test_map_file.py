@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS, to_bytes
-from onemap_mapper.params import ObjectParams
 from onemap_mapper.storage.map_file import (
     ARRAYS,
     HEIGHTS,
@@ -70,7 +69,7 @@ def test_what_is_written_is_read(
 
 
 def test_found_objects_are_written_with_the_map(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
     write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
     assert read(tmp_path / "a.npz").objects == found
     write(taken, tmp_path / "b.npz")
@@ -148,7 +147,7 @@ def test_damaged_heights_and_views_are_refused(
 
 
 def test_damaged_objects_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
     half = np.frombuffer(to_bytes(found)[:-8], np.uint8)
     write(taken, tmp_path / "a.npz")
     for objects in (half, np.zeros(3), np.array("nothing")):
@@ -415,7 +414,7 @@ def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> 
 
 
 def test_objects_that_are_compressed_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
     write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
     packed = tmp_path / "b.npz"
     with zipfile.ZipFile(tmp_path / "a.npz") as old, zipfile.ZipFile(packed, "w") as new:

@@ -15,7 +15,6 @@ from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
-from onemap_mapper.params import ObjectParams
 from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
 from onemap_shared.messages import PicturedObject
 from tests.gateway.fakes import kept_object
@@ -149,9 +148,9 @@ def test_found_objects_are_joined_and_none_is_there_twice() -> None:
     bed = replace(kept_object(), picture_bytes=0)  # at (3.42, -1.15)
     same_bed = replace(bed, object_id="a1", position_m=(3.0, -1.0, 0.4))
     lamp = replace(bed, object_id="a2", name="lamp")
-    joined = merged_objects(memory(bed), memory(same_bed, lamp), NO_CORRECTION, ObjectParams())
+    joined = merged_objects(memory(bed), memory(same_bed, lamp), NO_CORRECTION)
     assert sorted(each.kept.object_id for each in joined.objects) == [bed.object_id, "a2"]
     moved = PlanarCorrection(np.pi, 0.0, 0.0)
-    (turned,) = merged_objects(NO_OBJECTS, memory(lamp), moved, ObjectParams()).objects
+    (turned,) = merged_objects(NO_OBJECTS, memory(lamp), moved).objects
     np.testing.assert_allclose(turned.kept.position_m, (-3.42, 1.15, 0.41), atol=1e-9)
     np.testing.assert_allclose(turned.kept.extent_m, (-4.4, 0.3, -2.5, 2.1), atol=1e-9)

@@ -13,15 +13,15 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.params import VerdictParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_shared.geometry import F32, F64
 from tests.mapper import scenes, table_room
 from tests.mapper.scenes import Box
 
 NAMES = ("room", "sofa", "person")
-FOUND = VerdictParams().found_score
+FOUND = MapperConfig().found_score
 NEW_WITHIN, OLD_WITHIN = 8, 24  # views after which the new place answers, the old one no more
 LEFT_WITHIN = 16  # views after which somebody who stood there is forgotten
 

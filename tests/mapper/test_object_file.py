@@ -9,10 +9,9 @@ import pytest
 from onemap_mapper.map_folder import saved_maps
 from onemap_mapper.object_file import FILE_NAME, SET_ASIDE, read, write
 from onemap_mapper.objects import NO_OBJECTS
-from onemap_mapper.params import ObjectParams
 from tests.mapper.finds import object_find
 
-MEMORY = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+MEMORY = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
 
 
 def test_what_is_written_is_read_and_is_no_map(tmp_path: Path) -> None:

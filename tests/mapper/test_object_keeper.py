@@ -10,7 +10,6 @@ import pytest
 from onemap_mapper.object_file import FILE_NAME
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
-from onemap_mapper.params import ObjectParams
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import KeptObject, ObjectId, ObjectListRequest
@@ -27,7 +26,7 @@ class Kept:
         router = MemoryRouter()
         self.announced: list[int] = []
         self.keeper = ObjectKeeper(
-            router.bus("mapper"), folder, ObjectParams(), self._announce, lambda _extent_m: HEIGHT_M
+            router.bus("mapper"), folder, self._announce, lambda _extent_m: HEIGHT_M
         )
         self.client = router.bus()
 
@@ -90,7 +89,7 @@ def test_other_objects_take_their_place(tmp_path: Path) -> None:
     kept.keeper.replace(NO_OBJECTS)
     assert kept.announced == []  # as empty as before
     kept.remember("bed")
-    other = NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff", ObjectParams())
+    other = NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
     kept.keeper.replace(other)
     assert kept.names() == Kept(tmp_path).names() == ["sofa"]
     kept.keeper.replace(NO_OBJECTS)

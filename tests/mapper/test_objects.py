@@ -11,19 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_mapper import objects
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
-from onemap_mapper.params import ObjectParams
 from onemap_shared.messages import ObjectFind
 from tests.mapper.finds import PICTURE, object_find
 
-PARAMS = ObjectParams()
 
-
-def remembered(*finds: ObjectFind, params: ObjectParams = PARAMS) -> ObjectMemory:
+def remembered(*finds: ObjectFind) -> ObjectMemory:
     """The memory after these finds, with ids 0, 1, 2."""
     memory = NO_OBJECTS
     for new_id, find in zip(count(), finds, strict=False):
-        memory = memory.with_find(find, str(new_id), params)
+        memory = memory.with_find(find, str(new_id))
     return memory
 
 
@@ -79,14 +77,14 @@ def test_the_nearest_object_of_the_name_is_seen_again() -> None:
 
 def test_a_repeated_find_changes_nothing() -> None:
     memory = remembered(object_find("bed"), object_find("sofa"))
-    assert memory.with_find(object_find("bed"), "new", PARAMS) is memory
+    assert memory.with_find(object_find("bed"), "new") is memory
 
 
-def test_the_oldest_makes_room() -> None:
+def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
     finds = [object_find("chair", 5.0 * n, 0.0) for n in range(4)]
     again = object_find("chair", 5.0, 0.0, stamp_ns=300)  # the second: now the newest
-    few = ObjectParams(max_objects=3)
-    memory = remembered(*finds[:3], again, finds[3], params=few)
+    monkeypatch.setattr(objects, "MAX_OBJECTS", 3)
+    memory = remembered(*finds[:3], again, finds[3])
     assert [kept.object_id for kept in memory.listed().objects] == ["4", "1", "2"]
     assert memory.listed().left_out == memory.left_out == 1
 

@@ -47,8 +47,7 @@ def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> 
             cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
             frame = occupancy_update(cloud, PARAMS)
             last = T
-        belief.grow(frame.cells)
-        belief.fuse_occupancy(frame)
+        belief.fuse_occupancy(frame, belief.grow(frame.cells))
 
 
 def seen(boxes: tuple[Box, ...], poses: list[F64]) -> BeliefMap:

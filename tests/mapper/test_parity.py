@@ -12,14 +12,14 @@ from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.frame.blur import blur_kernel, blurred
 from onemap_mapper.frame.cloud import DeviceCloud
 from onemap_mapper.frame.projection import cell_features, project, project_compiled
-from onemap_mapper.params import BlurParams, ProjectionParams
+from onemap_mapper.params import MapParams
 from onemap_perception.feature_field import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 
 DATA = Path(__file__).parents[1] / "data" / "fusion_parity"  # described in its README.md
 CELLS, TOLERANCE = 600, 1e-3
-EVERYTHING = ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
+EVERYTHING = MapParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
 
 CPU = torch.device("cpu")
 
@@ -59,7 +59,7 @@ def fused(
         kernel = blur_kernel(
             weights.cells,
             camera_xy_m=(float(T[0, 3]), float(T[1, 3])),
-            params=BlurParams(
+            params=MapParams(
                 depth_factor=0.01, blur_half_width_cells=half_width, compiled=compiled
             ),
         )

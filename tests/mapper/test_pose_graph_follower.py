@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.config import MapperConfig
+from onemap_mapper.belief.submaps import SubmapParams
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import FeatureField, PoseGraph
 from tests.mapper import scenes
 
 FIELDS = [scenes.field(k, scenes.pose(0.2 * k)) for k in range(4)]
-SMALL = MapperConfig(submap_distance_m=0.1)
 EMPTY = PoseGraph(0, 0, np.zeros(0, np.int64), np.zeros((0, 4, 4)), np.zeros((0, 4, 4)))
+
+
+def following() -> PoseGraphFollower:
+    return PoseGraphFollower(shared=False, params=SubmapParams(distance_m=0.1))
 
 
 def graph(fields: list[FeatureField], x_m: float = 0.5) -> PoseGraph:
@@ -44,16 +48,16 @@ def finish(follower: PoseGraphFollower) -> int:
 
 
 def test_without_a_graph_nothing_is_kept() -> None:
-    follower = fed(PoseGraphFollower(SMALL), BeliefMap(SMALL), FIELDS)
+    follower = fed(following(), BeliefMap(MapParams()), FIELDS)
     follower.reset_searched()
-    follower.replace(BeliefMap(SMALL))
+    follower.replace(BeliefMap(MapParams()))
     assert not follower.busy
     assert follower.work() == 0
     assert follower.metrics() == {}
 
 
 def test_an_empty_graph_announces_corrections() -> None:
-    follower, belief = PoseGraphFollower(SMALL), BeliefMap(SMALL)
+    follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)
     assert follower.work() == 0
     fed(follower, belief, FIELDS)
@@ -66,7 +70,7 @@ def test_an_empty_graph_announces_corrections() -> None:
 
 
 def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
-    follower, belief = PoseGraphFollower(SMALL), BeliefMap(SMALL)
+    follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)
     fed(follower, belief, FIELDS)
     now_s = iter(0.02 * k for k in range(100))
@@ -78,7 +82,7 @@ def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_frame_from_before_the_correction_is_moved() -> None:
-    follower, belief = PoseGraphFollower(SMALL), BeliefMap(SMALL)
+    follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)
     fed(follower, belief, FIELDS[:3])
     follower.receive(graph(FIELDS), belief)
@@ -89,26 +93,16 @@ def test_a_frame_from_before_the_correction_is_moved() -> None:
 
 
 def test_another_map_has_other_submaps() -> None:
-    follower, belief = PoseGraphFollower(SMALL), BeliefMap(SMALL)
+    follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)
     fed(follower, belief, FIELDS)
-    follower.replace(BeliefMap(SMALL))
+    follower.replace(BeliefMap(MapParams()))
     follower.reset_searched()
     assert follower.metrics() == {"submaps": 0, "submaps_fixed": 0, "submap_bytes": 0}
 
 
-def test_process_noise_and_corrections_exclude_each_other(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    config = MapperConfig(process_noise_per_s=0.1)
-    follower = PoseGraphFollower(config)
-    follower.receive(graph(FIELDS), BeliefMap(config))
-    assert not follower.busy
-    assert "process_noise_per_s" in caplog.text
-
-
 def test_a_correction_out_of_the_world_is_reported(caplog: pytest.LogCaptureFixture) -> None:
-    follower, belief = PoseGraphFollower(SMALL), BeliefMap(SMALL)
+    follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)
     fed(follower, belief, FIELDS[:1])
     follower.receive(graph(FIELDS, x_m=5000.0), belief)

@@ -16,19 +16,19 @@ from onemap_mapper.frame.projection import (
     cell_features,
     project,
 )
-from onemap_mapper.params import ProjectionParams
+from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, Bool, transform
 from onemap_shared.grid import GridTooLarge
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
-EVERYTHING = ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
+EVERYTHING = MapParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
 SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 
 
 def projected(
-    depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: ProjectionParams
+    depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: MapParams
 ) -> CellWeights:
     cloud = DeviceCloud.of(torch.from_numpy(depth_m), intrinsics=SMALL, T_map_camera=T)
     return project(cloud, torch.from_numpy(variance), patch_shape=shape, params=limits)
@@ -90,14 +90,14 @@ def test_range_and_height_limit_the_pixels() -> None:
         variance,
         T,
         (2, 2),
-        ProjectionParams(max_feature_range_m=1.9, max_feature_height_m=100.0),
+        MapParams(max_feature_range_m=1.9, max_feature_height_m=100.0),
     )
     low = projected(
         depth,
         variance,
         T,
         (2, 2),
-        ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=0.3),
+        MapParams(max_feature_range_m=100.0, max_feature_height_m=0.3),
     )
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)

@@ -47,8 +47,7 @@ def room() -> BeliefMap:
     for depth_m, T in frames.values():
         cloud = PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T)
         seen = occupancy_update(cloud, PARAMS)
-        belief.grow(seen.cells)
-        belief.fuse_occupancy(seen)
+        belief.fuse_occupancy(seen, belief.grow(seen.cells))
     return belief
 
 

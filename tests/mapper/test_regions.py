@@ -86,12 +86,12 @@ def test_no_cell_above_the_limit_gives_no_region() -> None:
 
 def test_probabilities_are_cut_at_a_share_of_the_best() -> None:
     values = np.array([0.1, 0.2, 0.8], np.float32)
-    assert region_threshold(values, best_share=0.5, top_share=None) == pytest.approx(0.4)
+    assert region_threshold(values, calibrated=True) == pytest.approx(0.4)
 
 
 def test_plain_cosines_are_cut_at_the_top_share() -> None:
     values = np.linspace(0.5, 0.6, 101, dtype=np.float32)
-    limit = region_threshold(values, best_share=0.5, top_share=0.05)
+    limit = region_threshold(values, calibrated=False)
     assert np.count_nonzero(values >= limit - 1e-6) == 6
 
 

@@ -10,7 +10,6 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.params import RegionParams, VerdictParams
 from onemap_mapper.query.replies import (
     judged,
     revision_of,
@@ -54,7 +53,6 @@ def replied(belief: BeliefMap, question: TextQuery, **request: object) -> Simila
     return similarity_reply(
         MapScores(belief).of([question]),
         request=replace(SimilarityRequest(question.text), **request),  # type: ignore[arg-type]
-        params=RegionParams(),
     )
 
 
@@ -148,29 +146,27 @@ def test_only_the_area_that_was_asked_for_has_regions(belief: BeliefMap) -> None
 
 def test_a_negative_takes_what_looks_more_like_it(belief: BeliefMap) -> None:
     asked = query("furniture", (SOFA + CUP) / np.float32(2**0.5))
-    request, params, scores = SimilarityRequest("furniture"), RegionParams(), MapScores(belief)
-    alone = similarity_reply(scores.of([asked]), request=request, params=params)
+    request, scores = SimilarityRequest("furniture"), MapScores(belief)
+    alone = similarity_reply(scores.of([asked]), request=request)
     both = scores.of([asked, query("sofa", SOFA)])
-    against_sofas = similarity_reply(both, request=request, params=params)
+    against_sofas = similarity_reply(both, request=request)
     assert alone.best_score > 0.9
     assert against_sofas.best_score < 0.1
 
 
 def test_a_verdict_is_that_of_the_version_that_was_scored(belief: BeliefMap) -> None:
-    params = VerdictParams(found_score=0.9)
     coverage = floor_coverage(
         belief.occupancy_grid(),
         belief.layers(),
         belief.grid,
         robot_xy_m=(0.0, 0.0),
         area=None,
-        params=params,
     )
 
     def verdict(question: TextQuery) -> MapVerdict:
         scored, request = MapScores(belief).of([question]), SimilarityRequest(question.text)
-        reply = similarity_reply(scored, request=request, params=RegionParams())
-        return judged(reply, request, coverage, scored, params).verdict
+        reply = similarity_reply(scored, request=request)
+        return judged(reply, request, coverage, scored, 0.9).verdict
 
     assert verdict(query("sofa", SOFA)).verdict is Verdict.FOUND
     missing = verdict(query("cup", CUP))

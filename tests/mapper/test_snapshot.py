@@ -42,7 +42,7 @@ def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
     assert (again.frames_fused, history.sequence) == (4, 3)
     assert history.stamp_ns == belief.history().stamp_ns
     assert again.revision == 9
-    slots = again.slots_of(belief.store.cells)
+    slots = scenes.slots_of(again, belief.store.cells)
     everything = np.arange(belief.store.count)
     pairs = (
         (again.store.features(slots), belief.store.features(everything)),

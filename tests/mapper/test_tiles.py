@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
-from onemap_mapper.params import GridParams
+from onemap_mapper.params import MapParams
 
 Cell = tuple[int, int]
 CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_size=1)
@@ -17,14 +17,14 @@ CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_
 
 @given(st.lists(st.tuples(CELLS, st.booleans()), min_size=1, max_size=4))
 def test_rows_and_cells_are_inverse_and_never_move(batches: list[tuple[list[Cell], bool]]) -> None:
-    index, by_torch = TileIndex(GridParams()), TileIndex(GridParams(compiled=False))
+    index, by_torch = TileIndex(MapParams()), TileIndex(MapParams(compiled=False))
     known: dict[Cell, int] = {}
-    for batch, on_device in batches:
+    for batch, _ in batches:
         cells = np.array(batch)
-        index.allocate(torch.from_numpy(cells) if on_device else cells)
+        index.allocate(torch.from_numpy(cells))
         rows = index.rows(cells)
         assert torch.equal(index.rows_on_device(torch.from_numpy(cells)), torch.from_numpy(rows))
-        by_torch.allocate(cells)
+        by_torch.allocate(torch.from_numpy(cells))
         around = np.concatenate([cells - 70, cells, cells + 70])
         np.testing.assert_array_equal(index.rows(around), by_torch.rows(around))
         np.testing.assert_array_equal(index.cells(rows), cells)
@@ -36,9 +36,9 @@ def test_rows_and_cells_are_inverse_and_never_move(batches: list[tuple[list[Cell
 
 @given(CELLS)
 def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
-    index, layer = TileIndex(GridParams()), TileLayer(torch.int32, -7)
+    index, layer = TileIndex(MapParams()), TileLayer(torch.int32, -7)
     cells = np.unique(np.array(batch), axis=0)
-    index.allocate(cells)
+    index.allocate(torch.from_numpy(cells))
     layer.grow(index.count)
     layer.values[index.rows(cells)] = torch.arange(len(cells), dtype=torch.int32)
     dense = index.to_dense(layer.values.numpy(), -7)
@@ -50,27 +50,27 @@ def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
 
 
 def test_cells_without_a_tile_have_no_row() -> None:
-    index = TileIndex(GridParams())
+    index = TileIndex(MapParams())
     assert index.rows(np.array([[0, 0]])).tolist() == [NO_ROW]
-    index.allocate(np.array([[0, 0], [200, 0]]))
+    index.allocate(torch.tensor([[0, 0], [200, 0]]))
     outside = np.array([[100, 0], [0, 100], [-1, 0], [0, -1], [10**6, 10**6]])
     assert index.rows(outside).tolist() == [NO_ROW] * 5
 
 
 def test_an_empty_index_has_an_empty_grid() -> None:
-    index = TileIndex(GridParams())
+    index = TileIndex(MapParams())
     assert index.grid.shape == (0, 0)
-    index.allocate(np.zeros((0, 2), np.int64))
+    index.allocate(torch.zeros((0, 2), dtype=torch.int64))
     assert index.rows_on_device(torch.zeros((2, 2), dtype=torch.int64)).tolist() == [NO_ROW] * 2
     assert index.to_dense(TileLayer(torch.uint8, 0).values.numpy(), 0).shape == (0, 0)
 
 
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
-    index = TileIndex(GridParams(max_extent_m=50.0))
-    index.allocate(np.array([[0, 0]]))
+    index = TileIndex(MapParams(max_extent_m=50.0))
+    index.allocate(torch.tensor([[0, 0]]))
     before = index.grid
     with pytest.raises(MapTooLarge, match="pose jump"):
-        index.allocate(np.array([[1000, 0]]))
+        index.allocate(torch.tensor([[1000, 0]]))
     assert index.grid == before
     assert index.count == 1
 
@@ -89,8 +89,8 @@ def test_a_layer_grows_and_keeps_its_values() -> None:
 
 
 def test_cells_are_checked_without_allocating_them() -> None:
-    index = TileIndex(GridParams(max_extent_m=50.0))
-    index.allocate(np.array([[0, 0]]))
+    index = TileIndex(MapParams(max_extent_m=50.0))
+    index.allocate(torch.tensor([[0, 0]]))
     index.check(np.array([[300, -100]]))
     assert index.count == 1
     with pytest.raises(MapTooLarge, match="pose jump"):

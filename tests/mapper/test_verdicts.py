@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.params import VerdictParams
-from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
+from onemap_mapper.query.verdicts import (
+    LOOKED_SHARE,
+    FloorCoverage,
+    area_mask,
+    frontier_worths,
+    judge,
+)
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Verdict
 
 GRID = GridSpec(0.1, (-20, -20), (60, 60))
-PARAMS = VerdictParams()
+FOUND = 0.3
 
 
 def coverage(
@@ -29,14 +34,14 @@ def coverage(
 @pytest.mark.parametrize(
     ("score", "share", "verdict"),
     [
-        (PARAMS.found_score, 0.0, Verdict.FOUND),
+        (FOUND, 0.0, Verdict.FOUND),
         (1.0, 1.0, Verdict.FOUND),
-        (PARAMS.found_score - 0.01, PARAMS.looked_share, Verdict.NOT_HERE),
-        (0.0, PARAMS.looked_share - 0.01, Verdict.NOT_LOOKED_YET),
+        (FOUND - 0.01, LOOKED_SHARE, Verdict.NOT_HERE),
+        (0.0, LOOKED_SHARE - 0.01, Verdict.NOT_LOOKED_YET),
     ],
 )
 def test_score_and_coverage_make_the_verdict(score: float, share: float, verdict: Verdict) -> None:
-    judged = judge(score, coverage(share), worths=np.zeros(0), params=PARAMS)
+    judged = judge(score, coverage(share), worths=np.zeros(0), found_score=FOUND)
     assert judged.verdict is verdict
     assert judged.looked_share == pytest.approx(share)
     assert (judged.frontiers, judged.frontier_m) == (0, ())
@@ -44,7 +49,7 @@ def test_score_and_coverage_make_the_verdict(score: float, share: float, verdict
 
 def test_the_frontier_of_the_highest_worth_is_named() -> None:
     seen = coverage(0.5, ((0.0, 1.0), (2.0, 3.0)))
-    judged = judge(0.0, seen, worths=np.array([0.1, 0.4]), params=PARAMS)
+    judged = judge(0.0, seen, worths=np.array([0.1, 0.4]), found_score=FOUND)
     assert (judged.frontiers, judged.frontier_m) == (2, (2.0, 3.0))
 
 

@@ -9,7 +9,6 @@ import torch
 from onemap_mapper.belief import view_log
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_shared.geometry import camera_mount, pose_2d
-from tests.mapper import scenes
 
 ROWS = np.arange(4)
 
@@ -29,7 +28,6 @@ def record(
         torch.tensor(confidence),
         T_map_camera=pose_2d(x_m, 2.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.2),
         stamp_ns=stamp_ns,
-        params=scenes.params(),
     )
 
 
@@ -103,7 +101,6 @@ def test_robots_that_take_turns_have_views_of_their_own(log: ViewLog) -> None:
                 better,
                 T_map_camera=T_map_camera,
                 stamp_ns=k,
-                params=scenes.params(),
                 robot=robot,
             )
     assert len(log._poses) == 2

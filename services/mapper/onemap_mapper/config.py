@@ -6,34 +6,62 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator
 
-from onemap_mapper.params import (
-    CheckpointParams,
-    ObjectParams,
-    RegionParams,
-    SubmapParams,
-    VerdictParams,
-)
+from onemap_mapper.params import CheckpointParams, MapParams
 from onemap_shared.keys import NAMESPACE
+from onemap_shared.params import Params
 
 Namespace = Annotated[str, Field(pattern=NAMESPACE)]
 
 
-class MapperConfig(SubmapParams, ObjectParams, VerdictParams, RegionParams, CheckpointParams):
-    """How the map is built, queried and kept."""
+class MapperConfig(Params):
+    """Where the map lives, what robot and camera it is of, and where it is kept."""
 
     former_keys: ClassVar[Mapping[str, str]] = {
-        "forgetting_per_s": "process_noise_per_s",
+        "max_feature_range_m": "depth_range_m",
+        "occupancy_range_m": "depth_range_m",
     }
 
-    threads: int = Field(
-        default=1,
-        ge=1,
-        le=64,
-        description="CPU threads of torch. One, because the other services share the cores and "
-        "torch's threads wait for each other at every step: measured on two cores under a load "
-        "of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.",
+    device: str = Field(
+        default="cpu",
+        pattern=r"^(cpu|cuda(:\d+)?)$",
+        description="Where the map lives and frames are fused. One frame takes a few ms on two "
+        "CPU cores; cuda frees them on a Jetson.",
+    )
+    cell_size_m: float = Field(
+        default=0.1, ge=0.05, le=1, description="m; the paper's 10 cells per metre."
+    )
+    obstacle_max_height_m: float = Field(
+        default=1.2, ge=0.2, description="m; the robot's height, it passes under what is higher."
+    )
+    depth_range_m: float = Field(
+        default=10.0,
+        gt=0,
+        le=100,
+        description="m; what the depth camera measures well. Pixels further away carry no feature, "
+        "and beyond 8 m no depth makes obstacles or floor.",
+    )
+    depth_noise_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=0.1,
+        description="m; standard deviation of the depth at 1 m, growing with its square, as a "
+        "stereo camera's. Where it exceeds a cell, depth neither makes nor clears obstacles: "
+        "0.005 beyond 4.5 m. 0: no such limit; searches were measured without one.",
+    )
+    found_score: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Score of the best region from which the answer to a query is found: above "
+        "mini's floor, 0.25, where one unrelated word in twenty is answered. An encoder without "
+        "calibration scores every text above 0.5: raise it.",
+    )
+    map_folder: Path = Field(
+        default=Path("maps"),
+        description="Where maps are saved to and loaded from, and where checkpoints and the found "
+        "objects are kept for a restart of the mapper.",
     )
     map_quota_mb: int = Field(
         default=10_000,
@@ -41,10 +69,11 @@ class MapperConfig(SubmapParams, ObjectParams, VerdictParams, RegionParams, Chec
         description="MB that the saved maps may take together; beyond it saving is refused. A flat "
         "of 5,200 cells takes 16 MB with 768 channels.",
     )
-    map_folder: Path = Field(
-        default=Path("maps"),
-        description="Where maps are saved to and loaded from, and where checkpoints and the found "
-        "objects are kept for a restart of the mapper.",
+    resume: bool = Field(
+        default=True,
+        description="Whether a started mapper goes on with the map of its newest checkpoint, which "
+        "is at most 15 s old. Set to false where the frame of the robot's poses begins anew with "
+        "each start.",
     )
     robots: tuple[Namespace, ...] = Field(
         default=(),
@@ -55,13 +84,22 @@ class MapperConfig(SubmapParams, ObjectParams, VerdictParams, RegionParams, Chec
         "the other on one core, so 16 at 4 Hz are as much as it can do.",
     )
 
-    @model_validator(mode="after")
-    def _one_clock(self) -> MapperConfig:
-        if len(set(self.robots)) < len(self.robots):
-            raise ValueError(f"robots names {', '.join(self.robots)}: each robot once")
-        if self.robots and self.process_noise_per_s > 0:
-            raise ValueError(
-                "process_noise_per_s needs one clock, and each of several robots has its own: set "
-                "it to 0, or leave robots empty"
-            )
-        return self
+    @field_validator("robots")
+    @classmethod
+    def _each_once(cls, robots: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(robots)) < len(robots):
+            raise ValueError(f"robots names {', '.join(robots)}: each robot once")
+        return robots
+
+    @property
+    def map(self) -> CheckpointParams:
+        """The numbers of the map that these settings make."""
+        return CheckpointParams(
+            device=self.device,
+            cell_size_m=self.cell_size_m,
+            max_feature_range_m=self.depth_range_m,
+            obstacle_max_height_m=self.obstacle_max_height_m,
+            occupancy_range_m=min(MapParams.occupancy_range_m, self.depth_range_m),
+            depth_noise_m=self.depth_noise_m,
+            resume=self.resume,
+        )

@@ -34,10 +34,8 @@ def usable(*, wanted: bool, device: torch.device) -> bool:
     return wanted and AVAILABLE and device.type == "cpu"
 
 
-def described(*, wanted: bool) -> str:
+def described() -> str:
     """Whether loops are compiled, for the log."""
-    if not wanted:
-        return "loops are not compiled, as configured"
     if MISSING:
         return f"loops are not compiled, frames take longer: {MISSING}; pip install numba"
     return "loops are compiled with numba"

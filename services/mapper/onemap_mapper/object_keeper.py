@@ -12,7 +12,6 @@ from pathlib import Path
 
 from onemap_mapper import object_file
 from onemap_mapper.objects import ObjectMemory
-from onemap_mapper.params import ObjectParams
 from onemap_shared import keys
 from onemap_shared.messages import (
     KeptObject,
@@ -42,15 +41,14 @@ class ObjectKeeper:
         self,
         bus: Server,
         folder: Path,
-        params: ObjectParams,
         announce: Callable[[], None],
         height_of: HeightOf,
     ) -> None:
-        self._folder, self._params, self._announce = folder, params, announce
+        self._folder, self._announce = folder, announce
         self._height_of = height_of
         self._lock = threading.Lock()  # changing memory and file is read, compute, write
         found, problem = object_file.read(folder)
-        self._memory = found.limited(params)
+        self._memory = found.limited()
         if problem:
             LOG.error("%s", problem)
         self._problem = ""
@@ -72,8 +70,8 @@ class ObjectKeeper:
     def remember(self, find: ObjectFind) -> KeptObject:
         """Keep a find; returns the object that it is."""
         new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
-        memory = self._change(lambda memory: memory.with_find(find, new_id, self._params, height_m))
-        known = memory.same_object(find, self._params)
+        memory = self._change(lambda memory: memory.with_find(find, new_id, height_m))
+        known = memory.same_object(find)
         assert known is not None  # it was just put there
         LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])
         return known.kept
@@ -105,7 +103,7 @@ class ObjectKeeper:
         def exchange(memory: ObjectMemory) -> ObjectMemory:
             if not (memory.objects or objects.objects):
                 return memory
-            return replace(objects, version=memory.version + 1).limited(self._params)
+            return replace(objects, version=memory.version + 1).limited()
 
         self._change(exchange)
 

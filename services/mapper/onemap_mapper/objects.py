@@ -6,11 +6,16 @@ import struct
 from dataclasses import dataclass, replace
 from math import hypot, inf
 
-from onemap_mapper.params import ObjectParams
 from onemap_shared.messages import KeptObject, ObjectFind, ObjectList, PicturedObject
 from onemap_shared.names import same_name
 from onemap_shared.wire import Packet, decode, encode
 
+# A find of the same name within this distance along the floor is the same object seen again. The
+# middle of what is seen of a bed moves by up to half its size with the side it is seen from.
+SAME_OBJECT_M = 1.0
+# That are kept; the one found longest ago makes room. Their pictures, some 30 kB each, lie in
+# memory and are written again with every find.
+MAX_OBJECTS = 100
 HEADER_LENGTH = struct.Struct("<I")
 
 
@@ -37,7 +42,6 @@ class ObjectMemory:
         self,
         find: ObjectFind,
         new_id: str,
-        params: ObjectParams,
         height_m: tuple[float, ...] = (),
     ) -> ObjectMemory:
         """The memory after a find: of a known object, which keeps its id, or of a new one.
@@ -45,27 +49,27 @@ class ObjectMemory:
         height_m: between which heights it lies; empty: not known.
         A find that was remembered before, as when its sender did not hear of it, changes nothing.
         """
-        known = self.same_object(find, params)
+        known = self.same_object(find)
         if known is not None and _is_repeated(known.kept, find):
             return self
         kept = _first_time(find, new_id) if known is None else _again(known.kept, find)
         kept = replace(kept, height_m=height_m)
         others = tuple(entry for entry in self.objects if entry is not known)
         objects = (*others, PicturedObject(kept, find.picture))
-        return replace(self, objects=objects, version=self.version + 1).limited(params)
+        return replace(self, objects=objects, version=self.version + 1).limited()
 
     def without(self, object_id: str) -> ObjectMemory:
         """The memory without the object of this id."""
         left = tuple(entry for entry in self.objects if entry.kept.object_id != object_id)
         return replace(self, objects=left, version=self.version + 1)
 
-    def limited(self, params: ObjectParams) -> ObjectMemory:
-        """The memory with at most ``max_objects``; those found longest ago are left out."""
-        surplus = max(len(self.objects) - params.max_objects, 0)
+    def limited(self) -> ObjectMemory:
+        """The memory with at most ``MAX_OBJECTS``; those found longest ago are left out."""
+        surplus = max(len(self.objects) - MAX_OBJECTS, 0)
         return replace(self, objects=self.objects[surplus:], left_out=self.left_out + surplus)
 
-    def same_object(self, find: ObjectFind, params: ObjectParams) -> PicturedObject | None:
-        """The nearest object of the find's name within ``same_object_m``; None if there is none."""
+    def same_object(self, find: ObjectFind) -> PicturedObject | None:
+        """The nearest object of the find's name within ``SAME_OBJECT_M``; None if there is none."""
         x_m, y_m = find.position_m[:2]
         near = [
             (hypot(entry.kept.position_m[0] - x_m, entry.kept.position_m[1] - y_m), index)
@@ -73,7 +77,7 @@ class ObjectMemory:
             if same_name(entry.kept.name, find.name)
         ]
         distance_m, index = min(near, default=(inf, 0))
-        return self.objects[index] if distance_m <= params.same_object_m else None
+        return self.objects[index] if distance_m <= SAME_OBJECT_M else None
 
 
 NO_OBJECTS = ObjectMemory()

@@ -7,8 +7,7 @@ import logging
 import time
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import SubmapStore
-from onemap_mapper.config import MapperConfig
+from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import PoseGraph
@@ -21,22 +20,15 @@ SLICE_S = 0.05  # of moving between two frames, which come every 0.1 s or slower
 class PoseGraphFollower:
     """Idle, and without memory, until the first pose graph. The caller holds the map's lock."""
 
-    def __init__(self, config: MapperConfig) -> None:
-        self._config = config
+    def __init__(self, *, shared: bool, params: SubmapParams | None = None) -> None:
+        self._shared, self._params = shared, params
         self._graph: PoseGraph | None = None
         self._submaps: SubmapStore | None = None
         self.busy = False  # submaps remain to be moved
 
     def receive(self, graph: PoseGraph, belief: BeliefMap) -> None:
         """Follow this graph from now on; the first one makes what the map holds the fixed part."""
-        if self._config.process_noise_per_s > 0:
-            LOG.warning(
-                "pose graph %d ignored: with process_noise_per_s the map is no sum of submaps; "
-                "set it to 0 to have the map follow corrections",
-                graph.sequence,
-            )
-            return
-        if self._config.robots:
+        if self._shared:
             LOG.warning(
                 "pose graph %d ignored: the map is shared, and a correction would move what other "
                 "robots saw; correct the poses before they are published",
@@ -45,14 +37,14 @@ class PoseGraphFollower:
             return
         self._graph = graph
         if self._submaps is None:
-            self._submaps = SubmapStore(belief, self._config)
+            self._submaps = SubmapStore(belief, self._params)
         self._submaps.follow(graph)
         self.busy = True
 
     def replace(self, belief: BeliefMap) -> None:
         """Go on with another map."""
         if self._submaps is not None and self._graph is not None:
-            self._submaps = SubmapStore(belief, self._config)
+            self._submaps = SubmapStore(belief, self._params)
             self._submaps.follow(self._graph)
 
     def record(self, update: FrameUpdate) -> None:

@@ -29,9 +29,9 @@ def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
                 compilation.enter_context(long_start(bus, SERVICE, what))
 
         with jit.on_compilation(announce):
-            warm_up(config)
+            warm_up(config.map)
     LOG.info(
         "%s; the first frame was prepared in %.1f s",
-        jit.described(wanted=config.compiled),
+        jit.described(),
         time.monotonic() - started_s,
     )

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
 import numpy as np
+import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.version import FrameHistory
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor, FloorState
 from onemap_mapper.query.replies import revision_of
 from onemap_mapper.query.texts import MapQueries
@@ -197,16 +197,15 @@ class MapRobot:
         self,
         number: int,
         bus: Bus,
-        config: MapperConfig,
+        device: torch.device,
         arrived: threading.Event,
         space: Space,
     ) -> None:
         self.number, self.bus = number, bus
         self.encoder_seen = ""
         self.telemetry = MapperTelemetry()
-        self.queries = MapQueries(bus, config.torch_device, space)
-        self.coverages = CoverageCache(config, time.monotonic)
-        self._config = config
+        self.queries = MapQueries(bus, device, space)
+        self.coverages = CoverageCache(time.monotonic)
         self._order, self._origin = FrameOrder(), OriginCheck()
         self._fields = bus.subscribe(keys.FIELD, arrived=arrived)
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
@@ -267,7 +266,7 @@ class MapRobot:
 
     def replaced(self) -> None:
         """Forget what was computed from the map: it is another one."""
-        self.coverages = CoverageCache(self._config, time.monotonic)
+        self.coverages = CoverageCache(time.monotonic)
         self.telemetry.reset_floor()
 
     def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:

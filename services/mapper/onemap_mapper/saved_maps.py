@@ -71,7 +71,7 @@ class SavedMaps:
         path = map_file.map_path(self._config.map_folder, request.name)
         moved = PlanarCorrection(request.yaw_rad, request.x_m, request.y_m)
         try:
-            content = map_file.read(path, max_cells=self._config.max_cells)
+            content = map_file.read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
             summary = self._edit(lambda belief: merge.merge_into(belief, content, moved))
         except map_file.MapNotFound as problem:
@@ -81,6 +81,6 @@ class SavedMaps:
         except OSError as problem:
             raise RequestRejected("storage", f"cannot read {path}: {problem.strerror}") from problem
         ours = self._objects.memory
-        self._objects.replace(merge.merged_objects(ours, content.objects, moved, self._config))
+        self._objects.replace(merge.merged_objects(ours, content.objects, moved))
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)
         return replace(summary, path=str(path), file_bytes=size)

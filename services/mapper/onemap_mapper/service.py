@@ -65,6 +65,10 @@ from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
+# The other services share the cores, and torch's threads wait for each other at every step: on two
+# cores under a load of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.
+TORCH_THREADS = 1
+
 
 class Mapper:
     """The worker: one map of one robot or of several, each on its bus, its caches and its files."""
@@ -76,23 +80,23 @@ class Mapper:
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
         sweep(config.map_folder)
-        kept = resumed(config.map_folder, config)
-        self._map = kept or BeliefMap(config)
+        kept = resumed(config.map_folder, config.map)
+        self._map = kept or BeliefMap(config.map)
         self._resumed = kept is not None  # and no frame was fused since
         self._live = LiveMap(self._lock, lambda: self._map)
-        self._checkpoints = Checkpoints(config.map_folder, config, self._live)
+        self._checkpoints = Checkpoints(config.map_folder, config.map, self._live)
         self._scores = MapScores(self._map, self._lock)
         self._views = ViewReplies(self._scores, uuid4().hex)
-        self._follower = PoseGraphFollower(config)
+        self._follower = PoseGraphFollower(shared=bool(config.robots))
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
         self._robots = tuple(
-            MapRobot(number, bus, config, self._arrived, self._space)
+            MapRobot(number, bus, config.map.torch_device, self._arrived, self._space)
             for number, bus in enumerate(buses)
         )
         shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
-        self._objects = ObjectKeeper(shared, folder, config, self._announce_objects, height_m)
+        self._objects = ObjectKeeper(shared, folder, self._announce_objects, height_m)
         for robot in self._robots:
             robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
             robot.bus.serve(keys.MAP_IMAGE_SIMILARITY, partial(self.image_similarity, robot))
@@ -180,9 +184,9 @@ class Mapper:
         scored = scores.of(queries, robot.number)
         if scored.version.count == 0:
             raise _empty()
-        reply = similarity_reply(scored, request=request, params=self._config)
+        reply = similarity_reply(scored, request=request)
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
-        return judged(reply, request, coverage, scored, self._config)
+        return judged(reply, request, coverage, scored, self._config.found_score)
 
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
@@ -249,9 +253,9 @@ class Mapper:
             seen = (robot.encoder_seen for robot in self._robots if robot.encoder_seen)
             encoder_id = self._map.encoder_id or next(seen, "")
         try:
-            content = map_file.read(path, max_cells=self._config.max_cells)
+            content = map_file.read(path, max_cells=self._config.map.max_cells)
             restored = snapshot.restore(
-                content, self._config, encoder_id=encoder_id, first_revision=0
+                content, self._config.map, encoder_id=encoder_id, first_revision=0
             )
             size = path.stat().st_size
         except map_file.MapNotFound as problem:
@@ -272,7 +276,7 @@ class Mapper:
     def clear(self, _request: MapClear) -> MapSummary:
         """Start an empty map, without found objects."""
         with self._lock:
-            self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
+            self._replace(BeliefMap(self._config.map, first_revision=self._map.revision + 1))
             self._checkpoints.replaced(due=False)
             summary = summary_of(self._map)
         self._objects.replace(NO_OBJECTS)
@@ -281,7 +285,7 @@ class Mapper:
     def digest(self, _request: MapDigestRequest) -> MapDigest:
         """What the map holds, as one number; frames are fused while it is copied and read."""
         taken, revision = self._live.whole()
-        return digest_of(taken, revision=revision, config=self._config)
+        return digest_of(taken, revision=revision, params=self._config.map)
 
     def _follow(self, graph: PoseGraph | None) -> None:
         with self._lock:
@@ -304,7 +308,7 @@ class Mapper:
             if len(self._robots) > 1 and (problem := robot.origin_problem(field, history)):
                 raise FieldRejected(problem)
             belief.check_pose(field.T_map_camera)
-            update = compute_update(field, self._config)
+            update = compute_update(field, belief.params)
             self._fuse_update(robot, update, belief, started_s)
         except (FieldRejected, GridTooLarge) as problem:
             robot.telemetry.record_rejected(str(problem))
@@ -320,7 +324,7 @@ class Mapper:
                 belief.encoder_id,
                 encoder_id,
             )
-            self._replace(BeliefMap(self._config, first_revision=belief.revision + 1))
+            self._replace(BeliefMap(self._config.map, first_revision=belief.revision + 1))
             self._checkpoints.replaced(due=False)
             return self._map
 
@@ -393,7 +397,7 @@ def build(bus: Bus, config: MapperConfig) -> Mapper:
     """The worker for the runner."""
     if config.device.startswith("cuda") and not torch.cuda.is_available():
         raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
-    torch.set_num_threads(config.threads)
+    torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
     prepare(buses, config)
     return Mapper(buses, config)

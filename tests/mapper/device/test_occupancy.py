@@ -7,7 +7,7 @@ import torch
 from hypothesis import settings
 
 from onemap_mapper.occupancy.floor import floor_points
-from onemap_mapper.occupancy.host import ALIKE, NEIGHBOURS, few_alike, occupancy_update
+from onemap_mapper.occupancy.host import few_alike, occupancy_update
 from onemap_mapper.occupancy.on_device import device_floor, device_flying_pixels, device_occupancy
 from tests.mapper import scenes
 from tests.mapper.device.frames import IMAGES, WORLDS, clouds, seen
@@ -24,9 +24,7 @@ def test_occupancy_by_torch_is_that_of_the_compiled_loops(
     host, device = clouds(*seen(seed, world, far_m, missing))
     planes = (device.x_m, device.y_m, device.z_m)
     np.testing.assert_array_equal(torch.stack(planes, dim=-1), host.points_m)
-    np.testing.assert_array_equal(
-        device_flying_pixels(device.depth_m), few_alike(host.depth_m, ALIKE, NEIGHBOURS)
-    )
+    np.testing.assert_array_equal(device_flying_pixels(device.depth_m), few_alike(host.depth_m))
     floor, expected_floor = device_floor(device, PARAMS), floor_points(host, PARAMS)
     for name in ("seen", "drops", "blind"):
         np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))

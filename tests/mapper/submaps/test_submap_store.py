@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,27 +13,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import SubmapStore, occupancy_of, submap_of
+from onemap_mapper.belief.submaps import SubmapParams, SubmapStore, occupancy_of, submap_of
 from onemap_mapper.belief.tiles import MapTooLarge
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F16, F64, I64, pose_2d
 from onemap_shared.messages import FeatureField, PoseGraph
 from tests.mapper import scenes
 
 FAINT = 1e-3  # confidence; one pixel at 2 m has 0.9
-PER_FRAME = 0.01  # m of way per submap: each frame becomes one
+EACH_FRAME = SubmapParams(distance_m=0.01)  # of way per submap: each frame becomes one
 
 
 def made(
-    fields: Sequence[FeatureField], store: bool = True, **changes: object
+    fields: Sequence[FeatureField],
+    store: bool = True,
+    params: MapParams | None = None,
+    **changes: Any,
 ) -> tuple[BeliefMap, SubmapStore]:
     """A map of these fields with its submaps, or only the map."""
-    config = MapperConfig.model_validate({"submap_distance_m": PER_FRAME} | changes)
-    belief = BeliefMap(config)
-    submaps = SubmapStore(belief, config)
+    belief = BeliefMap(params or MapParams())
+    submaps = SubmapStore(belief, replace(EACH_FRAME, **changes))
     for field in fields:
-        update = compute_update(field, config)
+        update = compute_update(field, belief.params)
         belief.fuse(update)
         if store:
             submaps.add(update)
@@ -124,7 +127,7 @@ def test_taken_out_is_as_if_never_seen(seed: int) -> None:
     share = submap_of(alone, b.stamp_ns, b.T_map_camera[:2, 3], torch.float32)
     belief.take_out(share.features)
     assert belief.store.count == without.store.count
-    slots = without.slots_of(belief.store.cells)
+    slots = scenes.slots_of(without, belief.store.cells)
     torch.testing.assert_close(
         belief.store.confidence, without.store.confidence[slots], rtol=1e-3, atol=1e-6
     )
@@ -132,7 +135,7 @@ def test_taken_out_is_as_if_never_seen(seed: int) -> None:
     torch.testing.assert_close(left, expected, atol=2e-3, rtol=0)
     belief.put_in(share.features)
     whole, _ = made((a, b, c), store=False)
-    slots = whole.slots_of(belief.store.cells)
+    slots = scenes.slots_of(whole, belief.store.cells)
     torch.testing.assert_close(
         belief.store.features(np.arange(len(slots))), whole.store.features(slots), atol=1e-4, rtol=0
     )
@@ -197,7 +200,7 @@ def test_a_late_frame_is_moved_too() -> None:
     # so far apart, also when corrected, that each counts as the most views
     early, late, after = (scenes.field(k, scenes.pose(0.7 * k)) for k in range(3))
     message = graph((early, late), [pose_2d(-0.5, 0.0, 0.0)] * 2)
-    belief, submaps = made((early,), submap_distance_m=5.0)
+    belief, submaps = made((early,), distance_m=5.0)
     assert follow(submaps, message) == 1
     for field in (late, after):
         update = compute_update(field, belief.params)
@@ -207,7 +210,7 @@ def test_a_late_frame_is_moved_too() -> None:
     assert not submaps.move_next()
     submaps.close()
     expected, theirs = made(
-        (shifted(early, -0.5, 0.0), shifted(late, -0.5, 0.0), after), submap_distance_m=0.01
+        (shifted(early, -0.5, 0.0), shifted(late, -0.5, 0.0), after), distance_m=0.01
     )
     theirs.close()
     assert_same(belief, expected)
@@ -215,14 +218,14 @@ def test_a_late_frame_is_moved_too() -> None:
 
 def test_frames_from_one_place_share_a_submap() -> None:
     near = [scenes.field(k, scenes.pose(0.1 * k)) for k in range(6)]
-    _, submaps = made(near, submap_distance_m=0.35)
+    _, submaps = made(near, distance_m=0.35)
     assert submaps.count == 2  # 0 to 0.3 m, 0.4 and 0.5 m
     turning = [scenes.field(k, scenes.pose(yaw_rad=0.3 * k)) for k in range(6)]
-    _, submaps = made(turning, submap_distance_m=5.0, submap_turn_deg=45.0)
+    _, submaps = made(turning, distance_m=5.0, turn_deg=45.0)
     assert submaps.count == 2  # 0 to 0.6 rad, 0.9 to 1.5
 
 
-@pytest.mark.parametrize("limit", [{"max_submaps": 2}, {"submap_memory_mb": 1}])
+@pytest.mark.parametrize("limit", [{"count": 2}, {"memory_mb": 1}])
 def test_beyond_the_limits_the_oldest_are_fixed(limit: dict[str, int]) -> None:
     wide = [np.random.default_rng(k).normal(size=(6, 8, 256)) for k in range(6)]
     fields = [replace(field, features=_unit(wide[k])) for k, field in enumerate(shown(2, 6))]
@@ -242,14 +245,14 @@ def test_beyond_the_limits_the_oldest_are_fixed(limit: dict[str, int]) -> None:
 def test_what_the_map_held_before_stays() -> None:
     fields = shown(4)
     belief, _ = made(fields[:2], store=False)
-    submaps = SubmapStore(belief, MapperConfig(submap_distance_m=PER_FRAME))
+    submaps = SubmapStore(belief, EACH_FRAME)
     for field in fields[2:]:
         update = compute_update(field, belief.params)
         belief.fuse(update)
         submaps.add(update)
     assert follow(submaps, graph(fields, [pose_2d(0.0, 0.6, 0.0)] * 4)) == 2
     expected, theirs = made(fields[:2], store=False)
-    theirs = SubmapStore(expected, MapperConfig(submap_distance_m=PER_FRAME))
+    theirs = SubmapStore(expected, EACH_FRAME)
     for field in fields[2:]:
         update = compute_update(shifted(field, 0.0, 0.6), belief.params)
         expected.fuse(update)
@@ -274,12 +277,12 @@ def test_a_reset_of_what_was_searched_holds_after_a_move() -> None:
 
 def test_a_correction_beyond_the_largest_map_changes_nothing() -> None:
     fields = shown(6, 2)
-    belief, submaps = made(fields, max_extent_m=20.0)
+    belief, submaps = made(fields, params=MapParams(max_extent_m=20.0))
     submaps.follow(graph(fields, [pose_2d(500.0, 0.0, 0.0), STAY]))
     with pytest.raises(MapTooLarge):
         submaps.move_next()
     assert not submaps.move_next()
-    expected, theirs = made(fields, max_extent_m=20.0)
+    expected, theirs = made(fields, params=MapParams(max_extent_m=20.0))
     theirs.close()
     assert_same(belief, expected)
 

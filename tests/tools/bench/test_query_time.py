@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from onemap_mapper.config import MapperConfig
+from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_tools.bench.query_time import CHANNELS, QueryTimeOptions, Unasked, run
 from onemap_tools.bench.query_waits import Dtype, map_of
@@ -30,7 +30,7 @@ def test_waits_are_measured_only_if_asked_for() -> None:
 
 
 def test_scores_of_a_query_that_is_timed_are_not_kept() -> None:
-    store = map_of(5000, CHANNELS, MapperConfig(), 0).store
+    store = map_of(5000, CHANNELS, MapParams(), 0).store
     like = TextQuery("chair", torch.ones((1, CHANNELS)) / CHANNELS**0.5, 50.0)
     cache, unasked = ScoreCache(), Unasked()
     for _ in range(3):

@@ -13,8 +13,8 @@ import torch
 
 from onemap_mapper import jit
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
@@ -48,7 +48,7 @@ class FusionBenchOptions:
 def run(options: FusionBenchOptions) -> dict[str, Any]:
     """Fuse frames of a robot that walks in a circle; times in milliseconds."""
     torch.set_num_threads(options.threads)
-    params = MapperConfig(
+    params = MapParams(
         device=options.device,
         compiled=options.compiled,
         blur_half_width_cells=options.half_width,
@@ -93,7 +93,7 @@ def run(options: FusionBenchOptions) -> dict[str, Any]:
     return {**result, "peak_process_bytes": peak_bytes}
 
 
-def _fuse(options: FusionBenchOptions, params: MapperConfig) -> tuple[BeliefMap, F64]:
+def _fuse(options: FusionBenchOptions, params: MapParams) -> tuple[BeliefMap, F64]:
     """The map, and per frame the milliseconds of its update, of fusing it, and of the processor."""
     rng, belief = np.random.default_rng(options.seed), BeliefMap(params)
     times = np.zeros((options.frames + WARM_UP, 3))

@@ -164,7 +164,7 @@ class LockstepSimulation:
         self.robot: Robot = (
             SimulatedRobot(scene, config.simulator, renderer) if isinstance(scene, Scene) else scene
         )
-        self.belief = BeliefMap(config.mapper)
+        self.belief = BeliefMap(config.mapper.map)
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -260,7 +260,7 @@ class LockstepSimulation:
         if self._method.value_map is not None:
             self._method.value_map.clear()
         if self._method.forgets and self.state is not None and index > 0:
-            self.belief = BeliefMap(self._config.mapper, first_revision=self.belief.revision)
+            self.belief = BeliefMap(self._config.mapper.map, first_revision=self.belief.revision)
             self._views = LockstepViews(self.belief)
             self.state = replace(
                 self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0

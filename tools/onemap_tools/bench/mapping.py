@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.geometry import F64
@@ -40,7 +40,7 @@ class MappedScene:
 
 def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedScene:
     """The map of images of ``images`` poses drawn from the seed."""
-    params = MapperConfig()
+    params = MapParams()
     belief = BeliefMap(params)
     renderer = Renderer(scene)
     observed: set[str] = set()

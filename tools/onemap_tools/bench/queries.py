@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import torch
 
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
@@ -65,7 +65,7 @@ class EncoderPair:
 
     def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
         """One query per word, without its calibrated minimum score."""
-        device = MapperConfig().torch_device
+        device = torch.device("cpu")
         made = []
         for word in words:
             encoder = self.without_aliases if word.group == "synonyms" else self.configured
@@ -122,7 +122,6 @@ def query_map(
     mapped: MappedScene, questions: Sequence[tuple[QueryWord, TextQuery]], seed: int
 ) -> Iterator[QueryOutcome]:
     """Query a map for every word that is clearly present or absent."""
-    config = MapperConfig()
     categories = set(mapped.scene.categories)
     for word, query in questions:
         present = word.category in mapped.observed
@@ -131,7 +130,6 @@ def query_map(
         reply = similarity_reply(
             MapScores(mapped.belief).of([query]),
             request=SimilarityRequest(word.text, max_regions=1),
-            params=config,
         )
         near = present and distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield QueryOutcome(word, seed, present, reply.best_score, near)

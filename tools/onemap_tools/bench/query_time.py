@@ -13,7 +13,7 @@ from torch import Tensor
 
 from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.config import MapperConfig
+from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_tools.bench.machine import Clock, best_s, clock_of, device_facts, machine_limits
 from onemap_tools.bench.query_waits import Dtype, WaitOptions, frame_waits, map_of
@@ -50,7 +50,7 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
     device = torch.device(options.device)
     clock = clock_of(device, options.threads)
     generator = torch.Generator().manual_seed(options.seed)
-    params = MapperConfig(feature_dtype=options.feature_dtype, device=options.device)
+    params = MapParams(feature_dtype=options.feature_dtype, device=options.device)
     belief = map_of(options.cells, CHANNELS, params, options.seed)
     neutral = _unit(NEUTRAL_WORDS, generator).to(device)
     texts = [_query(f"text {k}", _unit(1, generator).to(device), neutral) for k in range(2 * TEXTS)]

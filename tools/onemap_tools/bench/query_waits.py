@@ -15,8 +15,8 @@ import torch
 
 from onemap_mapper.belief.cells import FeatureShare
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores, ScoredVersion
 from onemap_mapper.query.similarity import TextQuery
@@ -42,10 +42,9 @@ def frame_waits(belief: BeliefMap, texts: list[TextQuery], options: WaitOptions)
     """
     lock = TimedLock()
     scores = MapScores(belief, lock)
-    config = MapperConfig()
 
     def reply(scored: ScoredVersion, query: TextQuery) -> None:
-        similarity_reply(scored, request=SimilarityRequest(query.text), params=config)
+        similarity_reply(scored, request=SimilarityRequest(query.text))
 
     def ask(query: TextQuery) -> None:
         with lock.timed():
@@ -64,7 +63,7 @@ def frame_waits(belief: BeliefMap, texts: list[TextQuery], options: WaitOptions)
     }
 
 
-def map_of(cells: int, dimension: int, params: MapperConfig, seed: int) -> BeliefMap:
+def map_of(cells: int, dimension: int, params: MapParams, seed: int) -> BeliefMap:
     """A square map of random features, one per cell."""
     side = math.isqrt(cells - 1) + 1
     where = np.argwhere(np.ones((side, side), bool))[:cells]

@@ -83,7 +83,7 @@ def run(params: SceneBenchParams) -> dict[str, Any]:
     vocabulary = load_vocabulary(SHIPPED)
     others = (word for word in vocabulary.names if word not in {*names, *EXCLUDED_CLASSES})
     words = (*names, *others) if names else ()
-    replies = {word: ask(belief, encoder, word, params.mapper) for word in words}
+    replies = {word: ask(belief, encoder, word) for word in words}
     results = place_results(labels, replies, vocabulary)
     document = {
         "benchmark": "scene",
@@ -169,7 +169,7 @@ def map_frames(
     frames: Iterator[RgbdFrame], encoder: Encoder, params: SceneBenchParams
 ) -> BeliefMap:
     """The map of all frames."""
-    belief = BeliefMap(params.mapper)
+    belief = BeliefMap(params.mapper.map)
     for frame in frames:
         features = encoder.encode(frame.rgb)
         fields = feature_field(frame, features, encoder, VarianceParams(params.perception.variance))
@@ -177,19 +177,16 @@ def map_frames(
     return belief
 
 
-def ask(
-    belief: BeliefMap, encoder: Encoder, word: str, params: MapperConfig
-) -> SimilarityReply | None:
+def ask(belief: BeliefMap, encoder: Encoder, word: str) -> SimilarityReply | None:
     """The map's answers to a word with the score of every cell; None if it is unknown."""
     try:
         embeddings = encoder.embed_text((word,))
     except UnknownWordError:
         return None
-    query = text_query(embeddings, 0, params.torch_device)
+    query = text_query(embeddings, 0, belief.params.torch_device)
     return similarity_reply(
         MapScores(belief).of([query]),
         request=SimilarityRequest(word, max_regions=MAX_ANSWERS, include_grid=True),
-        params=params,
     )
 
 

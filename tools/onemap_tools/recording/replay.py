@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -11,14 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import torch
-from pydantic import ValidationError
 
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
+from onemap_mapper.service import TORCH_THREADS
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.snapshot import sha256_of, take, versions
 from onemap_perception.config import PerceptionConfig
@@ -126,17 +128,17 @@ class AskedAgain:
         for index, text in enumerate(embeddings.texts):
             self.texts[text] = text_query(embeddings, index, device)
 
-    def ask(self, belief: BeliefMap, params: MapperConfig) -> None:
+    def ask(self, belief: BeliefMap) -> None:
         """Compare the answers that this map gave, if it is one of the recorded revisions."""
         for query in self.queries.pop(belief.revision, ()):
             if belief.dimension and all(text in self.texts for text in query.texts):
                 self.compared += 1
-                self.equal += self._same(query, belief, params)
+                self.equal += self._same(query, belief)
 
-    def _same(self, query: AnsweredQuery, belief: BeliefMap, params: MapperConfig) -> bool:
+    def _same(self, query: AnsweredQuery, belief: BeliefMap) -> bool:
         request = SimilarityRequest(query.text, negatives=query.negatives, area_m=query.area_m)
         texts = [self.texts[query.text], *self._of(query.negatives)]
-        reply = similarity_reply(MapScores(belief).of(texts), request=request, params=params)
+        reply = similarity_reply(MapScores(belief).of(texts), request=request)
         centre_m = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
         if abs(reply.best_score - query.best_score) > SCORE_TOLERANCE:
             return False
@@ -201,7 +203,6 @@ class MapRebuild:
     belief: BeliefMap
     digests: dict[Place, MapDigest]
     asked: AskedAgain = field(default_factory=AskedAgain)
-    params: MapperConfig = field(default_factory=MapperConfig)
     known: bool = False
     gaps: int = 0
     rejected: int = 0
@@ -238,7 +239,7 @@ class MapRebuild:
     def _compare(self, after: MapRevision) -> None:
         if not self.known or self.belief.frames_fused != after.frames_fused:
             return
-        self.asked.ask(self.belief, self.params)
+        self.asked.ask(self.belief)
         place = (after.revision, after.frames_fused, after.stamp_ns)
         digest = self.digests.get(place)
         if digest is None:
@@ -250,11 +251,11 @@ class MapRebuild:
             self.first_difference = after.revision
 
 
-def rebuilt(path: Path, history: MapHistory, params: MapperConfig) -> MapRebuild:
+def rebuilt(path: Path, history: MapHistory, params: MapParams) -> MapRebuild:
     """The map of the recorded features; raises BagError."""
     digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
     asked = AskedAgain() if history.corrected else history.asked
-    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests, asked, params)
+    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests, asked)
     fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
     made.follow(history.steps, fields)
     return made
@@ -266,7 +267,7 @@ def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
 
 
 def encoded_again(
-    frames: Iterable[RgbdFrame], encoder: Encoder, observation: VarianceParams, params: MapperConfig
+    frames: Iterable[RgbdFrame], encoder: Encoder, observation: VarianceParams, params: MapParams
 ) -> MapRebuild:
     """The map of these frames with this encoder; raises BackendError."""
     made = MapRebuild(BeliefMap(params), {})
@@ -321,8 +322,8 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
             options = replace(options, reencode=True)
             bag = _open_ros2(options)
         history = read_history(options.path)
-        params = _mapper_config(options, history)
-        torch.set_num_threads(params.threads)
+        params = _map_params(options, history)
+        torch.set_num_threads(TORCH_THREADS)
         if options.reencode:
             frames = recorded_frames(options.path) if bag is None else bag.frames()
             made = _encoded(options, frames, params)
@@ -349,24 +350,24 @@ def _open_ros2(options: ReplayOptions) -> Ros2Bag:
     return Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
 
 
-def _mapper_config(options: ReplayOptions, history: MapHistory) -> MapperConfig:
+def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
     """The settings of the mapper that was recorded; those of --config if images are encoded."""
     if not history.digests or (options.reencode and options.config is not None):
-        return section(read(options.config), "mapper", MapperConfig)
+        return section(read(options.config), "mapper", MapperConfig).map
     try:
-        config = MapperConfig.model_validate_json(history.digests[0].settings)
-    except ValidationError as problem:
+        params = MapParams(**json.loads(history.digests[0].settings))
+    except (TypeError, ValueError) as problem:
         raise BagError(
             f"{options.path} was recorded with settings of the mapper that this version does not "
-            f"know: {'.'.join(map(str, problem.errors()[0]['loc']))}"
+            f"know: {problem}"
         ) from problem
-    if config.device.startswith("cuda") and not torch.cuda.is_available():
-        return config.model_copy(update={"device": "cpu"})
-    return config
+    if params.device.startswith("cuda") and not torch.cuda.is_available():
+        return replace(params, device="cpu")
+    return params
 
 
 def _encoded(
-    options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapperConfig
+    options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapParams
 ) -> MapRebuild:
     perception = section(read(options.config), "perception", PerceptionConfig)
     encoder = make_encoder(perception.encoder)

@@ -48,14 +48,6 @@ def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
     return torch.lerp(features, features_new, K[:, None])
 
 
-def with_process_noise(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
-    """Confidence (n,) after its variance grew by ``rate_per_s`` for ``elapsed_s`` seconds.
-
-    c / (1 + q t c): the process noise q t, added to the variance 1 / c.
-    """
-    return confidence / (1.0 + rate_per_s * elapsed_s * confidence)
-
-
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
 GROUP = 64  # slots, whose newest change is kept: a frame's cells lie in some dozens of groups
@@ -261,9 +253,8 @@ class CellStore:
                 fuse_rows(*(part.contiguous().numpy() for part in parts))
             elif self._compiled and HALF:
                 bits = table.view(torch.int16).numpy().view(np.uint16)
-                rows, gains = features.contiguous().numpy(), K.contiguous().numpy()
-                moves = (rows, chosen.numpy(), gains, seed.contiguous().numpy())
-                fuse_half_rows(bits, within.numpy(), moves)
+                parts = (within, features, chosen, K, seed)
+                fuse_half_rows(bits, *(part.contiguous().numpy() for part in parts))
             else:
                 mean = fused(table[within].float(), features[chosen], K[chosen])
                 half = self._dtype == torch.float16
@@ -377,12 +368,6 @@ class CellStore:
     def _shared_table(self) -> FeatureTable:
         """All features for as long as nothing changes."""
         return FeatureTable(self.blocks, self.changed_at, self._device, self._compiled)
-
-    def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
-        """Add ``rate_per_s * elapsed_s`` to every variance."""
-        self._confidence = with_process_noise(
-            self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
-        )
 
     def doubt(self, slots: Tensor, most: float) -> None:
         """Let what is known of slots count for ``most`` at most from now on."""

@@ -24,9 +24,7 @@ GREATEST = np.finfo(np.float32).max
 
 
 @compiled
-def fuse_rows(
-    table: F32, rows: I64, features: F32, chosen: I64, K: F32
-) -> None:  # pragma: no cover
+def fuse_rows(table: F32, rows: I64, features: F32, chosen: I64, K: F32) -> None:
     """Move table[rows[k]] (., D) float32 by K[chosen[k]] towards features[chosen[k]].
 
     As ``torch.lerp``: from whichever end is nearer, so that 0 and 1 give the ends themselves.
@@ -44,7 +42,7 @@ def fuse_rows(
 
 
 @compiled
-def all_finite(values: F32) -> bool:  # pragma: no cover
+def all_finite(values: F32) -> bool:
     """Whether no value of (n, D) float32 is NaN or infinite."""
     for k in range(len(values)):
         # A row by its index, and a count as wide as the values: so the loop is made with vectors.
@@ -108,7 +106,7 @@ _cut_half: Any = _to_half() if AVAILABLE else None
 
 
 @compiled_fast
-def half_products(table_bits: U16, vector: F32, out: F32) -> None:  # pragma: no cover
+def half_products(table_bits: U16, vector: F32, out: F32) -> None:
     """out (n,) = table (n, D) times vector (D,) float32; table_bits: the float16 table's bits."""
     for k in range(len(out)):
         row = table_bits[k]
@@ -119,14 +117,13 @@ def half_products(table_bits: U16, vector: F32, out: F32) -> None:  # pragma: no
 
 
 @compiled
-def fuse_half_rows(
-    table_bits: U16, rows: I64, moves: tuple[F32, I64, F32, I64]
-) -> None:  # pragma: no cover
+def fuse_half_rows(  # noqa: PLR0917 (compiled code takes no keywords)
+    table_bits: U16, rows: I64, features: F32, chosen: I64, K: F32, seed: I64
+) -> None:
     """Move table[rows[k]] (., D) as ``fuse_rows``, rounded as ``stochastic_rounding.rounded``.
 
-    table_bits: the float16 table's bits. moves: features (n, D), chosen (k,), K (n,), seed (n,).
+    table_bits: the float16 table's bits; features (n, D), chosen (k,), K (n,), seed (n,).
     """
-    features, chosen, K, seed = moves
     for k in range(len(rows)):
         share = K[chosen[k]]
         row, new = table_bits[rows[k]], features[chosen[k]]
@@ -144,7 +141,7 @@ def fuse_half_rows(
 
 
 @compiled_fast
-def products(table: F32, vector: F32, out: F32) -> None:  # pragma: no cover
+def products(table: F32, vector: F32, out: F32) -> None:
     """out (n,) = table (n, D) times vector (D,) float32."""
     for k in range(len(out)):
         row = table[k]

@@ -28,6 +28,9 @@ from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec, world_cells
 
+# Around the camera's first position, which counts as free: the robot stands there, its camera does
+# not see that floor, and unknown is not free.
+INITIALLY_FREE_RADIUS_M = 0.35
 CHANGE_REACH_CELLS = 2  # 0.2 m: a patch of 27 pixels 3 m away, of 24 x 24 in an image
 
 
@@ -93,14 +96,16 @@ class BeliefMap:
         self._check(update)
         history = self.history(robot)
         free = self._assumed_free(update, history.start_m)
-        self.grow(torch.cat([update.cells, update.occupancy.cells, free]))
+        parts = (update.cells, update.occupancy.cells, free)
+        rows, driving, floor = self.grow(torch.cat(parts)).split_with_sizes(
+            [len(part) for part in parts]
+        )
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
-        self._add_process_noise(update.stamp_ns, history.stamp_ns)
         self.revision += 1
-        self._doubt_beside(self.fuse_occupancy(update.occupancy))
-        slots = self.slots_of(update.cells)
-        own = history.keyframes.views(update.T_map_camera, self.params)
+        self._doubt_beside(self.fuse_occupancy(update.occupancy, driving))
+        slots = self.slots_at(rows, update.cells)
+        own = history.keyframes.views(update.T_map_camera)
         self.newest_views = views or replace(own, robot=robot)
         self.store.fuse(
             slots,
@@ -110,17 +115,15 @@ class BeliefMap:
             views=self.newest_views,
             heights=update.heights,
         )
-        rows = self.tiles.rows_on_device(update.cells)
         self.changes.mark(rows)
         self.view_log.record(
             rows,
             update.confidence,
             T_map_camera=update.T_map_camera,
             stamp_ns=update.stamp_ns,
-            params=self.params,
             robot=robot,
         )
-        self.assume_free(free)
+        self.assume_free(floor)
         self.frames_fused += 1
         self.histories[robot] = history.after(update, self.newest_views)
 
@@ -143,18 +146,20 @@ class BeliefMap:
         self.encoder_id, self.text_space = encoder_id, text_space
         self.store = self._new_store(dimension)
 
-    def grow(self, cells: Index) -> None:
-        """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
-        self.tiles.allocate(cells)
+    def grow(self, cells: Index) -> Tensor:
+        """Allocate tiles for world cells (n, 2); their rows (n,) on the device.
+
+        Raises ``MapTooLarge`` before any change.
+        """
+        rows = self.tiles.allocate(to_device(cells, self._device))
         for layer in self._layers:
             layer.grow(self.tiles.count)
         self.view_log.grow(self.tiles.count)
         self.changes.grow(self.tiles.count)
+        return rows
 
-    def slots_of(self, cells: Index) -> Tensor:
-        """Slots (n,) of distinct world cells (n, 2) inside the tiles, new where there were none."""
-        cells = to_device(cells, self._device)
-        rows = self.tiles.rows_on_device(cells)
+    def slots_at(self, rows: Tensor, cells: Tensor) -> Tensor:
+        """Slots (n,) of distinct world cells (n, 2), at these rows, new where there were none."""
         slots = self.slots.values[rows].long()
         new = torch.nonzero(slots == NO_SLOT).squeeze(1)
         if len(new):
@@ -162,12 +167,11 @@ class BeliefMap:
             self.slots.values[rows[new]] = slots[new].int()
         return slots
 
-    def fuse_occupancy(self, frame: OccupancyUpdate) -> Tensor:
-        """Add a frame's evidence to cells inside the tiles.
+    def fuse_occupancy(self, frame: OccupancyUpdate, rows: Tensor) -> Tensor:
+        """Add a frame's evidence to its cells, at these rows (n,) of the tiles.
 
         Returns the cells (k, 2) in which something stands now that did not, or the other way round.
         """
-        rows = self.tiles.rows_on_device(frame.cells)
         different, changed = self.occupancy.add(rows, frame)
         self.changes.mark(rows[different])
         return frame.cells[changed]
@@ -192,11 +196,11 @@ class BeliefMap:
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
-        self.grow(share.cells)
+        rows = self.grow(share.cells)
         self.revision += 1
-        cells = to_device(share.cells, self._device)
-        self.store.put_in(self.slots_of(cells), share, revision=self.revision)
-        self.changes.mark(self.tiles.rows_on_device(cells))
+        slots = self.slots_at(rows, to_device(share.cells, self._device))
+        self.store.put_in(slots, share, revision=self.revision)
+        self.changes.mark(rows)
 
     def take_out(self, share: FeatureShare) -> None:
         """Undo ``put_in``: cells of which nothing remains are no longer observed."""
@@ -303,20 +307,13 @@ class BeliefMap:
             return all_finite(features.numpy())
         return bool(features.isfinite().all())
 
-    def _add_process_noise(self, stamp_ns: int, before_ns: int) -> None:
-        elapsed_s = (stamp_ns - before_ns) * 1e-9 if before_ns else 0.0
-        if self.params.process_noise_per_s > 0 and elapsed_s > 0:
-            rate_per_s = self.params.process_noise_per_s
-            self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
-            self.changes.mark_everything()
-
     def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> Tensor:
         """Cells (n, 2) that count as free though no camera sees their floor.
 
         Around the camera's first position, ``start_m``; and, while it is there, from there to the
         nearest floor in view: the floor between both is in no image.
         """
-        radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
+        radius_m, none = INITIALLY_FREE_RADIUS_M, np.zeros((0, 2), np.int64)
         first = start_m is None
         start_m = update.camera_m if start_m is None else start_m
         seen = update.occupancy
@@ -325,7 +322,6 @@ class BeliefMap:
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
         return torch.cat([to_device(disc, self._device), seen.cells[seen.blind]])
 
-    def assume_free(self, cells: Tensor) -> None:
-        """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
-        rows = self.tiles.rows_on_device(cells)
+    def assume_free(self, rows: Tensor) -> None:
+        """Take floor of cells for free, by rows (n,) of the tiles; no camera sees it."""
         self.changes.mark(rows[self.occupancy.assume(rows)])

@@ -20,7 +20,6 @@ from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.objects import ObjectMemory
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
-from onemap_mapper.params import MapParams, ObjectParams
 from onemap_mapper.storage.snapshot import (
     ASSUMED,
     VERSION_WITHOUT_DROPS,
@@ -46,7 +45,8 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
     device = belief.params.torch_device
     occupancy = _occupancy(taken, moved, device)
     try:
-        belief.grow(torch.cat([to_device(share.cells, device), occupancy.cells]))
+        every = torch.cat([to_device(share.cells, device), occupancy.cells])
+        driving = belief.grow(every)[len(share.cells) :]
     except MapTooLarge as problem:
         raise MapFileError(f"the maps together are too large: {problem}") from problem
     if header.dimension > 0:
@@ -55,8 +55,8 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
         belief.put_in(share)
         if taken.seen is not None:
             belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
-    belief.fuse_occupancy(occupancy)
-    belief.assume_free(occupancy.cells[occupancy.blind])
+    belief.fuse_occupancy(occupancy, driving)
+    belief.assume_free(driving[occupancy.blind])
     belief.frames_fused += header.frames_fused
     before = belief.history().stamp_ns
     if before < header.stamp_ns and belief.frames_fused == header.frames_fused:  # it was empty
@@ -64,19 +64,19 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
 
 
 def merged_objects(
-    ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarCorrection, params: ObjectParams
+    ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarCorrection
 ) -> ObjectMemory:
     """Our found objects and those of theirs that are none of ours, at their places in our frame."""
     objects = list(ours.objects)
     for entry in theirs.objects:
         kept = _moved_object(entry.kept, moved)
-        if ours.same_object(_as_find(kept), params) is None:
+        if ours.same_object(_as_find(kept)) is None:
             known = {each.kept.object_id for each in objects}
             if kept.object_id in known:  # both began from one file
                 continue
             objects.append(PicturedObject(kept, entry.picture))
     objects.sort(key=lambda entry: entry.kept.last_seen_ns)
-    return replace(ours, objects=tuple(objects)).limited(params)
+    return replace(ours, objects=tuple(objects)).limited()
 
 
 def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
@@ -89,7 +89,7 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
             f"saved one those of {theirs[0]} ({theirs[1]}, {theirs[2]} channels): only maps of "
             "one encoder can be merged"
         )
-    if header.version == VERSION_WITHOUT_DROPS or _grid_of(params) != (
+    if header.version == VERSION_WITHOUT_DROPS or params.grid != (
         header.cell_size_m,
         header.obstacle_min_height_m,
         header.obstacle_max_height_m,
@@ -98,10 +98,6 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
             "the saved map has another cell size or other obstacle heights, or is of a release "
             "without drops: load and save it with the present configuration first"
         )
-
-
-def _grid_of(params: MapParams) -> tuple[float, float, float]:
-    return (params.cell_size_m, params.obstacle_min_height_m, params.obstacle_max_height_m)
 
 
 def _features(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:

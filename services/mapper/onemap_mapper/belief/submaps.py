@@ -20,7 +20,6 @@ from onemap_mapper.belief.tiles import TileLayer
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.evidence import I8, accumulated_evidence
-from onemap_mapper.params import SubmapParams
 from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F64, I64, Bool, inverse, wrap_angle, yaw_of
 from onemap_shared.grid import GridSpec
@@ -202,6 +201,22 @@ def moved_cells(cells: I64, correction: PlanarCorrection, cell_size_m: float) ->
     return filled, source[source >= 0]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SubmapParams:
+    """When a submap ends, and how many can still be moved."""
+
+    # Way after which the next begins, metres. A submap is rigid: at an odometry error of 2 % its
+    # ends are 2 cm off, less than half a cell. Shorter ones need more memory for the same rooms.
+    distance_m: float = 1.0
+    turn_deg: float = 45.0  # that the camera turns from the first frame: half a camera's view
+    # Some 500 m of way. The oldest become fixed first: their poses were corrected most often, and
+    # SLAM holds on to where it began.
+    count: int = 500
+    # Beyond it the oldest become fixed too. A submap of an apartment takes 0.3 MB with 64 channels
+    # and 2.4 MB with 768, in float16.
+    memory_mb: int = 256
+
+
 MIN_MOVE_CELLS = 0.2  # a smaller correction moves few cells, by one, and is not worth the time
 STORED = torch.float16  # of features: half the memory; the map then holds the rounded share too
 
@@ -234,8 +249,8 @@ class SubmapStore:
     they are read when a correction comes, not with each frame.
     """
 
-    def __init__(self, belief: BeliefMap, params: SubmapParams) -> None:
-        self._belief, self._params = belief, params
+    def __init__(self, belief: BeliefMap, params: SubmapParams | None = None) -> None:
+        self._belief, self._params = belief, params or SubmapParams()
         belief.keep_every_view()
         self._closed: list[_Placed] = []
         self._active: _Active | None = None
@@ -282,8 +297,8 @@ class SubmapStore:
         self._belief.put_in(stored.features)
         self._belief.take_out(exact.features)
         self._closed.append(self._placed(stored))
-        limit = self._params.submap_memory_mb * 10**6
-        while len(self._closed) > self._params.max_submaps or (
+        limit = self._params.memory_mb * 10**6
+        while len(self._closed) > self._params.count or (
             self.nbytes > limit and len(self._closed) > 1
         ):
             self._fix_oldest()
@@ -326,8 +341,8 @@ class SubmapStore:
         T = self._active.T_map_camera
         moved_m = float(np.linalg.norm(update.camera_m - T[:3, 3]))
         cosine = float(update.T_map_camera[:3, 2] @ T[:3, 2])  # of the optical axes
-        turned = cosine < np.cos(radians(self._params.submap_turn_deg))
-        return moved_m > self._params.submap_distance_m or turned or self._jumps(update.stamp_ns)
+        turned = cosine < np.cos(radians(self._params.turn_deg))
+        return moved_m > self._params.distance_m or turned or self._jumps(update.stamp_ns)
 
     def _jumps(self, stamp_ns: int) -> bool:
         """Whether the poses were corrected between the current submap and this time."""

@@ -18,15 +18,15 @@ from torch import Tensor
 
 from onemap_mapper import jit
 from onemap_mapper.jit import compiled
-from onemap_mapper.params import GridParams
-from onemap_mapper.transfers import CPU, Index, to_device, to_host
+from onemap_mapper.params import MapParams
+from onemap_mapper.transfers import CPU, to_device, to_host
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec, GridTooLarge
 from onemap_shared.messages import TILE_CELLS
 
 
 @compiled
-def tile_rows(cells: I64, directory: I64, origin: I64, side: int) -> I64:  # pragma: no cover
+def tile_rows(cells: I64, directory: I64, origin: I64, side: int) -> I64:
     """Rows (n,) of world cells (n, 2), as ``tiles.rows_by_torch``; -1: no tile.
 
     directory (nx, ny): the number of each tile, -1 = none; origin (2,): tile of its [0, 0]; side:
@@ -56,7 +56,7 @@ class MapTooLarge(GridTooLarge):
 class TileIndex:
     """The tiles of one map, numbered in order of allocation."""
 
-    def __init__(self, params: GridParams, device: torch.device = CPU) -> None:
+    def __init__(self, params: MapParams, device: torch.device = CPU) -> None:
         self.cell_size_m = params.cell_size_m
         self.count = 0
         self._device = device
@@ -105,25 +105,23 @@ class TileIndex:
         """Raise ``MapTooLarge`` if world cells (n, 2) do not fit; allocates nothing."""
         self._extended(cells // SIDE)
 
-    def allocate(self, cells: Index) -> None:
-        """Add the tiles that are missing under world cells (n, 2), on the host or the device.
+    def allocate(self, cells: Tensor) -> Tensor:
+        """Rows (n,) of world cells (n, 2) on the device, in tiles that are added where missing.
 
-        Of cells on the device the host learns which tiles they lie in. Raises ``MapTooLarge``
-        before anything has changed.
+        The host learns which tiles they lie in. Raises ``MapTooLarge`` before any change.
         """
-        if len(cells) == 0 or (self._compiled and self._all_there(cells)):
-            return
-        tiles = (cells if isinstance(cells, Tensor) else torch.from_numpy(cells)) // SIDE
+        if len(cells) == 0:
+            return self.rows_on_device(cells)
+        if self._compiled and bool((rows := self.rows_on_device(cells)).min() != NO_ROW):
+            return rows
+        tiles = cells // SIDE
         low, high = to_host(torch.stack([tiles.amin(dim=0), tiles.amax(dim=0)]))
         self._grow_directory(np.stack([low, high]))
         (x, y), (nx, ny) = low.tolist(), (high - low + 1).tolist()
         touched = torch.zeros(nx * ny, dtype=torch.bool, device=tiles.device)
         touched[(tiles[:, 0] - x) * ny + tiles[:, 1] - y] = True
         self._number(np.argwhere(to_host(touched).reshape(nx, ny)) + low)
-
-    def _all_there(self, cells: Index) -> bool:
-        """Whether nothing is to be allocated under world cells (n, 2) on the host."""
-        return bool(self.rows(np.asarray(cells)).min() != NO_ROW)
+        return self.rows_on_device(cells)
 
     def cells(self, rows: I64) -> I64:
         """World cells (n, 2) of rows (n,), the inverse of ``rows``."""

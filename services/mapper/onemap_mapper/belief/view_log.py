@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from onemap_mapper.belief.tiles import TileLayer
-from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, I64
 
+# How far the camera has to move or turn before another frame counts for explored and searched: a
+# cell, and a sixteenth of its view. Less shows nothing new.
+KEYFRAME_M, KEYFRAME_DEG = 0.1, 5.0
 STEPS_PER_VIEW = 2.0  # keyframe steps, 0.2 m or 10 degrees, count as one frame: the way at 4 Hz
 MAX_VIEWS = 3.0  # that one frame counts for: after 0.6 m or 30 degrees it shows other cells
 
@@ -42,10 +44,10 @@ class Keyframes:
     searched: F64 | None = None
     explored: F64 | None = None
 
-    def views(self, T_map_camera: F64, params: MapParams) -> Views:
+    def views(self, T_map_camera: F64) -> Views:
         """What a frame from this pose counts for."""
-        searched = views_since(self.searched, T_map_camera, params)
-        return Views(searched, views_since(self.explored, T_map_camera, params))
+        searched = views_since(self.searched, T_map_camera)
+        return Views(searched, views_since(self.explored, T_map_camera))
 
     def after(self, T_map_camera: F64, views: Views) -> Keyframes:
         """The last keyframes after a frame that counted for so many views."""
@@ -59,7 +61,7 @@ class Keyframes:
         return Keyframes(None, self.explored)
 
 
-def views_since(last: F64 | None, T_map_camera: F64, params: MapParams) -> float:
+def views_since(last: F64 | None, T_map_camera: F64) -> float:
     """How many views a frame counts for; 0 if it is no keyframe, 1 for the first one.
 
     last: T_map_camera (4, 4) of the last keyframe. It counts in proportion to the way and the
@@ -70,7 +72,7 @@ def views_since(last: F64 | None, T_map_camera: F64, params: MapParams) -> float
     moved_m = float(np.linalg.norm(T_map_camera[:3, 3] - last[:3, 3]))
     cosine = 0.5 * (float(np.trace(last[:3, :3].T @ T_map_camera[:3, :3])) - 1.0)
     turned_deg = float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0))))
-    steps = max(moved_m / params.keyframe_m, turned_deg / params.keyframe_deg)
+    steps = max(moved_m / KEYFRAME_M, turned_deg / KEYFRAME_DEG)
     return min(steps / STEPS_PER_VIEW, MAX_VIEWS) if steps >= 1.0 else 0.0
 
 
@@ -144,7 +146,6 @@ class ViewLog:
         *,
         T_map_camera: F64,
         stamp_ns: int,
-        params: MapParams,
         robot: int = 0,
     ) -> None:
         """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,).
@@ -152,7 +153,7 @@ class ViewLog:
         Both are on the device.
         """
         newest = self._newest.get(robot)
-        if newest is None or views_since(newest[1], T_map_camera, params) > 0:
+        if newest is None or views_since(newest[1], T_map_camera) > 0:
             newest = self._newest[robot] = self._begin_view(T_map_camera)
         before, best = self._confidence.values[rows], self._best.values[rows]
         self._best.values[rows] = best.masked_fill(confidence > before, newest[0])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -17,20 +18,31 @@ from torch import Tensor
 from onemap_mapper import jit
 from onemap_mapper.frame.projection import sparse_matmul
 from onemap_mapper.jit import compiled
-from onemap_mapper.params import BlurParams
+from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, I64
+
+# Smaller weights are left out: the results change by less than a thousandth of the largest value,
+# and cells of negligible weight do not count as observed.
+MIN_WEIGHT = 1e-4
+CUTOFF_SIGMAS = math.sqrt(-2 * math.log(MIN_WEIGHT))  # where the Gaussian falls to that weight
+MIN_SIGMA_CELLS = 0.15  # narrower: a neighbour's weight is below 1e-9
+
+
+class BlurShape(NamedTuple):
+    """How many cells to each side a weight may lie, and the window goes; edge of a cell in metres,
+    standard deviation in cells per metre of distance."""
+
+    reach_cells: int
+    half_width: int
+    cell_size_m: np.float32
+    sigma_per_m: np.float32
 
 
 @compiled
-def blur_rows(
-    cells: I64, camera_xy_m: F32, reach_cells: int, half_width: int, limits: F32
-) -> tuple[I64, I64, I64, F32]:  # pragma: no cover
-    """(cells, starts, sources, values) of ``BlurKernel``, as ``blur.blur_kernel`` defines them.
-
-    cells (n, 2) observed, n > 0; camera_xy_m (2,) float32; limits float32: (edge of a cell m,
-    sigma in cells per metre, smallest sigma in cells, smallest weight kept).
-    """
-    size_m, sigma_per_m, least_sigma, least_weight = limits
+def blur_rows(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I64, I64, I64, F32]:
+    """(cells, starts, sources, values) of ``BlurKernel`` from observed cells (n, 2), n > 0."""
+    reach_cells, half_width, size_m, sigma_per_m = shape
+    least_sigma, least_weight = np.float32(MIN_SIGMA_CELLS), np.float32(MIN_WEIGHT)
     row_of, low_x, low_y, near = _window(cells, reach_cells)
     most = len(cells) * (2 * reach_cells + 1) ** 2
     targets = np.empty((most, 2), np.int64)
@@ -66,7 +78,7 @@ def blur_rows(
 
 
 @compiled
-def _window(cells: I64, reach: int) -> tuple[I64, int, int, I64]:  # pragma: no cover
+def _window(cells: I64, reach: int) -> tuple[I64, int, int, I64]:
     """Over the observed cells and their surroundings: rows or -1, its corner, what is in reach."""
     low_x = cells[:, 0].min() - reach
     low_y = cells[:, 1].min() - reach
@@ -78,13 +90,6 @@ def _window(cells: I64, reach: int) -> tuple[I64, int, int, I64]:  # pragma: no 
         row_of[x, y] = row
         near[x - reach : x + reach + 1, y - reach : y + reach + 1] = True
     return row_of, low_x, low_y, near
-
-
-# Smaller weights are left out: the results change by less than a thousandth of the largest value,
-# and cells of negligible weight do not count as observed.
-MIN_WEIGHT = 1e-4
-CUTOFF_SIGMAS = math.sqrt(-2 * math.log(MIN_WEIGHT))  # where the Gaussian falls to that weight
-MIN_SIGMA_CELLS = 0.15  # narrower: a neighbour's weight is below 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,17 +110,19 @@ def blur_kernel(
     cells: Tensor,
     *,
     camera_xy_m: tuple[float, float],
-    params: BlurParams,
+    params: MapParams,
 ) -> BlurKernel:
     """The kernel over the observed cells (n, 2) int64 of a camera at ``camera_xy_m``."""
     camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
     reach_cells = _reach_cells(cells, camera, params)
     if jit.usable(wanted=params.compiled, device=cells.device) and len(cells):
-        limits = (params.cell_size_m, _sigma_per_m(params), MIN_SIGMA_CELLS, MIN_WEIGHT)
-        half_width = params.blur_half_width_cells
-        rows = blur_rows(
-            cells.numpy(), camera.numpy(), reach_cells, half_width, np.array(limits, np.float32)
+        shape = BlurShape(
+            reach_cells,
+            params.blur_half_width_cells,
+            np.float32(params.cell_size_m),
+            np.float32(_sigma_per_m(params)),
         )
+        rows = blur_rows(cells.numpy(), camera.numpy(), shape)
         return BlurKernel(*map(torch.from_numpy, rows))
     reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
     steps = torch.cartesian_prod(reach, reach)
@@ -130,12 +137,12 @@ def blur_kernel(
     return _by_target(targets[source, step], source, weight[source, step])
 
 
-def _sigma_per_m(params: BlurParams) -> float:
+def _sigma_per_m(params: MapParams) -> float:
     """Standard deviation of the blur, in cells per metre of distance (Eq. depthvariance)."""
     return params.depth_factor / params.cell_size_m
 
 
-def _reach_cells(cells: Tensor, camera_xy_m: Tensor, params: BlurParams) -> int:
+def _reach_cells(cells: Tensor, camera_xy_m: Tensor, params: MapParams) -> int:
     """How many cells to each side a weight of at least ``MIN_WEIGHT`` may lie."""
     cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
     farthest_m = 1.5 * half_width * cell_size_m  # beyond the observed cells, to a corner

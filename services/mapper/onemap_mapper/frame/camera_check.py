@@ -21,7 +21,7 @@ from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
 @compiled
 def tile_sums(
     depth_m: F32, points_m: F32, camera_m: F64, side: int, range_m: tuple[float, float]
-) -> F64:  # pragma: no cover
+) -> F64:
     """Per tile of side x side pixels (rows, columns, 14): of ``level_surface._sums``.
 
     With the direction d = (point - camera) / depth and q = 1 / depth of pixels in range: the upper

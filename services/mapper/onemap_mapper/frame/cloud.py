@@ -14,9 +14,7 @@ from onemap_shared.geometry import F32, F64, Bool
 
 
 @compiled
-def cloud_planes(
-    depth_m: F32, pixel_to_ray: F32, pose: F32, stride: int
-) -> tuple[F32, F32]:  # pragma: no cover
+def cloud_planes(depth_m: F32, pixel_to_ray: F32, pose: F32, stride: int) -> tuple[F32, F32]:
     """Depth (h, w) of every so manieth pixel, and x, y, z (3, h, w) in the map frame, metres.
 
     In the arithmetic of ``camera.unproject_to_map``, to the last bit. depth_m (H, W); pixel_to_ray:

@@ -8,6 +8,8 @@ four patch centres fall on few cells.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from onemap_mapper.jit import compiled
@@ -16,15 +18,40 @@ from onemap_shared.geometry import F32, I32, I64
 NOT_USED = np.int32(-(2**31))  # the cell of a pixel that carries no feature
 
 
+class FeatureLimits(NamedTuple):
+    """Farthest z-depth and greatest height of pixels with a feature; edge of a cell; metres."""
+
+    farthest_m: np.float32
+    highest_m: np.float32
+    cell_size_m: np.float32
+
+
+class CellBox(NamedTuple):
+    """The lowest and the highest world cell of an image; low > high: it has none."""
+
+    low_x: int
+    low_y: int
+    high_x: int
+    high_y: int
+
+
+class Interpolation(NamedTuple):
+    """Per image row and column the patch before it, ascending, and the fraction to the next."""
+
+    top: I64
+    left: I64
+    down: F32
+    right: F32
+
+
 @compiled
 def locate(
-    depth_m: F32, confidence: F32, pixel_to_ray: F32, pose: F32, limits: F32
-) -> tuple[I32, I32]:  # pragma: no cover
+    depth_m: F32, confidence: F32, pixel_to_ray: F32, pose: F32, limits: FeatureLimits
+) -> tuple[I32, I32]:
     """World cells ix, iy (H, W) int32 of the pixels; ix ``NOT_USED`` where they carry no feature.
 
     confidence (H, W): 1 / variance, 0 = do not use; pixel_to_ray: of ``Intrinsics``; pose (3, 4)
-    float32: T_map_camera's upper rows; limits: (farthest z-depth m, greatest height m, edge of a
-    cell m).
+    float32: T_map_camera's upper rows.
     """
     height, width = depth_m.shape
     ix = np.empty((height, width), np.int32)
@@ -33,7 +60,7 @@ def locate(
     r00, r01, r02, tx = pose[0]
     r10, r11, r12, ty = pose[1]
     r20, r21, r22, tz = pose[2]
-    farthest, highest, size = limits
+    size = limits.cell_size_m
     columns = np.empty(width, np.float32)
     for j in range(width):
         columns[j] = np.float32(j) + from_left
@@ -46,14 +73,15 @@ def locate(
             ix[i, j] = np.int32(np.floor((x * r00 + y * r01 + d * r02 + tx) / size))
             iy[i, j] = np.int32(np.floor((x * r10 + y * r11 + d * r12 + ty) / size))
             z = x * r20 + y * r21 + d * r22 + tz
-            if not ((d > 0) & (d <= farthest) & (confidence[i, j] > 0) & (z <= highest)):
+            near = (d > 0) & (d <= limits.farthest_m)
+            if not (near & (confidence[i, j] > 0) & (z <= limits.highest_m)):
                 ix[i, j] = NOT_USED
     return ix, iy
 
 
 @compiled
-def extent(ix: I32, iy: I32) -> tuple[int, int, int, int]:  # pragma: no cover
-    """The lowest and highest cell of ``locate``: low_x, low_y, high_x, high_y; low > high: none."""
+def extent(ix: I32, iy: I32) -> CellBox:
+    """The box of the cells of ``locate``."""
     most = np.int32(2**31 - 1)
     low_x, low_y, high_x, high_y = most, most, NOT_USED, NOT_USED
     every_x, every_y = ix.ravel(), iy.ravel()  # one loop over a line is made with vectors
@@ -64,26 +92,23 @@ def extent(ix: I32, iy: I32) -> tuple[int, int, int, int]:  # pragma: no cover
         low_y = min(low_y, y if used else most)
         high_x = max(high_x, x)
         high_y = max(high_y, y if used else NOT_USED)
-    return low_x, low_y, high_x, high_y
+    return CellBox(low_x, low_y, high_x, high_y)
 
 
 @compiled
 def gather(
     cells: tuple[I32, I32],
     confidence: F32,
-    box: tuple[int, int, int, int],
-    interpolation: tuple[I64, I64, F32, F32],
+    box: CellBox,
+    interpolation: Interpolation,
     patch_shape: tuple[int, int],
-) -> tuple[I64, F32, I64, I64, F32]:  # pragma: no cover
+) -> tuple[I64, F32, I64, I64, F32]:
     """The rows of W: (cells, confidence, starts, patches, values) of ``CellWeights``.
 
-    cells, confidence, box: of ``locate`` and ``extent``, with at least one used pixel;
-    interpolation: per image row and per column the patch before it (ascending), and the fraction
-    towards the next.
+    cells, confidence, box: of ``locate`` and ``extent``, with at least one used pixel.
     """
     top, left, down, right = interpolation
-    depth = box[3] - box[1] + 1
-    area = (box[2] - box[0] + 1) * depth
+    area = (box.high_x - box.low_x + 1) * (box.high_y - box.low_y + 1)
     flat = _flattened(cells, box)
     pixels = np.zeros(area, np.int32)
     newest = np.full(area, -1, np.int32)  # entry of each cell in the present patch quad
@@ -120,7 +145,7 @@ def _sum_block(
     fractions: tuple[F32, F32],
     cells: tuple[I32, I32],
     entries: tuple[I32, F32],
-) -> int:  # pragma: no cover
+) -> int:
     """Add the pixels between four patch centres to new entries; returns the last one's end.
 
     block: rows and columns of the image, from and to, and the first new entry. A run of pixels of
@@ -158,7 +183,7 @@ def _sum_block(
 
 
 @compiled
-def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:  # pragma: no cover
+def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:
     """Add a run of pixels to the sums (4,) of an entry: their weight, and times ``right``."""
     sums[0] += (np.float32(1) - down) * (whole - beside)
     sums[1] += (np.float32(1) - down) * beside
@@ -167,12 +192,12 @@ def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:  # pr
 
 
 @compiled
-def _flattened(cells: tuple[I32, I32], box: tuple[int, int, int, int]) -> I32:  # pragma: no cover
+def _flattened(cells: tuple[I32, I32], box: CellBox) -> I32:
     """Per pixel (H, W) the flat index of its cell in the box, -1 if it is not used."""
     ix, iy = cells
     flat = np.empty(ix.shape, np.int32)
-    low_x, low_y = np.int32(box[0]), np.int32(box[1])
-    depth = np.int32(box[3] - box[1] + 1)
+    low_x, low_y = np.int32(box.low_x), np.int32(box.low_y)
+    depth = np.int32(box.high_y - box.low_y + 1)
     for i in range(ix.shape[0]):
         for j in range(ix.shape[1]):
             index = np.int32(np.int32(ix[i, j] - low_x) * depth + np.int32(iy[i, j] - low_y))
@@ -181,14 +206,14 @@ def _flattened(cells: tuple[I32, I32], box: tuple[int, int, int, int]) -> I32:  
 
 
 @compiled
-def _ends(before: I64) -> I64:  # pragma: no cover
+def _ends(before: I64) -> I64:
     """Where each run of equal values of an ascending array ends, exclusive."""
     changes = np.flatnonzero(before[1:] != before[:-1]) + 1
     return np.append(changes, len(before))
 
 
 @compiled
-def _grown(values: I32, count: int, capacity: int) -> I32:  # pragma: no cover
+def _grown(values: I32, count: int, capacity: int) -> I32:
     larger = np.empty(capacity, np.int32)
     for k in range(count):
         larger[k] = values[k]
@@ -196,7 +221,7 @@ def _grown(values: I32, count: int, capacity: int) -> I32:  # pragma: no cover
 
 
 @compiled
-def _grown_sums(sums: F32, count: int, capacity: int) -> F32:  # pragma: no cover
+def _grown_sums(sums: F32, count: int, capacity: int) -> F32:
     larger = np.empty((capacity, 4), np.float32)
     for k in range(count):
         for corner in range(4):
@@ -208,14 +233,14 @@ def _grown_sums(sums: F32, count: int, capacity: int) -> F32:  # pragma: no cove
 def _rows(
     entries: tuple[I32, I32, F32],
     pixels: I32,
-    box: tuple[int, int, int, int],
+    box: CellBox,
     patch_shape: tuple[int, int],
-) -> tuple[I64, F32, I64, I64, F32]:  # pragma: no cover
+) -> tuple[I64, F32, I64, I64, F32]:
     """Entries (owner, quad, sums of four patches) as normalised rows, cells ascending."""
     owner, quad, sums = entries
     h, w = patch_shape
     below, beside = w * np.int64(h > 1), np.int64(w > 1)
-    depth = box[3] - box[1] + 1
+    depth = box.high_y - box.low_y + 1
     order, bounds = _by_owner(owner, len(pixels))
     count = np.count_nonzero(pixels)
     cells = np.empty((count, 2), np.int64)
@@ -245,15 +270,15 @@ def _rows(
         for k in range(starts[row], filled):
             values[k] = weight[patches[k]] / total
             weight[patches[k]] = 0
-        cells[row, 0] = cell // depth + box[0]
-        cells[row, 1] = cell % depth + box[1]
+        cells[row, 0] = cell // depth + box.low_x
+        cells[row, 1] = cell % depth + box.low_y
         confidence[row] = total / np.float32(pixels[cell])
         row += 1
     return cells, confidence, starts, patches[:filled], values[:filled]
 
 
 @compiled
-def _by_owner(owner: I32, cells: int) -> tuple[I32, I64]:  # pragma: no cover
+def _by_owner(owner: I32, cells: int) -> tuple[I32, I64]:
     """Entries ordered by their cell, and where each cell's begin (cells + 1)."""
     bounds = np.zeros(cells + 1, np.int64)
     for cell in owner:

@@ -17,7 +17,7 @@ from torch.nn.functional import embedding_bag
 
 from onemap_mapper.frame import pixel_weights
 from onemap_mapper.frame.cloud import DeviceCloud, divided
-from onemap_mapper.params import ProjectionParams
+from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import to_host
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64
@@ -48,7 +48,7 @@ def project(
     variance: Tensor,
     *,
     patch_shape: tuple[int, int],
-    params: ProjectionParams,
+    params: MapParams,
 ) -> CellWeights:
     """The cells that a frame observes, and the weights of its patches in them.
 
@@ -97,9 +97,7 @@ def check_size(cells: int, patch_shape: tuple[int, int]) -> None:
         )
 
 
-def _flat_cells(
-    cloud: DeviceCloud, usable: Tensor, params: ProjectionParams
-) -> tuple[GridSpec, Tensor]:
+def _flat_cells(cloud: DeviceCloud, usable: Tensor, params: MapParams) -> tuple[GridSpec, Tensor]:
     """A grid over the cells of usable pixels, and each pixel's flat index (H, W) in it.
 
     Pixels that are not usable, or too high, get the number of cells of the grid.
@@ -181,7 +179,7 @@ def project_compiled(
     intrinsics: Intrinsics,
     T_map_camera: F64,
     patch_shape: tuple[int, int],
-    params: ProjectionParams,
+    params: MapParams,
 ) -> CellWeights:
     """The cells that a frame observes, and the weights of its patches in them, on the CPU.
 
@@ -191,13 +189,17 @@ def project_compiled(
     """
     check_size(1, patch_shape)  # before arrays of its size are made
     confidence = np.divide(np.float32(1), variance, dtype=np.float32)
-    limits = (params.max_feature_range_m, params.max_feature_height_m, params.cell_size_m)
+    limits = pixel_weights.FeatureLimits(
+        np.float32(params.max_feature_range_m),
+        np.float32(params.max_feature_height_m),
+        np.float32(params.cell_size_m),
+    )
     cells = pixel_weights.locate(
         np.ascontiguousarray(depth_m),
         confidence,
         intrinsics.pixel_to_ray,
         T_map_camera[:3].astype(np.float32),
-        np.array(limits, np.float32),
+        limits,
     )
     box = pixel_weights.extent(*cells)
     low_x, low_y, high_x, high_y = box
@@ -205,7 +207,8 @@ def project_compiled(
         return _nothing()
     GridSpec(params.cell_size_m, (low_x, low_y), (high_x - low_x + 1, high_y - low_y + 1))
     (top, down), (left, right) = map(interpolation, depth_m.shape, patch_shape)
-    rows = pixel_weights.gather(cells, confidence, box, (top, left, down, right), patch_shape)
+    between = pixel_weights.Interpolation(top, left, down, right)
+    rows = pixel_weights.gather(cells, confidence, box, between, patch_shape)
     check_size(len(rows[0]), patch_shape)
     return CellWeights(*map(torch.from_numpy, rows))
 

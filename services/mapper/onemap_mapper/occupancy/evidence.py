@@ -20,9 +20,9 @@ from torch import Tensor
 from onemap_mapper import jit
 from onemap_mapper.belief.tiles import TileLayer
 from onemap_mapper.jit import compiled
-from onemap_mapper.params import OccupancyParams
+from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import CPU, to_device
-from onemap_shared.geometry import F64, I64, U8, Bool
+from onemap_shared.geometry import F64, I32, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
@@ -39,6 +39,7 @@ MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
 SETTLED_EVIDENCE = 10  # three frames of an unobserved cell, four of a free one: no passer-by
 MIN_HITS = 2
+UNKNOWN, FREE, OCCUPIED = (np.uint8(each) for each in Occupancy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,23 +128,20 @@ def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:
 
 
 Layers = tuple[I8, Bool, Bool, U8]  # evidence (rows, levels + 1), clear, assumed, states (rows,)
-Limits = tuple[int, int, int, int]  # of evidence: least, greatest, of occupied, of what lasts
-States = tuple[int, int, int]  # values of Occupancy: unknown, free, occupied
 
 
 @compiled
-def _add_to_column(evidence: I8, added: I8, limits: Limits) -> tuple[int, bool]:  # pragma: no cover
+def _add_to_column(evidence: I8, added: I8) -> tuple[int, bool]:
     """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``.
 
     Returns the highest after, and ``unseen_gone``. The last voxel, below the floor, is no part of
     what may lose its top.
     """
-    least, greatest, occupied_from, _ = limits
     below_floor = len(evidence) - 1
     hit = False
     for level in range(below_floor):
         hit |= added[level] > 0
-    highest, lost, gone = least, 0, False
+    highest, lost, gone = MIN_EVIDENCE, 0, False
     for level in range(below_floor, -1, -1):
         before, more = np.int64(evidence[level]), np.int64(added[level])
         if level < below_floor and before > 0:
@@ -151,8 +149,8 @@ def _add_to_column(evidence: I8, added: I8, limits: Limits) -> tuple[int, bool]:
                 lost = min(lost, more)
             elif more == 0 and not hit:
                 more = lost
-                gone |= before >= occupied_from > before + more
-        total = min(max(before + more, least), greatest)
+                gone |= before >= OCCUPIED_THRESHOLD > before + more
+        total = min(max(before + more, MIN_EVIDENCE), MAX_EVIDENCE)
         evidence[level] = total
         highest = max(highest, total)
     return highest, gone
@@ -160,41 +158,36 @@ def _add_to_column(evidence: I8, added: I8, limits: Limits) -> tuple[int, bool]:
 
 @compiled
 def add_evidence(
-    layers: Layers, settled: U8, frame: tuple[I64, I8, Bool], limits: Limits, states: States
-) -> tuple[Bool, Bool]:  # pragma: no cover
+    layers: Layers, settled: U8, rows: I64, added: I8, cleared: Bool
+) -> tuple[Bool, Bool]:
     """Add a frame's evidence, as ``OccupancyLayers.add`` does in torch.
 
-    settled (rows,): of the states, what lasted; frame: distinct rows (n,), evidence (n, levels + 1)
-    and clear (n,). Returns (n,) twice: which rows look different now, and in which something stands
-    that did not, or the other way round.
+    settled (rows,): of the states, what lasted; of the frame: distinct rows (n,), what is added
+    (n, levels + 1) and cleared (n,). Returns (n,) twice: which rows look different now, and in
+    which something stands that did not, or the other way round.
     """
     evidence, clear, assumed, occupancy = layers
-    rows, added, cleared = frame
-    _, _, occupied_from, settled_from = limits
-    unknown, free, occupied = np.uint8(states[0]), np.uint8(states[1]), np.uint8(states[2])
     different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         row = rows[k]
-        highest, gone = _add_to_column(evidence[row], added[k], limits)
+        highest, gone = _add_to_column(evidence[row], added[k])
         newly_clear = cleared[k] & (not clear[row])
         clear[row] |= cleared[k]
         now_assumed = (assumed[row] | (gone & clear[row])) & (not cleared[k])
-        state = free if clear[row] else unknown
-        state = occupied if highest >= occupied_from else state
+        state = FREE if clear[row] else UNKNOWN
+        state = OCCUPIED if highest >= OCCUPIED_THRESHOLD else state
         different[k] = (state != occupancy[row]) | (now_assumed != assumed[row]) | newly_clear
         assumed[row], occupancy[row] = now_assumed, state
         before = settled[row]
-        after = free if state == free else before
-        after = occupied if highest >= settled_from else after
+        after = FREE if state == FREE else before
+        after = OCCUPIED if highest >= SETTLED_EVIDENCE else after
         settled[row] = after
-        changed[k] = (before != unknown) & (after != before)
+        changed[k] = (before != UNKNOWN) & (after != before)
     return different, changed
 
 
 @compiled
-def assume_floor(
-    layers: Layers, rows: I64, limits: Limits, states: States
-) -> Bool:  # pragma: no cover
+def assume_floor(layers: Layers, rows: I64) -> Bool:
     """Take floor for free that no camera saw, rows (n,); returns which look different now (n,).
 
     As ``OccupancyLayers.assume`` does in torch; a row may come twice.
@@ -203,18 +196,55 @@ def assume_floor(
     different = np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         row = rows[k]
-        highest = limits[0]
+        highest = np.int64(MIN_EVIDENCE)
         for level in range(evidence.shape[1]):
             highest = max(highest, np.int64(evidence[row, level]))
-        state = np.uint8(states[2] if highest >= limits[2] else states[1])
+        state = OCCUPIED if highest >= OCCUPIED_THRESHOLD else FREE
         now_assumed = assumed[row] | (not clear[row])
         different[k] = (state != occupancy[row]) | (now_assumed != assumed[row])
         assumed[row], clear[row], occupancy[row] = now_assumed, True, state
     return different
 
 
-LIMITS = (MIN_EVIDENCE, MAX_EVIDENCE, OCCUPIED_THRESHOLD, SETTLED_EVIDENCE)
-STATES = (int(Occupancy.UNKNOWN), int(Occupancy.FREE), int(Occupancy.OCCUPIED))
+Counts = tuple[I32, I32, I32, I32]  # (nx, ny) each: low points, drops, floor, blind
+
+
+@compiled
+def evidence_of(
+    voxels: tuple[I32, Bool], counts: Counts, origin: tuple[int, int]
+) -> tuple[I64, NDArray[np.int8], Bool, Bool]:
+    """Cells (n, 2), evidence (n, levels + 1), clear and blind (n,) of ``OccupancyUpdate``.
+
+    voxels: points in each voxel (nx, ny, levels), and whether a ray crosses it; origin: world cell
+    of voxel [0, 0].
+    """
+    (hits, crossed), (low, drops, seen, blind) = voxels, counts
+    nx, ny, levels = hits.shape
+    cells = np.empty((nx * ny, 2), np.int64)
+    evidence = np.empty((nx * ny, levels + 1), np.int8)
+    clear, hidden = np.empty(nx * ny, np.bool_), np.empty(nx * ny, np.bool_)
+    filled = 0
+    for i in range(nx):
+        for j in range(ny):
+            floor = seen[i, j] > 0
+            touched = floor | (blind[i, j] > 0)
+            row = evidence[filled]
+            for level in range(levels):
+                value = -MISS if crossed[i, j, level] else np.int64(0)
+                value = SINGLE_HIT if hits[i, j, level] > 0 else value
+                value = HIT if hits[i, j, level] >= MIN_HITS else value
+                if level == 0 and low[i, j] >= MIN_HITS and value < LOW_HIT:
+                    value = LOW_HIT
+                row[level] = value
+                touched |= value != 0
+            value = -MISS if floor else np.int64(0)
+            value = DROP_HIT if drops[i, j] >= MIN_HITS else value
+            row[levels] = value
+            if touched | (value != 0):
+                cells[filled, 0], cells[filled, 1] = i + origin[0], j + origin[1]
+                clear[filled], hidden[filled] = floor, blind[i, j] > 0
+                filled += 1
+    return cells[:filled], evidence[:filled], clear[:filled], hidden[:filled]
 
 
 class OccupancyLayers:
@@ -226,7 +256,7 @@ class OccupancyLayers:
     ``Occupancy``, and of them in settled (rows,) what lasted.
     """
 
-    def __init__(self, params: OccupancyParams, device: torch.device) -> None:
+    def __init__(self, params: MapParams, device: torch.device) -> None:
         self._compiled = jit.usable(wanted=params.compiled, device=device)
         self.evidence = TileLayer(torch.int8, 0, (params.levels + 1,), device)
         self.clear = TileLayer(torch.bool, 0, (), device)
@@ -252,9 +282,9 @@ class OccupancyLayers:
         did not, or the other way round.
         """
         if self._compiled:
-            arrays = (rows.numpy(), frame.evidence.contiguous().numpy(), frame.clear.numpy())
+            added, cleared = frame.evidence.contiguous().numpy(), frame.clear.numpy()
             settled = self.settled.values.numpy()
-            masks = add_evidence(self._arrays(), settled, arrays, LIMITS, STATES)
+            masks = add_evidence(self._arrays(), settled, rows.numpy(), added, cleared)
             return torch.from_numpy(masks[0]), torch.from_numpy(masks[1])
         had = self.evidence.values[rows]
         evidence = accumulated_evidence(had, frame.evidence)
@@ -269,7 +299,7 @@ class OccupancyLayers:
     def assume(self, rows: Tensor) -> Tensor:
         """Take floor for free, by rows (n,); returns which cells look different now (n,) bool."""
         if self._compiled:
-            return torch.from_numpy(assume_floor(self._arrays(), rows.numpy(), LIMITS, STATES))
+            return torch.from_numpy(assume_floor(self._arrays(), rows.numpy()))
         evidence, clear = self.evidence.values[rows], self.clear.values[rows]
         assumed = self.assumed.values[rows] | ~clear
         return self._put(rows, evidence, torch.ones_like(clear), assumed)[0]

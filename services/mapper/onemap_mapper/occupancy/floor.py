@@ -17,12 +17,40 @@ import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import compiled
-from onemap_mapper.params import OccupancyParams
+from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, I64, Bool
+
+# Heights above z = 0, and ranges of z-depth from the camera, metres.
+FLOOR_TOLERANCE_M = 0.08  # points this near to z = 0 are floor or carpet
+HEIGHT_ERROR_PER_M = 0.01  # half a degree of pitch error must not raise a far floor
+# A surface this much lower than the floor before it is a drop; lower thresholds are driven over.
+DROP_MIN_DEPTH_M = 0.06
+DROP_RANGE_M = 4.0  # to where floor is missing; further edges are found from nearer
+# Where seen floor ends nearer than this at a large hole without depth, as at the top of stairs, its
+# end is an edge.
+MISSING_FLOOR_RANGE_M = 3.0
+# Of height per metre of distance, 2 degrees, that an error of the pitch explains: lower things are
+# drops even if the edge before them was not in view; so is a ramp that falls more steeply.
+TILT_ERROR_PER_M = 0.035
+# Floor between two points of it that are neighbours in the image counts as seen: at a grazing angle
+# the image samples the floor sparsely.
+FLOOR_GAP_M = 0.4
+
+COLUMNS = 160  # of the image that are read: at 5 m still 5 cm apart
+JUMP_ROWS = 2  # rows between the pixels compared: a depth edge smears over one or two
+MISSING_ROWS = 15  # a hole without return is this part of the image's height, or larger,
+MISSING_COLUMNS = 20  # and this part of its width: smaller ones are noise or a stereo shadow
+MISSING_SHARE = 0.9  # of a hole's pixels that have no return
+BLIND_SIDE = 8  # part of the image's width to each side that must show floor as well
+ACROSS_SAMPLES = 24  # between the floor on both sides of a hole
+BLIND_SAMPLES = 24  # between the camera's foot and the nearest floor in view
+RISER_ROWS = 24  # from the top of a wall below floor to its foot this part of the image, or fewer
+RISER_SLOPE = 2.0  # rise over run, at least: noise of the depth tilts a wall
+RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height and the wall
 
 
 @compiled
-def image_planes(depth_m: F32, points_m: F32, camera: F32, step: int) -> F32:  # pragma: no cover
+def image_planes(depth_m: F32, points_m: F32, camera: F32, step: int) -> F32:
     """Planes (4, rows, columns) of every so manieth column, metres.
 
     Depth, x and y from the camera (3,), and height.
@@ -39,16 +67,13 @@ def image_planes(depth_m: F32, points_m: F32, camera: F32, step: int) -> F32:  #
 
 
 @compiled
-def floor_and_edges(
-    depth: F32, z: F32, jump: int, limits: F32
-) -> tuple[Bool, Bool]:  # pragma: no cover
-    """Pixels (rows, columns) of floor, and those just beyond the edge of a step down.
+def floor_and_edges(depth: F32, z: F32, farthest: np.float32) -> tuple[Bool, Bool]:
+    """Pixels (rows, columns) of floor up to a depth, and those just beyond the edge of a step down.
 
-    As ``floor._floor_and_edges``. jump: rows between the pixels compared; limits float32: (height
-    and tilt error per metre, least depth m of a drop, height m up to which there is floor, farthest
-    depth m).
+    Floor behind an edge, above it in its column, is none where it lies lower than half its height.
     """
-    error_per_m, tilt_per_m, drop, tolerance, farthest = limits
+    error_per_m, tilt_per_m = np.float32(HEIGHT_ERROR_PER_M), np.float32(TILT_ERROR_PER_M)
+    drop, tolerance = np.float32(DROP_MIN_DEPTH_M), np.float32(FLOOR_TOLERANCE_M)
     rows, columns = depth.shape
     none = rows - 1
     floor, edge = np.zeros((rows, columns), np.bool_), np.zeros((rows, columns), np.bool_)
@@ -56,8 +81,8 @@ def floor_and_edges(
     edges = False
     for i in range(rows - 1, -1, -1):
         d, far, falls, even = depth[i], z[i], edge[i], floor[i]
-        if i + jump < rows:
-            below, near = depth[i + jump], z[i + jump]
+        if i + JUMP_ROWS < rows:
+            below, near = depth[i + JUMP_ROWS], z[i + JUMP_ROWS]
             for j in range(columns):
                 least = drop + error_per_m * below[j]
                 step = (near[j] - far[j] > least) & (far[j] < -drop / np.float32(2))
@@ -73,19 +98,21 @@ def floor_and_edges(
         for j in range(columns):
             nearest[j] = i if falls[j] else nearest[j]
             at = nearest[j]
-            middle = (z[min(at + jump, none), j] + z[at, j]) / np.float32(2)
+            middle = (z[min(at + JUMP_ROWS, none), j] + z[at, j]) / np.float32(2)
             even[j] &= not ((at < none) & (far[j] < middle))
     return floor, edge
 
 
 @compiled
-def seen_places(x: F32, y: F32, floor: Bool, camera: F32, gaps: F32) -> F32:  # pragma: no cover
-    """Places (n, 2) of floor pixels (rows, columns), then those of ``floor._between``.
+def seen_places(  # noqa: PLR0917
+    x: F32, y: F32, floor: Bool, camera: F32, shares: F32, narrow: np.float32
+) -> F32:
+    """Places (n, 2) of floor pixels (rows, columns), then between those that are cells apart.
 
-    x, y: from the camera (3,); gaps float32: (shares of the way across a gap, the last two aside:
-    narrowest and widest gap m).
+    x, y: from the camera (3,). Between neighbours in a column, ``narrow`` or more metres apart,
+    floor is at these shares of the way.
     """
-    shares, narrow, wide = gaps[:-2], gaps[-2], gaps[-1]
+    wide = np.float32(FLOOR_GAP_M)
     rows, columns = floor.shape
     wide_at = np.empty(rows * columns, np.int64)
     count = gap_count = 0
@@ -114,19 +141,6 @@ def seen_places(x: F32, y: F32, floor: Bool, camera: F32, gaps: F32) -> F32:  # 
             places[filled, 1] = y[i, j] + camera[1] + dy * share
             filled += 1
     return places
-
-
-COLUMNS = 160  # of the image that are read: at 5 m still 5 cm apart
-JUMP_ROWS = 2  # rows between the pixels compared: a depth edge smears over one or two
-MISSING_ROWS = 15  # a hole without return is this part of the image's height, or larger,
-MISSING_COLUMNS = 20  # and this part of its width: smaller ones are noise or a stereo shadow
-MISSING_SHARE = 0.9  # of a hole's pixels that have no return
-BLIND_SIDE = 8  # part of the image's width to each side that must show floor as well
-ACROSS_SAMPLES = 24  # between the floor on both sides of a hole
-BLIND_SAMPLES = 24  # between the camera's foot and the nearest floor in view
-RISER_ROWS = 24  # from the top of a wall below floor to its foot this part of the image, or fewer
-RISER_SLOPE = 2.0  # rise over run, at least: noise of the depth tilts a wall
-RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height and the wall
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,33 +180,24 @@ class _Image:
         return places
 
 
-def floor_points(cloud: PointCloud, params: OccupancyParams) -> FloorPoints:
+def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
     """The floor and the drops that one depth image shows."""
     image = _Image.of(cloud)
     valid = image.depth > 0
-    floor, edge = _floor_and_edges(image, params)
-    feet = _riser_feet(image, valid, params)
+    floor, edge = floor_and_edges(image.depth, image.z, np.float32(params.occupancy_range_m))
+    feet = _riser_feet(image, valid)
     floor &= feet == 0
     drops = [
-        _crossings(image, edge, params, height_m=_below(image.z, JUMP_ROWS)),
-        _crossings(image, valid & _is_low(image, params), params),
+        _crossings(image, edge, height_m=_below(image.z, JUMP_ROWS)),
+        _crossings(image, valid & _is_low(image)),
         _before_risers(image, feet),
-        _missing(image, valid, floor, params),
+        _missing(image, valid, floor, params.cell_size_m),
     ]
-    seen = seen_places(image.x, image.y, floor, image.camera, _gaps(params))
+    count = int(np.ceil(FLOOR_GAP_M / params.cell_size_m))
+    shares = np.array([k / count for k in range(1, count)], np.float32)
+    narrow = np.float32(params.cell_size_m)
+    seen = seen_places(image.x, image.y, floor, image.camera, shares, narrow)
     return FloorPoints(seen, np.concatenate(drops), _blind(image, floor))
-
-
-def _floor_and_edges(image: _Image, params: OccupancyParams) -> tuple[Bool, Bool]:
-    """Pixels (rows, columns) of floor, and those just beyond the edge of a step down."""
-    limits = (
-        params.height_error_per_m,
-        params.tilt_error_per_m,
-        params.drop_min_depth_m,
-        params.floor_tolerance_m,
-        params.occupancy_range_m,
-    )
-    return floor_and_edges(image.depth, image.z, JUMP_ROWS, np.array(limits, np.float32))
 
 
 def _below(values: F32, rows: int) -> F32:
@@ -201,13 +206,13 @@ def _below(values: F32, rows: int) -> F32:
     return shifted
 
 
-def _is_low(image: _Image, params: OccupancyParams) -> Bool:
+def _is_low(image: _Image) -> Bool:
     """Pixels lower than an error of the camera's pitch explains."""
-    low: Bool = image.z < -(params.drop_min_depth_m + params.tilt_error_per_m * image.depth)
+    low: Bool = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
     return low
 
 
-def _riser_feet(image: _Image, valid: Bool, params: OccupancyParams) -> I64:
+def _riser_feet(image: _Image, valid: Bool) -> I64:
     """(rows, columns): how many rows below a riser's pixel there is one at its foot; 0: no riser.
 
     A riser is the upper part of a wall below the floor, and the rim above it. What goes on to rise
@@ -216,15 +221,15 @@ def _riser_feet(image: _Image, valid: Bool, params: OccupancyParams) -> I64:
     rows = len(valid)
     window = max(2, rows // RISER_ROWS)
     feet = np.zeros(valid.shape, np.int64)
-    low = valid & (image.z < -params.drop_min_depth_m / 2)
+    low = valid & (image.z < -DROP_MIN_DEPTH_M / 2)
     columns = np.flatnonzero(low.any(axis=0))
     if rows <= window or len(columns) == 0:
         return feet
     depth, x, y, z = (plane[:, columns] for plane in (image.depth, image.x, image.y, image.z))
     valid, low, found = valid[:, columns], low[:, columns], feet[:, columns]
-    fall = params.drop_min_depth_m + params.height_error_per_m * depth
-    top = valid & (np.abs(z) <= params.floor_tolerance_m + params.tilt_error_per_m * depth)
-    top &= depth <= params.drop_range_m
+    fall = DROP_MIN_DEPTH_M + HEIGHT_ERROR_PER_M * depth
+    top = valid & (np.abs(z) <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
+    top &= depth <= DROP_RANGE_M
     top[:window] = False
     top[window:] &= valid[:-window] & ~_is_steep(x, y, z, window)
     for k in range(1, window + 1):
@@ -257,27 +262,25 @@ def _before_risers(image: _Image, feet: I64) -> F32:
     return np.asarray(places.reshape(-1, 2), np.float32)
 
 
-def _crossings(
-    image: _Image, chosen: Bool, params: OccupancyParams, *, height_m: F32 | None = None
-) -> F32:
+def _crossings(image: _Image, chosen: Bool, *, height_m: F32 | None = None) -> F32:
     """Where the rays to chosen pixels cross a height (rows, columns), by default z = 0."""
     level = np.float32(0.0) if height_m is None else height_m[chosen]
     if not chosen.any():
         return np.zeros((0, 2), np.float32)
     above = image.camera[2] - level
     scale = above / np.maximum(image.camera[2] - image.z[chosen], 1e-3)
-    near = (scale > 0) & (scale * image.depth[chosen] <= params.drop_range_m)
+    near = (scale > 0) & (scale * image.depth[chosen] <= DROP_RANGE_M)
     places: F32 = image.places(chosen, scale)[near]
     return places
 
 
-def _missing(image: _Image, valid: Bool, floor: Bool, params: OccupancyParams) -> F32:
+def _missing(image: _Image, valid: Bool, floor: Bool, cell_size_m: float) -> F32:
     """Places just beyond floor that ends at a large hole without returns, and across the hole."""
     rows, columns = valid.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
     if valid.all():
         return np.zeros((0, 2), np.float32)
-    near = floor & (image.depth <= params.missing_floor_range_m)
+    near = floor & (image.depth <= MISSING_FLOOR_RANGE_M)
     count = np.zeros((rows + 1, columns + 1), np.int32)
     np.cumsum(np.cumsum(~valid, axis=0, dtype=np.int32), axis=1, out=count[1:, 1:])
     places = []
@@ -289,7 +292,7 @@ def _missing(image: _Image, valid: Bool, floor: Bool, params: OccupancyParams) -
         i, j, k, m = low[:, 0], low[:, 1], high[:, 0], high[:, 1]
         missing = count[k, m] - count[i, m] - count[k, j] + count[i, j]
         at = at[missing >= MISSING_SHARE * tall * wide]
-        places.append(_beyond(image, at, step, params.cell_size_m))
+        places.append(_beyond(image, at, step, cell_size_m))
         if step == (-1, 0):
             places.append(_across(image, at, valid, floor))
     return np.concatenate(places)
@@ -323,13 +326,6 @@ def _across(image: _Image, at: I64, valid: Bool, floor: Bool) -> F32:
     share = (np.arange(ACROSS_SAMPLES, dtype=np.float32) + 0.5) / np.float32(ACROSS_SAMPLES)
     places = near_xy[:, None] + (far_xy - near_xy)[:, None] * share[:, None] + image.camera[:2]
     return np.asarray(places.reshape(-1, 2), np.float32)
-
-
-def _gaps(params: OccupancyParams) -> F32:
-    """Shares of the way across a gap (n,), then the narrowest and the widest gap in metres."""
-    count = int(np.ceil(params.floor_gap_m / params.cell_size_m))
-    shares = [k / count for k in range(1, count)]
-    return np.array([*shares, params.cell_size_m, params.floor_gap_m], np.float32)
 
 
 def _blind(image: _Image, floor: Bool) -> F32:

@@ -10,6 +10,8 @@ them: under a table top that all cells of the table share, or on it.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import torch
 from scipy import ndimage
@@ -17,47 +19,9 @@ from torch import Tensor
 
 from onemap_mapper.frame.cloud import DeviceCloud, PointCloud, cells_of, divided
 from onemap_mapper.jit import compiled
-from onemap_mapper.params import ProjectionParams
+from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import CPU, to_host
 from onemap_shared.geometry import F32, F64, I32, I64, Bool
-
-
-@compiled
-def height_sums(
-    image: tuple[F32, F32, F32],
-    row_of: I32,
-    origin: tuple[int, int],
-    limits: tuple[float, float, float, float, float],
-    shape: tuple[int, int],
-) -> F32:  # pragma: no cover
-    """Sums (rows, levels) float32 of the confidence of points.
-
-    image: z-depth (H, W) and points (H, W, 3) in metres, and confidence (H, W), 0 = do not use;
-    row_of (nx, ny): the row of each cell of a box that begins at world cell ``origin``, -1 =
-    none; limits: (edge of a cell, upper end of the lowest level, height of a level, farthest depth,
-    greatest height) m; shape: rows and levels.
-    """
-    depth_m, points_m, confidence = image
-    sums = np.zeros(shape, np.float32)
-    size, lowest, thickness = limits[:3]
-    farthest, highest = np.float32(limits[3]), np.float32(limits[4])
-    for i in range(points_m.shape[0]):
-        for j in range(points_m.shape[1]):
-            depth, z = depth_m[i, j], points_m[i, j, 2]
-            if not ((depth > 0) & (depth <= farthest) & (z <= highest) & (confidence[i, j] > 0)):
-                continue
-            ix = int(np.floor(np.float64(points_m[i, j, 0]) / size)) - origin[0]
-            iy = int(np.floor(np.float64(points_m[i, j, 1]) / size)) - origin[1]
-            if ix < 0 or iy < 0 or ix >= row_of.shape[0] or iy >= row_of.shape[1]:
-                continue
-            row = row_of[ix, iy]
-            if row < 0:
-                continue
-            above = np.float64(z) - lowest
-            level = min(max(int(np.floor(above / thickness)) + 1, 0), shape[1] - 1)
-            sums[row, level] += confidence[i, j]
-    return sums
-
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
 LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose
@@ -68,7 +32,46 @@ MIN_EXCESS = 0.15  # a region that differs less from its surroundings has their 
 MIN_SHARE = 0.7  # of what counts lies in the answer; the rest are stray pixels and blur
 
 
-def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: ProjectionParams) -> F32:
+class HeightLimits(NamedTuple):
+    """Rows of sums; first world cell of a box; edge of a cell, farthest depth, greatest height."""
+
+    rows: int
+    x: int
+    y: int
+    cell_size_m: float
+    farthest_m: np.float32
+    highest_m: np.float32
+
+
+@compiled
+def height_sums(
+    depth_m: F32, points_m: F32, confidence: F32, row_of: I32, limits: HeightLimits
+) -> F32:
+    """Sums (rows, LEVELS) float32 of the confidence (H, W), 0 = do not use, of points (H, W, 3).
+
+    row_of (nx, ny): the row of each cell of the box, -1 = none.
+    """
+    sums = np.zeros((limits.rows, LEVELS), np.float32)
+    for i in range(points_m.shape[0]):
+        for j in range(points_m.shape[1]):
+            depth, z = depth_m[i, j], points_m[i, j, 2]
+            near = (depth > 0) & (depth <= limits.farthest_m)
+            if not (near & (z <= limits.highest_m) & (confidence[i, j] > 0)):
+                continue
+            ix = int(np.floor(np.float64(points_m[i, j, 0]) / limits.cell_size_m)) - limits.x
+            iy = int(np.floor(np.float64(points_m[i, j, 1]) / limits.cell_size_m)) - limits.y
+            if ix < 0 or iy < 0 or ix >= row_of.shape[0] or iy >= row_of.shape[1]:
+                continue
+            row = row_of[ix, iy]
+            if row < 0:
+                continue
+            above = np.float64(z) - LOWEST_M
+            level = min(max(int(np.floor(above / THICKNESS_M)) + 1, 0), LEVELS - 1)
+            sums[row, level] += confidence[i, j]
+    return sums
+
+
+def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: MapParams) -> F32:
     """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
 
     cloud: the points of the frame, thinned; variance: of its pixels, alike, infinity = do not use.
@@ -80,10 +83,14 @@ def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: Projectio
     low = cells.min(axis=0)
     row_of = np.full(tuple(cells.max(axis=0) - low + 1), -1, np.int32)
     row_of[tuple((cells - low).T)] = np.arange(len(cells))
-    farthest_m, highest_m = params.max_feature_range_m, params.max_feature_height_m
-    image = (cloud.depth_m, cloud.points_m, confidence)
-    limits = (params.cell_size_m, LOWEST_M, THICKNESS_M, farthest_m, highest_m)
-    sums = height_sums(image, row_of, (int(low[0]), int(low[1])), limits, (len(cells), LEVELS))
+    limits = HeightLimits(
+        len(cells),
+        *(int(low[0]), int(low[1])),
+        params.cell_size_m,
+        np.float32(params.max_feature_range_m),
+        np.float32(params.max_feature_height_m),
+    )
+    sums = height_sums(cloud.depth_m, cloud.points_m, confidence, row_of, limits)
     total = sums.sum(axis=1, keepdims=True)
     shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
     return shares
@@ -176,7 +183,7 @@ def _run(values: F64) -> tuple[int, int]:
 
 
 def device_heights(
-    cloud: DeviceCloud, variance: Tensor, cells: Tensor, params: ProjectionParams
+    cloud: DeviceCloud, variance: Tensor, cells: Tensor, params: MapParams
 ) -> Tensor:
     """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
 

@@ -23,24 +23,31 @@ from onemap_mapper.occupancy.floor import (
     BLIND_SAMPLES,
     BLIND_SIDE,
     COLUMNS,
+    DROP_MIN_DEPTH_M,
+    DROP_RANGE_M,
+    FLOOR_GAP_M,
+    FLOOR_TOLERANCE_M,
+    HEIGHT_ERROR_PER_M,
     JUMP_ROWS,
     MISSING_COLUMNS,
+    MISSING_FLOOR_RANGE_M,
     MISSING_ROWS,
     MISSING_SHARE,
     RISER_ROWS,
     RISER_SAMPLES,
     RISER_SLOPE,
+    TILT_ERROR_PER_M,
 )
 from onemap_mapper.occupancy.host import (
     ALIKE,
+    CLEARING_RANGE_M,
     EXACT_HEIGHT_M,
     NEIGHBOURS,
     RAY_STRIDE,
     STEPS,
     ray_distances_m,
-    voxel_thickness_m,
 )
-from onemap_mapper.params import OccupancyParams
+from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.grid import GridSpec
 
@@ -80,37 +87,37 @@ class _Image:
         return torch.stack([xy[..., 0] + self.camera[0], xy[..., 1] + self.camera[1]], dim=-1)
 
 
-def device_floor(cloud: DeviceCloud, params: OccupancyParams) -> DeviceFloor:
+def device_floor(cloud: DeviceCloud, params: MapParams) -> DeviceFloor:
     """The floor and the drops that one depth image shows."""
     image = _Image.of(cloud)
     valid = image.depth > 0
-    slack = params.height_error_per_m * image.depth
-    fall = params.drop_min_depth_m + slack
-    edge = _edges(image, valid, fall, params)
-    floor = valid & (image.z <= params.floor_tolerance_m + slack) & (image.z >= -fall)
+    slack = HEIGHT_ERROR_PER_M * image.depth
+    fall = DROP_MIN_DEPTH_M + slack
+    edge = _edges(image, valid, fall)
+    floor = valid & (image.z <= FLOOR_TOLERANCE_M + slack) & (image.z >= -fall)
     floor &= image.depth <= params.occupancy_range_m
     floor &= ~_behind_edge(image, edge)
-    feet = _riser_feet(image, valid, params)
+    feet = _riser_feet(image, valid)
     floor &= feet == 0
-    low = image.z < -(params.drop_min_depth_m + params.tilt_error_per_m * image.depth)
+    low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
     before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
     drops = [
-        _crossings(image, edge, before, params),
-        _crossings(image, valid & low, torch.zeros_like(image.z), params),
+        _crossings(image, edge, before),
+        _crossings(image, valid & low, torch.zeros_like(image.z)),
         _before_risers(image, feet),
-        *_missing(image, valid, floor, params),
+        *_missing(image, valid, floor, params.cell_size_m),
     ]
-    seen = [image.in_map(image.xy[floor]), *_between(image, floor, params)]
+    seen = [image.in_map(image.xy[floor]), *_between(image, floor, params.cell_size_m)]
     return DeviceFloor(torch.cat(seen), torch.cat(drops), _blind(image, floor))
 
 
-def _edges(image: _Image, valid: Tensor, fall: Tensor, params: OccupancyParams) -> Tensor:
+def _edges(image: _Image, valid: Tensor, fall: Tensor) -> Tensor:
     """Pixels just beyond the edge of a step down: floor in the image below them, and they fall."""
     near, far = slice(JUMP_ROWS, None), slice(None, -JUMP_ROWS)
     z = image.z
-    reach = params.floor_tolerance_m + params.tilt_error_per_m * image.depth[near]
+    reach = FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * image.depth[near]
     found = valid[near] & valid[far] & (z[near].abs() <= reach)
-    found &= (z[near] - z[far] > fall[near]) & (z[far] < -params.drop_min_depth_m / 2)
+    found &= (z[near] - z[far] > fall[near]) & (z[far] < -DROP_MIN_DEPTH_M / 2)
     return torch.cat([found, torch.zeros_like(valid[-JUMP_ROWS:])])
 
 
@@ -124,17 +131,17 @@ def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
     return (nearest < none) & (image.z < middle)
 
 
-def _riser_feet(image: _Image, valid: Tensor, params: OccupancyParams) -> Tensor:
+def _riser_feet(image: _Image, valid: Tensor) -> Tensor:
     """(rows, columns): how many rows below a riser's pixel its foot is; 0: no riser."""
     depth, z = image.depth, image.z
     window = max(2, len(depth) // RISER_ROWS)
     feet = torch.zeros_like(depth, dtype=torch.int64)
     if len(depth) <= window:
         return feet
-    low = valid & (z < -params.drop_min_depth_m / 2)
-    fall = params.drop_min_depth_m + params.height_error_per_m * depth
-    top = valid & (z.abs() <= params.floor_tolerance_m + params.tilt_error_per_m * depth)
-    top &= depth <= params.drop_range_m
+    low = valid & (z < -DROP_MIN_DEPTH_M / 2)
+    fall = DROP_MIN_DEPTH_M + HEIGHT_ERROR_PER_M * depth
+    top = valid & (z.abs() <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
+    top &= depth <= DROP_RANGE_M
     top[:window] = False
     top[window:] &= valid[:-window] & ~_is_steep(image, window)
     for k in range(1, window + 1):
@@ -162,19 +169,19 @@ def _before_risers(image: _Image, feet: Tensor) -> Tensor:
     return image.in_map(foot_xy[:, None] + (top_xy - foot_xy)[:, None] * share).reshape(-1, 2)
 
 
-def _crossings(image: _Image, chosen: Tensor, height_m: Tensor, params: OccupancyParams) -> Tensor:
+def _crossings(image: _Image, chosen: Tensor, height_m: Tensor) -> Tensor:
     """Where the rays to chosen pixels cross a height (rows, columns)."""
     above = image.camera[2] - height_m[chosen]
     scale = above / (image.camera[2] - image.z[chosen]).clamp(min=1e-3)
-    near = (scale > 0) & (scale * image.depth[chosen] <= params.drop_range_m)
+    near = (scale > 0) & (scale * image.depth[chosen] <= DROP_RANGE_M)
     return image.in_map(image.xy[chosen] * scale[:, None])[near]
 
 
-def _missing(image: _Image, valid: Tensor, floor: Tensor, params: OccupancyParams) -> list[Tensor]:
+def _missing(image: _Image, valid: Tensor, floor: Tensor, cell_size_m: float) -> list[Tensor]:
     """Places just beyond floor that ends at a large hole without returns, and across the hole."""
     rows, columns = valid.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
-    near = floor & (image.depth <= params.missing_floor_range_m)
+    near = floor & (image.depth <= MISSING_FLOOR_RANGE_M)
     count = torch.zeros((rows + 1, columns + 1), dtype=torch.int64, device=valid.device)
     count[1:, 1:] = (~valid).long().cumsum(dim=0).cumsum(dim=1)
     places = []
@@ -188,7 +195,7 @@ def _missing(image: _Image, valid: Tensor, floor: Tensor, params: OccupancyParam
         missing = count[bottom, end] - count[top, end] - count[bottom, left] + count[top, left]
         large = missing.double() >= MISSING_SHARE * tall * wide
         row, column = row[large], column[large]
-        places.append(_beyond(image, (row, column), (down, right), params.cell_size_m))
+        places.append(_beyond(image, (row, column), (down, right), cell_size_m))
         if (down, right) == (-1, 0):
             places.append(_across(image, (row, column), valid, floor))
     return places
@@ -218,14 +225,14 @@ def _across(image: _Image, at: tuple[Tensor, Tensor], valid: Tensor, floor: Tens
     return image.in_map(between).reshape(-1, 2)
 
 
-def _between(image: _Image, floor: Tensor, params: OccupancyParams) -> list[Tensor]:
+def _between(image: _Image, floor: Tensor, cell_size_m: float) -> list[Tensor]:
     """Places between floor pixels that are neighbours in a column but cells apart."""
     both = floor[:-1] & floor[1:]
     upper, step = image.xy[:-1][both], image.xy.diff(dim=0)[both]
     gap_m = torch.hypot(step[:, 0], step[:, 1])
-    wide = (gap_m > params.cell_size_m) & (gap_m <= params.floor_gap_m)
+    wide = (gap_m > cell_size_m) & (gap_m <= FLOOR_GAP_M)
     upper, step = image.in_map(upper[wide]), step[wide]
-    count = ceil(params.floor_gap_m / params.cell_size_m)
+    count = ceil(FLOOR_GAP_M / cell_size_m)
     return [upper + step * (k / count) for k in range(1, count)]
 
 
@@ -246,7 +253,7 @@ def _numbers(count: int, image: _Image) -> Tensor:
     return torch.arange(count, device=image.depth.device, dtype=torch.float32)
 
 
-def device_occupancy(cloud: DeviceCloud, params: OccupancyParams) -> OccupancyUpdate:
+def device_occupancy(cloud: DeviceCloud, params: MapParams) -> OccupancyUpdate:
     """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows.
 
     The host learns the bounds of what the image shows, and how many cells there are.
@@ -259,7 +266,7 @@ def device_occupancy(cloud: DeviceCloud, params: OccupancyParams) -> OccupancyUp
     ends = every.points(every.depth_m > 0)
     obstacles, low = _obstacles(cloud, params)
     floor = device_floor(cloud, params)
-    reached = _reached(camera, ends, params)
+    reached = _reached(camera, ends)
     box = _box((floor.seen, floor.drops, floor.blind, obstacles, low, reached), params.cell_size_m)
     clear, blind = _counts(floor.seen, box) > 0, _counts(floor.blind, box) > 0
     samples = _ray_samples(camera, ends, params)
@@ -291,28 +298,28 @@ def device_flying_pixels(depth_m: Tensor) -> Tensor:
     return (alike < NEIGHBOURS) & (depth_m > 0)
 
 
-def _obstacles(cloud: DeviceCloud, params: OccupancyParams) -> tuple[Tensor, Tensor]:
+def _obstacles(cloud: DeviceCloud, params: MapParams) -> tuple[Tensor, Tensor]:
     """Points (n, 3) on obstacles, and those (m, 3) between the heights of floor and obstacles."""
     depth_m, z = cloud.depth_m, cloud.z_m
-    error = params.height_error_per_m * depth_m
+    error = HEIGHT_ERROR_PER_M * depth_m
     slack = torch.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
-    least = params.obstacle_min_height_m + slack
+    least = OBSTACLE_MIN_HEIGHT_M + slack
     usable = (depth_m > 0) & (depth_m <= params.obstacle_range_m)
     high = usable & (z >= least) & (z < params.obstacle_max_height_m)
-    low = usable & (z > params.floor_tolerance_m + error) & (z < least)
+    low = usable & (z > FLOOR_TOLERANCE_M + error) & (z < least)
     return cloud.points(high), cloud.points(low)
 
 
-def _reached(camera: Tensor, ends: Tensor, params: OccupancyParams) -> Tensor:
+def _reached(camera: Tensor, ends: Tensor) -> Tensor:
     """Camera, and ends of rays no further than the clearing range: (m + 1, 3)."""
     rays = ends - camera
     length_m = lengths(rays)
-    range_m = torch.full_like(length_m, params.clearing_range_m)
+    range_m = torch.full_like(length_m, CLEARING_RANGE_M)
     share = (range_m / length_m.clamp(min=1e-6)).clamp(max=1.0)
     return torch.cat([camera[None], camera + rays * share[:, None]])
 
 
-def _ray_samples(camera: Tensor, ends: Tensor, params: OccupancyParams) -> Tensor:
+def _ray_samples(camera: Tensor, ends: Tensor, params: MapParams) -> Tensor:
     """Points (n, 3) in free space, as ``occupancy.ray_samples``."""
     rays = ends - camera
     length_m = lengths(rays)
@@ -320,14 +327,12 @@ def _ray_samples(camera: Tensor, ends: Tensor, params: OccupancyParams) -> Tenso
     rays = rays / length_m.clamp(min=1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * distances_m
     inside = distances_m <= (length_m - params.cell_size_m)[:, None]
-    inside &= (z < params.obstacle_max_height_m) & (z >= params.obstacle_min_height_m)
+    inside &= (z < params.obstacle_max_height_m) & (z >= OBSTACLE_MIN_HEIGHT_M)
     ray, sample = torch.nonzero(inside, as_tuple=True)
     return camera + rays[ray] * distances_m[sample, None]
 
 
-def _voxel_evidence(
-    obstacles: Tensor, samples: Tensor, box: GridSpec, params: OccupancyParams
-) -> Tensor:
+def _voxel_evidence(obstacles: Tensor, samples: Tensor, box: GridSpec, params: MapParams) -> Tensor:
     """Evidence (nx, ny, levels) int8 of points on obstacles and of free space along rays."""
     shape = (*box.shape, params.levels)
     hits = _scattered(_voxels(obstacles, box, params), shape)
@@ -336,10 +341,10 @@ def _voxel_evidence(
     return evidence.masked_fill_(hits > 0, SINGLE_HIT).masked_fill_(hits >= MIN_HITS, HIT)
 
 
-def _voxels(points: Tensor, box: GridSpec, params: OccupancyParams) -> Tensor:
+def _voxels(points: Tensor, box: GridSpec, params: MapParams) -> Tensor:
     """Flat voxel indices (n,) in (nx, ny, levels), as ``occupancy.voxel_indices``."""
-    height_m = points[:, 2] - params.obstacle_min_height_m
-    level = divided(height_m, voxel_thickness_m(params)).long()
+    height_m = points[:, 2] - OBSTACLE_MIN_HEIGHT_M
+    level = divided(height_m, params.voxel_height_m).long()
     return _flat(points, box) * params.levels + level.clamp(max=params.levels - 1)
 
 

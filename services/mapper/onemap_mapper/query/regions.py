@@ -75,6 +75,8 @@ def _loop(mask: Bool) -> I64:
     return points[turns]
 
 
+BEST_SHARE = 0.5  # of the best score, that a region's cells have at least
+TOP_SHARE = 0.05  # of all cells: the paper's top 5 percentile
 TOP_CELLS = 3  # a region's score is the mean of its best cells: one cell alone may be noise
 EIGHT_NEIGHBOURS = np.ones((3, 3), bool)
 
@@ -104,15 +106,15 @@ NO_REGIONS = Regions(
 )
 
 
-def region_threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
+def region_threshold(values: F32, *, calibrated: bool) -> float:
     """The lowest score of a region's cells, from the scores (n,) of all observed cells.
 
-    ``best_share`` of the best score, and among the ``top_share`` highest if given: scores that are
-    no probabilities lie so close together that a share of the best excludes little.
+    A share of the best score, and among the highest if they are not calibrated: scores that are no
+    probabilities lie so close together that a share of the best excludes little.
     """
-    limit = best_share * float(values.max())
-    if top_share is not None:
-        limit = max(limit, float(np.quantile(values, 1.0 - top_share)))
+    limit = BEST_SHARE * float(values.max())
+    if not calibrated:
+        limit = max(limit, float(np.quantile(values, 1.0 - TOP_SHARE)))
     return limit
 
 

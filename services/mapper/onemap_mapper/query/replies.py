@@ -10,7 +10,6 @@ import numpy as np
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.belief.version import MapVersion
-from onemap_mapper.params import RegionParams, VerdictParams
 from onemap_mapper.query.regions import (
     NO_REGIONS,
     Regions,
@@ -41,9 +40,7 @@ NO_GRID: F32 = np.zeros((0, 0), np.float32)
 NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 
 
-def similarity_reply(
-    scored: ScoredVersion, *, request: SimilarityRequest, params: RegionParams
-) -> SimilarityReply:
+def similarity_reply(scored: ScoredVersion, *, request: SimilarityRequest) -> SimilarityReply:
     """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
     scored: a map that is not empty, with the scores of the text, then those of its negatives.
@@ -54,7 +51,7 @@ def similarity_reply(
     grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
     if (inside := area_mask(version.grid, request.area_m)) is not None:
         grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
-    regions = _regions_of(version, grid_scores, request, params, calibrated=query.calibrated)
+    regions = _regions_of(version, grid_scores, request, calibrated=query.calibrated)
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
     regions = scoring_at_least(regions, query.min_score)
     outlines = [outline(cells, version.grid) for cells in regions.cells]
@@ -89,7 +86,6 @@ def _regions_of(
     version: MapVersion,
     grid_scores: F32,
     request: SimilarityRequest,
-    params: RegionParams,
     *,
     calibrated: bool,
 ) -> Regions:
@@ -97,11 +93,7 @@ def _regions_of(
     values = grid_scores[np.isfinite(grid_scores)]
     if values.size == 0:
         return NO_REGIONS
-    limit = region_threshold(
-        values,
-        best_share=params.region_best_share,
-        top_share=None if calibrated else params.region_top_share,
-    )
+    limit = region_threshold(values, calibrated=calibrated)
     return find_regions(
         grid_scores,
         version.to_grid(version.variances),
@@ -116,12 +108,12 @@ def judged(
     request: SimilarityRequest,
     coverage: FloorCoverage,
     scored: ScoredVersion,
-    params: VerdictParams,
+    found_score: float,
 ) -> SimilarityReply:
     """The reply with its verdict; ``scored`` is what the reply was made of."""
     cosines = scored.version.to_grid(scored.texts[0].cosines)
     worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
-    verdict = judge(reply.best_score, coverage, worths=worths, params=params)
+    verdict = judge(reply.best_score, coverage, worths=worths, found_score=found_score)
     return replace(reply, verdict=verdict)
 
 

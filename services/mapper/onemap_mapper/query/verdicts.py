@@ -10,11 +10,15 @@ from cachetools import LRUCache
 from scipy import ndimage
 
 from onemap_mapper.belief.version import MapVersion
-from onemap_mapper.params import VerdictParams
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, MapVerdict, Occupancy, Verdict
 
+# Share of the reachable area that was looked at from which what was not found is not here: a camera
+# that has seen all floor of an apartment reaches 0.89 to 0.95, the rest is behind furniture.
+LOOKED_SHARE = 0.85
+FRONTIER_VIEW_M = 3.0  # unknown area in sight from a border up to here counts as not looked at
+FRONTIER_MIN_M2 = 1.0  # of it make a frontier: a door shows 5 and more, a pocket by a chair 0.3
 SURFACE_M = 0.3  # from the floor in front of it: the depth of a shelf's front
 MIN_BORDER_M = 0.4  # shorter borders are gaps that the robot cannot pass
 RAYS = 72  # 5 degrees: 0.26 m apart at 3 m, so that a door is three rays wide
@@ -49,7 +53,6 @@ def floor_coverage(
     *,
     robot_xy_m: tuple[float, ...],
     area: Bool | None,
-    params: VerdictParams,
 ) -> FloorCoverage:
     """The coverage of a map, occupancy and layers (nx, ny), of which only ``area`` (nx, ny) counts.
 
@@ -61,9 +64,9 @@ def floor_coverage(
     seen = (layers & Layer.OBSERVED > 0) | (occupancy == Occupancy.OCCUPIED)
     counted = floor | (near & seen & (occupancy != Occupancy.FREE))
     looked = counted & (layers & Layer.EXPLORED > 0)
-    reach = round(params.frontier_view_m / cell_m)
+    reach = round(FRONTIER_VIEW_M / cell_m)
     padded = np.pad(occupancy, reach, constant_values=Occupancy.UNKNOWN)
-    frontiers, unseen_m2, beyond = _frontiers(padded, np.pad(floor, reach), cell_m, params)
+    frontiers, unseen_m2, beyond = _frontiers(padded, np.pad(floor, reach), cell_m)
     inside = np.ones(grid.shape, bool) if area is None else area
     padded_area = np.pad(inside, reach, constant_values=area is None)
     chosen = padded_area[tuple(frontiers.T)]
@@ -101,9 +104,7 @@ def _nearest(free: Bool, grid: GridSpec, xy_m: tuple[float, ...]) -> tuple[int, 
     return int(x), int(y)
 
 
-def _frontiers(
-    occupancy: U8, floor: Bool, cell_m: float, params: VerdictParams
-) -> tuple[I64, F64, Bool]:
+def _frontiers(occupancy: U8, floor: Bool, cell_m: float) -> tuple[I64, F64, Bool]:
     """Middles (n, 2) of the borders to the unknown, the area in sight of each, and these cells.
 
     The grid (nx, ny) is padded by the distance that counts as in sight.
@@ -114,7 +115,7 @@ def _frontiers(
     unknown = occupancy == Occupancy.UNKNOWN
     border = floor & ndimage.binary_dilation(unknown)
     parts, _ = ndimage.label(border, EIGHT_NEIGHBOURS)
-    reach = round(params.frontier_view_m / cell_m)
+    reach = round(FRONTIER_VIEW_M / cell_m)
     middles, areas_m2, beyond = [], [], np.zeros_like(floor)
     for number, box in enumerate(ndimage.find_objects(parts), 1):
         cells = np.argwhere(parts[box] == number) + [side.start for side in box]
@@ -122,7 +123,7 @@ def _frontiers(
             around = tuple(slice(int(i) - reach, int(i) + reach + 1) for i in middle)
             hidden = in_sight(occupancy[around]) & unknown[around]
             area_m2 = float(hidden.sum()) * cell_m**2
-            if area_m2 >= params.frontier_min_m2:
+            if area_m2 >= FRONTIER_MIN_M2:
                 middles.append(middle)
                 areas_m2.append(area_m2)
                 beyond[around] |= hidden
@@ -163,15 +164,15 @@ def judge(
     coverage: FloorCoverage,
     *,
     worths: F64,
-    params: VerdictParams,
+    found_score: float,
 ) -> MapVerdict:
     """The verdict about an object of which the best region has this score.
 
     worths (n,): of looking behind each frontier of the coverage.
     """
-    if best_score >= params.found_score:
+    if best_score >= found_score:
         verdict = Verdict.FOUND
-    elif coverage.share >= params.looked_share:
+    elif coverage.share >= LOOKED_SHARE:
         verdict = Verdict.NOT_HERE
     else:
         verdict = Verdict.NOT_LOOKED_YET
@@ -231,8 +232,8 @@ Clock = Callable[[], float]
 class CoverageCache:
     """The coverage of one map by area. Not thread-safe; ``clock_s``: seconds, monotonic."""
 
-    def __init__(self, params: VerdictParams, clock_s: Clock) -> None:
-        self._params, self._clock_s = params, clock_s
+    def __init__(self, clock_s: Clock) -> None:
+        self._clock_s = clock_s
         self._kept: LRUCache[tuple[float, ...], tuple[float, FloorCoverage]] = LRUCache(MAX_AREAS)
 
     def coverage(
@@ -249,7 +250,6 @@ class CoverageCache:
             grid,
             robot_xy_m=robot_xy_m,
             area=area_mask(grid, area_m),
-            params=self._params,
         )
         self._kept[area_m] = (self._clock_s(), found)
         return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 import torch
@@ -15,11 +15,10 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
-from onemap_mapper.config import MapperConfig
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.occupancy.heights import LEVELS
-from onemap_mapper.params import MapParams
+from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.messages import MapDigest
 
@@ -126,7 +125,7 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         text_space=belief.text_space,
         dimension=belief.dimension,
         cell_size_m=params.cell_size_m,
-        obstacle_min_height_m=params.obstacle_min_height_m,
+        obstacle_min_height_m=OBSTACLE_MIN_HEIGHT_M,
         obstacle_max_height_m=params.obstacle_max_height_m,
         frames_fused=belief.frames_fused,
         sequence=belief.history().sequence,
@@ -161,20 +160,22 @@ def restore(
     belief = BeliefMap(params, first_revision=first_revision)
     cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
     try:
-        belief.grow(np.concatenate([cells, driving_cells]))
+        rows, on_floor = belief.grow(np.concatenate([cells, driving_cells])).split_with_sizes(
+            [len(cells), len(driving_cells)]
+        )
     except MapTooLarge as problem:
         raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
     assumed = snapshot.clear == ASSUMED
     clear = (snapshot.clear > 0) & ~assumed
     driving = (driving_cells, evidence, clear, assumed)
     occupancy = OccupancyUpdate.of_arrays(*driving, device=params.torch_device)
-    belief.fuse_occupancy(occupancy)
-    belief.assume_free(occupancy.cells[occupancy.blind])
+    belief.fuse_occupancy(occupancy, on_floor)
+    belief.assume_free(on_floor[occupancy.blind])
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         arrays = (snapshot.confidence, snapshot.searched, snapshot.features)
         confidence, searched, features = (to_device(x, params.torch_device) for x in arrays)
-        slots = belief.slots_of(cells)
+        slots = belief.slots_at(rows, to_device(cells, params.torch_device))
         belief.store.fuse(
             slots,
             features.float(),
@@ -186,7 +187,7 @@ def restore(
         if snapshot.explored is not None:
             belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
         if snapshot.seen is not None:
-            belief.view_log.put_in(belief.tiles.rows(cells), snapshot.seen)
+            belief.view_log.put_in(rows, snapshot.seen)
     belief.frames_fused = header.frames_fused
     belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
     return belief
@@ -198,7 +199,7 @@ def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None
         raise EncoderMismatch(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
         )
-    ours = (params.cell_size_m, params.obstacle_min_height_m, params.obstacle_max_height_m)
+    ours = params.grid
     theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
     if ours != theirs:
         raise MapFileError(
@@ -241,7 +242,7 @@ def sha256_of(snapshot: MapSnapshot) -> str:
     return digest.hexdigest()
 
 
-def digest_of(snapshot: MapSnapshot, *, revision: int, config: MapperConfig) -> MapDigest:
+def digest_of(snapshot: MapSnapshot, *, revision: int, params: MapParams) -> MapDigest:
     """The digest of a map, with what is needed to compute the same map again."""
     header = snapshot.header
     return MapDigest(
@@ -251,7 +252,7 @@ def digest_of(snapshot: MapSnapshot, *, revision: int, config: MapperConfig) -> 
         encoder_id=header.encoder_id,
         frames_fused=header.frames_fused,
         sha256=sha256_of(snapshot),
-        settings=config.model_dump_json(exclude={"map_folder"}),
+        settings=json.dumps({each.name: getattr(params, each.name) for each in fields(MapParams)}),
         versions=versions(),
     )
 
