@@ -133,7 +133,9 @@ def declared_twice(sources: list[Module]) -> list[str]:
     found = []
     for package in folders(ROOT):
         classes = [c for module in sources if module.package == package for c in module.classes]
-        settings = {field for c in classes if _is_params(c) for field in _fields(c)}
+        settings = {
+            field for c in classes if _is_params(c) and not _is_dataclass(c) for field in _fields(c)
+        }
         for c in classes:
             fields = _fields(c)
             repeated = [f for f, kind in fields.items() if f in settings and kind in PLAIN_TYPES]

@@ -66,19 +66,6 @@ def test_the_order_of_frames_does_not_matter(order: list[int]) -> None:
     torch.testing.assert_close(one.store.confidence, two.store.confidence[slots])
 
 
-def test_memory_is_proportional_to_what_was_observed() -> None:
-    here = mapped([scenes.field(0, scenes.pose())])
-    shifted = tuple(
-        scenes.Box((*np.add(box.low, (60, 0, 0)),), (*np.add(box.high, (60, 0, 0)),))
-        for box in scenes.ROOM
-    )
-    far = scenes.field(1, scenes.pose(60.0), boxes=shifted)
-    both = mapped([scenes.field(0, scenes.pose()), far])
-    assert both.grid.shape[0] > 600  # 60 m apart,
-    assert both.store.count == pytest.approx(2 * here.store.count, rel=0.1)
-    assert both.memory_bytes < 3 * here.memory_bytes  # but nothing was allocated in between
-
-
 def test_a_new_search_forgets_only_where_was_looked() -> None:
     belief = mapped(fields() * 1)
     everything = np.arange(belief.store.count)
@@ -92,15 +79,6 @@ def test_a_new_search_forgets_only_where_was_looked() -> None:
     np.testing.assert_array_equal(belief.layers() & Layer.EXPLORED, explored)
     torch.testing.assert_close(belief.store.features(everything), features, atol=0, rtol=0)
     torch.testing.assert_close(belief.store.confidence, confidence, atol=0, rtol=0)
-
-
-def test_layers_follow_their_thresholds() -> None:
-    belief = mapped(fields())
-    layers = belief.layers()
-    confidence = belief.to_grid(belief.store.explored_confidence.numpy())
-    np.testing.assert_array_equal((layers & Layer.OBSERVED) > 0, np.isfinite(confidence))
-    explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.params.explored_variance
-    np.testing.assert_array_equal((layers & Layer.EXPLORED) > 0, explored)
 
 
 def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
@@ -197,18 +175,6 @@ def test_values_that_are_not_finite_are_refused_and_nothing_changes(name: str) -
         belief.fuse(poisoned)
     assert belief.frames_fused == 1
     assert belief.store.confidence.isfinite().all()
-
-
-def test_the_least_and_the_largest_variance_leave_the_map_finite() -> None:
-    one = fields()[0]
-    variance = np.where(np.isinf(one.variance), np.inf, 1e-6).astype(np.float32)
-    variance[::2] = np.where(np.isinf(variance[::2]), np.inf, 1e12)
-    belief = mapped([dataclasses.replace(one, variance=variance)] * 3)
-    faint = dataclasses.replace(one, variance=np.full_like(variance, 1e12))
-    for made in (belief, mapped([faint])):
-        assert made.store.count > 0
-        assert made.store.confidence.isfinite().all()
-        assert made.store.features(np.arange(made.store.count)).isfinite().all()
 
 
 def test_a_map_that_keeps_every_view_goes_on_in_float32() -> None:

@@ -78,27 +78,6 @@ def test_compiled_rows_are_those_of_torch(seed: int, half_width: int, factor: fl
         assert torch.equal(rows[0].cells, rows[1].cells)
 
 
-def test_half_width_zero_changes_nothing() -> None:
-    cells = torch.tensor([[3, -2], [-5, 7], [0, 0]])
-    features = torch.arange(6.0).view(3, 2)
-    result = kernel(cells, 0)
-    order = [result.cells.tolist().index(cell) for cell in cells.tolist()]
-    torch.testing.assert_close(blurred(result, features)[order], features)
-
-
-def test_near_the_camera_a_cell_keeps_to_itself() -> None:
-    cells = torch.tensor([[-3, 2]])  # the camera's own cell
-    result = kernel(cells, 3)
-    assert result.cells.tolist() == [[-3, 2]]
-    assert result.values.tolist() == [1.0]
-
-
-def test_no_cells_give_no_cells() -> None:
-    result = kernel(torch.zeros((0, 2), dtype=torch.int64), 3)
-    assert blurred(result, torch.zeros((0, 4))).shape == (0, 4)
-    assert blurred(result, torch.zeros(0)).shape == (0,)
-
-
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_kernel_without_width_changes_nothing(compiled: bool) -> None:
     """So that a frame without blur may do without it."""

@@ -56,43 +56,6 @@ def test_blocks_equal_one_dense_table(compiled: bool, seed: int) -> None:
             torch.testing.assert_close(part, F[some[chosen]])
 
 
-def test_what_a_slot_held_before_leaves_no_trace_in_its_next_cell() -> None:
-    rng = np.random.default_rng(0)
-    results = []
-    for compiled in (False, True):
-        store = new_store(compiled=compiled)
-        slots = store.add(np.zeros((2, 2), np.int64))
-        store.fuse(slots, torch.full((2, 3), 1e6), torch.ones(2), revision=1)
-        store.remove(slots[1:], revision=2)
-        again = store.add(np.ones((1, 2), np.int64))
-        F = torch.from_numpy(rng.normal(size=(1, 3)).astype(np.float32))
-        store.fuse(again, F, torch.ones(1), revision=3)
-        results.append(torch.equal(store.features(again), F))
-    assert results == [True, True]
-
-
-def test_float16_halves_the_memory_and_stays_close() -> None:
-    rng = np.random.default_rng(0)
-    single, half = new_store(), new_store(torch.float16)
-    slots = single.add(np.zeros((100, 2), np.int64))
-    half.add(np.zeros((100, 2), np.int64))
-    for revision in range(20):
-        F = torch.from_numpy(rng.normal(size=(100, 3)).astype(np.float32))
-        for store in (single, half):
-            store.fuse(slots, F, torch.ones(100), revision=revision)
-    torch.testing.assert_close(half.features(slots), single.features(slots), atol=5e-3, rtol=0)
-    assert single.nbytes - half.nbytes == BLOCK * 3 * 2
-
-
-def test_memory_follows_the_number_of_cells() -> None:
-    store = new_store()
-    assert store.nbytes == 0
-    store.add(np.zeros((BLOCK, 2), np.int64))
-    one = store.nbytes
-    store.add(np.zeros((1, 2), np.int64))
-    assert store.nbytes == 2 * one
-
-
 def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) -> FeatureShare:
     count = len(cells)
     c = torch.from_numpy(rng.uniform(0.5, 1.0, count)) * confidence
@@ -152,17 +115,6 @@ def test_a_slot_of_which_nothing_remains_is_zero() -> None:
     np.testing.assert_array_equal(store.confidence > 0, [False, False, False, True])
 
 
-def test_more_is_never_taken_than_there_is() -> None:
-    rng = np.random.default_rng(1)
-    store = new_store()
-    slots = store.add(np.arange(8).reshape(4, 2))
-    store.put_in(slots, share(rng, store.cells.copy()), revision=1)
-    assert store.take_out(slots, share(rng, store.cells.copy(), 5.0), revision=2).all()
-    assert (store.confidence == 0).all()
-    assert (store.searched_confidence == 0).all()
-    assert (store.explored_confidence == 0).all()
-
-
 @given(seed=st.integers(0, 2**16))
 @settings(max_examples=20, deadline=None)
 def test_removed_slots_are_filled_with_the_last(seed: int) -> None:
@@ -213,29 +165,6 @@ def unit_rows(rows: np.ndarray) -> np.ndarray:
     return normalised
 
 
-@pytest.mark.parametrize(
-    ("dtype", "max_prior", "follows"),
-    [
-        (torch.float32, LIMIT, True),
-        (torch.float16, LIMIT, True),
-        (torch.float32, np.inf, False),  # why there is a limit: the mean of all views
-        (torch.float16, np.inf, False),
-    ],
-)
-def test_ten_minutes_of_another_thing_change_a_cell_of_five_minutes(
-    dtype: torch.dtype, max_prior: float, follows: bool
-) -> None:
-    rate_hz = 8
-    rng = np.random.default_rng(0)
-    before, after = unit_rows(rng.normal(size=(2, 64)))
-    seen = np.repeat([before, after, after], 300 * rate_hz, axis=0)
-    belief = unit_rows(after_views(seen, dtype, max_prior, every=len(seen)))[-1]
-    assert (belief @ after > 0.99) == follows
-    assert (belief @ before < 0.2) == follows
-    if not follows:
-        assert belief @ unit_rows(before + 2 * after) > 0.999
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 @pytest.mark.parametrize(("dtype", "least"), [(torch.float32, 0.99999), (torch.float16, 0.9999)])
@@ -248,30 +177,6 @@ def test_an_hour_follows_the_exact_belief(dtype: torch.dtype, least: float, nois
     exact = slow.fading_mean(seen, VIEW, LIMIT)[119::120]
     found = after_views(seen, dtype, LIMIT, every=120)
     assert (unit_rows(found) * unit_rows(exact)).sum(axis=1).min() > least
-
-
-def test_what_is_known_for_less_than_the_limit_counts_in_full() -> None:
-    """Then the order of frames does not matter, and a share can be taken out again."""
-    rng = np.random.default_rng(2)
-    seen = rng.normal(size=(300, 16))
-    forward, backward = (
-        after_views(each, torch.float32, LIMIT, every=300)[-1] for each in (seen, seen[::-1])
-    )
-    np.testing.assert_allclose(forward, backward, atol=1e-5)
-    np.testing.assert_allclose(forward, seen.mean(axis=0), atol=1e-5)
-
-
-def test_a_share_that_was_put_in_can_be_taken_out_beyond_the_limit() -> None:
-    rng = np.random.default_rng(3)
-    store = CellStore(3, device=CPU, dtype=torch.float32, max_prior=2.0)
-    slots = store.add(np.zeros((4, 2), np.int64))
-    for revision in range(1, 6):
-        store.fuse(slots, torch.randn(4, 3), torch.ones(4), revision=revision)
-    before = store.features(slots)
-    other = share(rng, np.arange(8).reshape(4, 2), confidence=3.0)
-    store.put_in(slots, other, revision=6)
-    assert not store.take_out(slots, other, revision=7).any()
-    torch.testing.assert_close(store.features(slots), before, atol=1e-4, rtol=1e-4)
 
 
 def test_what_further_robots_searched_grows_and_moves_with_the_cells() -> None:

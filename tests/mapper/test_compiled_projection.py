@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from onemap_mapper.frame.cloud import DeviceCloud
 from onemap_mapper.frame.projection import (
-    MAX_ENTRIES,
     CellWeights,
     cell_features,
     project,
@@ -21,7 +20,6 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.grid import GridTooLarge
 from tests.mapper import scenes
-from tests.reference import mapping as slow
 
 CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
 CPU = torch.device("cpu")
@@ -84,30 +82,6 @@ def test_agrees_with_torch_to_the_last_cell(seed: int, h: int, w: int, far_m: fl
     assert_alike(*both(depth, variance, T, (h, w)), patches=h * w)
 
 
-@given(distance_mm=st.integers(300, 3900))
-@settings(max_examples=40, deadline=None)
-def test_a_wall_on_a_cell_border_falls_on_the_same_side(distance_mm: int) -> None:
-    depth = np.full((11, 13), distance_mm / np.float32(1000), np.float32)
-    T = pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 0.0, 0.0)
-    assert_alike(*both(depth, np.ones_like(depth), T, (4, 5)), patches=20)
-
-
-def test_agrees_with_the_upsampled_image() -> None:
-    rng = np.random.default_rng(3)
-    T, everything = scenes.pose(0.31, -0.17, 0.4), MapParams(max_feature_height_m=100.0)
-    depth, variance = image(rng, empty=0.1)
-    features = rng.normal(size=(3, 4, 5)).astype(np.float32)
-    weights, _ = both(depth, variance, T, (3, 4), everything)
-    cells = slow.projected(
-        features, depth, variance, intrinsics=CAMERA, T_map_camera=T, cell_size_m=0.1
-    )
-    assert {tuple(cell) for cell in weights.cells.tolist()} == set(cells)
-    expected, confidence = slow.table(cells, weights.cells.numpy())
-    found = cell_features(weights, torch.from_numpy(features.reshape(12, 5))).numpy()
-    np.testing.assert_allclose(found, expected, atol=2e-5)
-    np.testing.assert_allclose(weights.confidence, confidence, rtol=1e-5)
-
-
 @pytest.mark.parametrize("fill", [0.0, 1.0])
 def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
     depth = np.full((11, 13), fill, np.float32)
@@ -131,12 +105,6 @@ def test_more_entries_than_were_reserved() -> None:
     )
     assert len(weights.cells) == side * side
     torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
-
-
-def test_too_many_patches_are_refused() -> None:
-    depth = np.ones((4, 4), np.float32)
-    with pytest.raises(GridTooLarge, match="are the intrinsics right"):
-        both(depth, depth, np.eye(4), (2, MAX_ENTRIES))
 
 
 def test_a_view_wider_than_the_largest_grid_is_refused() -> None:

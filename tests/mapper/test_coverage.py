@@ -90,18 +90,6 @@ def test_floor_that_is_not_connected_is_not_reachable() -> None:
     assert covered(occupancy, layers, grid).share == 1.0
 
 
-def test_without_the_robots_place_the_largest_floor_counts() -> None:
-    occupancy, _, grid = flat(second_room=True)
-    occupancy[32:34, 12:20], occupancy[2:10, :] = OCCUPIED, OCCUPIED
-    assert reachable_floor(occupancy, grid, ())[50, 10]
-
-
-def test_an_empty_map_was_not_looked_at() -> None:
-    nothing = np.zeros((4, 3), np.uint8)
-    coverage = covered(nothing, nothing, GridSpec(0.1, (0, 0), (4, 3)))
-    assert (coverage.share, coverage.looked_m2, coverage.not_looked_m2) == (0.0, 0.0, 0.0)
-
-
 def test_a_wall_hides_what_is_behind_it() -> None:
     occupancy = np.zeros((41, 41), np.uint8)
     occupancy[25, :] = OCCUPIED

@@ -17,14 +17,14 @@ from onemap_mapper.belief.submaps import submap_of
 from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.query.replies import search_view, similarity_reply
+from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import KnownScores, MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.storage.snapshot import MapSnapshot, restore, take
 from onemap_shared.geometry import I64
 from onemap_shared.messages import FeatureField, SimilarityRequest
 from tests.mapper import scenes
-from tests.mapper.crossings import DEVICE, Crossings, WrongDevice
+from tests.mapper.crossings import DEVICE, Crossings
 
 PARAMS = scenes.params(compiled=False)
 CHANNELS = 16
@@ -120,15 +120,6 @@ def test_fusing_a_frame_moves_nothing_but_counts(crossed: Crossings) -> None:
     assert sum(large[0]) <= COUNTS
 
 
-def test_new_tiles_send_where_they_lie(crossed: Crossings, large: BeliefMap) -> None:
-    belief, frame = BeliefMap(PARAMS), update(1)
-    crossed.clear()
-    belief.fuse(frame)
-    disc = 2 * 8 * 200  # cells around the camera of the first frame, at most
-    assert sum(crossed.to_device) <= 8 * belief.tiles.count + disc
-    assert sum(crossed.to_host) <= COUNTS
-
-
 def test_a_frame_is_sent_once(crossed: Crossings) -> None:
     field = scenes.field(1, scenes.pose(-0.5, 0.0))
     found = compute_update(field, PARAMS)
@@ -139,14 +130,6 @@ def test_a_frame_is_sent_once(crossed: Crossings) -> None:
     assert sum(crossed.to_host) <= COUNTS
     assert len(found.cells) > COUNTS / 16
     assert len(found.occupancy.cells) > COUNTS / 16
-
-
-def test_the_state_of_the_map_brings_back_its_layers(crossed: Crossings, large: BeliefMap) -> None:
-    scores = MapScores(large)
-    search_view(scores.of([]), text="")
-    rows = large.tiles.count * AREA
-    assert sum(crossed.to_host) == STATE * rows + CONFIDENCES * large.store.count
-    assert crossed.to_device == []
 
 
 def test_a_planning_view_brings_back_what_changed(crossed: Crossings, large: BeliefMap) -> None:
@@ -175,42 +158,3 @@ def test_a_new_text_brings_back_its_scores_and_no_feature(
     regions = 100 * large.store.count  # of the cells of the answer: heights and views
     assert sum(crossed.to_host) <= state + scores_and_cosines + regions
     assert max(crossed.to_host) < FEATURES * large.store.count
-
-
-def test_a_text_that_is_asked_again_brings_back_what_changed(
-    crossed: Crossings, large: BeliefMap
-) -> None:
-    scores, sofa = MapScores(large), text("sofa", 0)
-    known = scores.changes([sofa], KnownScores((), -1))
-    frame = update(1)
-    assert len(frame.cells) < large.store.count / 10
-    large.fuse(frame)
-    crossed.clear()
-    found = scores.changes([sofa], KnownScores(known.serials, known.cells.number))
-    changed = len(found.cells.rows)
-    assert len(frame.cells) <= changed < large.store.count / 10
-    assert sum(crossed.to_host) <= (8 + STATE + CONFIDENCES + 32) * changed + 1000
-    assert sum(crossed.to_device) <= 50 * changed
-
-
-def test_whole_tables_would_be_counted(crossed: Crossings, large: BeliefMap) -> None:
-    large.store.features(torch.arange(large.store.count, device=DEVICE)).cpu()
-    assert crossed.to_host[-1] == FEATURES * large.store.count
-
-
-def test_the_pretended_device_is_none_of_the_host(crossed: Crossings) -> None:
-    there, here = torch.ones(3, device=DEVICE), torch.ones(3)
-    for wrong in (
-        lambda: there + here,
-        lambda: there[here.long()],
-        lambda: there[np.zeros(2, np.int64)],
-        there.numpy,
-        lambda: torch.cat([here, there]),
-    ):
-        with pytest.raises(WrongDevice):
-            wrong()
-    assert crossed.bytes == 0
-    assert int(there.sum()) == 3
-    assert crossed.to_host == [8]
-    assert there.device == DEVICE != here.device
-    assert (there + 1).cpu().numpy().tolist() == [2, 2, 2]

@@ -39,10 +39,6 @@ def test_one_bit_changes_the_digest(snapshot: MapSnapshot, name: str) -> None:
     assert sha256_of(dataclasses.replace(snapshot, **{name: altered})) != sha256_of(snapshot)
 
 
-def test_an_empty_map_has_a_digest() -> None:
-    assert len(sha256_of(take(BeliefMap(MapParams())))) == 64
-
-
 def test_the_settings_make_the_same_map_again() -> None:
     config = MapParams(cell_size_m=0.2)
     belief = made(config)

@@ -9,7 +9,6 @@ import pytest
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.floor import floor_points
 from onemap_mapper.occupancy.host import occupancy_update
 from onemap_mapper.params import MapParams
@@ -100,15 +99,6 @@ def test_the_edge_of_a_step_down_is_closed(fall_m: float, mount: tuple[float, fl
     before = states(belief, np.arange(2.15, EDGE_M - 0.3, 0.1), ACROSS)
     assert (before == Occupancy.FREE).mean() > 0.95
     if fall_m >= 0.18:
-        assert (states(belief, BEYOND, ACROSS) == Occupancy.FREE).mean() < 0.02
-
-
-@pytest.mark.parametrize("fall_m", [0.10, 0.18, 0.5, 3.0, NO_RETURN])
-@pytest.mark.parametrize("mount", [(0.3, 0.0), (1.0, 12.0)])
-def test_noise_leaves_no_gap_in_the_edge(fall_m: float, mount: tuple[float, float]) -> None:
-    belief = seen(step_down(fall_m), mount, noise=0.005, attitude_deg=1.0, seed=7)
-    assert (states(belief, AT_EDGE, ACROSS) == Occupancy.OCCUPIED).any(axis=0).all()
-    if fall_m >= 0.5:
         assert (states(belief, BEYOND, ACROSS) == Occupancy.FREE).mean() < 0.02
 
 
@@ -220,24 +210,3 @@ def test_a_drop_goes_when_floor_is_seen_there() -> None:
     for _ in range(15):
         belief.fuse_occupancy(frame, belief.grow(frame.cells))
     assert (states(belief, AT_EDGE, ACROSS) == Occupancy.FREE).all()
-
-
-def test_floor_too_near_for_the_camera_is_free_at_the_start_only() -> None:
-    boxes = (Box((-9, -9, -4), (9, 9, 0)),)
-    belief = BeliefMap(PARAMS)
-    belief.fuse(compute_update(scenes.field(0, scenes.pose(0.0), boxes=boxes), PARAMS))
-    ahead = states(belief, np.arange(0.05, 2.0, 0.1), np.array([0.05]))
-    assert (ahead == Occupancy.FREE).all()
-    belief.fuse(compute_update(scenes.field(1, scenes.pose(0.0, 5.0), boxes=boxes), PARAMS))
-    assert states(belief, np.array([0.05]), np.array([5.05])).tolist() == [[Occupancy.UNKNOWN]]
-
-
-def test_a_ramp_that_falls_gently_is_floor_for_its_first_metre() -> None:
-    """Five degrees, as a surface of short steps of 9 mm."""
-    ramp = tuple(
-        Box((EDGE_M + k / 10, -9, -8), (EDGE_M + (k + 1) / 10, 9, -0.0087 * (k + 1)))
-        for k in range(15)
-    )
-    belief = seen((Box((-9, -9, -4), (EDGE_M, 9, 0)), *ramp), (1.0, 12.0))
-    first = states(belief, np.arange(EDGE_M - 0.25, EDGE_M + 0.7, 0.1), ACROSS)
-    assert (first == Occupancy.FREE).mean() > 0.95

@@ -80,16 +80,6 @@ def test_a_compiled_update_is_that_of_torch(max_rows: int) -> None:
         assert tilts[0] == pytest.approx(tilts[1], abs=1e-5)
 
 
-def test_an_update_names_its_frame_and_encoder() -> None:
-    field = scenes.field(5, scenes.pose(1.0, 0.5, 2.0))
-    update = compute_update(field, PARAMS)
-    assert (update.sequence, update.stamp_ns) == (5, field.stamp_ns)
-    assert (update.encoder_id, update.text_space) == ("encoder-a", "space-a")
-    np.testing.assert_array_equal(update.camera_m, field.T_map_camera[:3, 3])
-    assert update.depth.valid_fraction == 1.0
-    assert len(update.occupancy.cells) > 0
-
-
 def test_the_field_is_only_read() -> None:
     field = scenes.field(0, scenes.pose())
     for array in (field.features, field.variance, field.depth_mm, field.T_map_camera):

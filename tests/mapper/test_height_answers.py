@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
@@ -15,7 +13,7 @@ from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
-from onemap_mapper.storage import map_file, snapshot
+from onemap_mapper.storage import snapshot
 from onemap_shared.messages import SimilarityReply, SimilarityRequest
 from tests.mapper import scenes, table_room
 from tests.mapper.table_room import FEATURES, NAMES
@@ -62,20 +60,6 @@ def test_an_object_lies_at_the_heights_of_its_extent(belief: BeliefMap, name: st
     (box,) = table_room.THINGS[name]
     band = extent_band(belief.shared_version(), (*box.low[:2], *box.high[:2]))
     assert_lies(name, np.array(band))
-
-
-def test_nothing_is_known_of_what_was_not_seen(belief: BeliefMap) -> None:
-    assert extent_band(belief.shared_version(), (50.0, 50.0, 51.0, 51.0)) == ()
-    assert extent_band(belief.shared_version(), (1.0, 1.0, 1.0, 1.0)) == ()
-    assert extent_band(BeliefMap(scenes.params()).shared_version(), (0.0, 0.0, 1.0, 1.0)) == ()
-
-
-@pytest.mark.parametrize("name", LIES)
-def test_heights_are_saved_with_the_map(belief: BeliefMap, name: str, tmp_path: Path) -> None:
-    map_file.write(snapshot.take(belief), tmp_path / "a.npz")
-    content = map_file.read(tmp_path / "a.npz")
-    again = snapshot.restore(content, belief.params, encoder_id="", first_revision=1)
-    np.testing.assert_array_equal(asked(again, name).heights_m, asked(belief, name).heights_m)
 
 
 def test_heights_follow_a_merge(belief: BeliefMap) -> None:

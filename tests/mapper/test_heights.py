@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.frame.update import cloud_of, compute_update, depth_in_metres
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.heights import (
-    EDGES_M,
     LEVELS,
     RING_CELLS,
-    cell_heights,
     height_band,
     surroundings,
 )
@@ -26,17 +24,6 @@ def at(**shares: float) -> F32:
     for name, share in shares.items():
         row[0, globals()[name.upper()]] = share
     return row
-
-
-@pytest.mark.parametrize("sequence", range(4))
-def test_compiled_shares_are_those_of_numpy(sequence: int) -> None:
-    field = scenes.field(sequence, scenes.pose(0.3 * sequence, -0.2, 0.8 * sequence))
-    cells = compute_update(field, scenes.params()).cells.numpy()
-    found, expected = (
-        cell_heights(cloud_of(field, depth_in_metres(field), params), field.variance, cells, params)
-        for params in (scenes.params(compiled=compiled) for compiled in (True, False))
-    )
-    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("compiled", [False, True])
@@ -57,11 +44,6 @@ def test_shares_say_how_high_the_pixels_of_a_cell_are(compiled: bool) -> None:
     assert (heights[in_front, FLOOR] == 1).all()
 
 
-def test_a_frame_without_cells_has_no_shares() -> None:
-    field = scenes.field(0, scenes.pose(), boxes=())
-    assert compute_update(field, scenes.params()).heights.shape == (0, LEVELS)
-
-
 @pytest.mark.parametrize(
     ("inside", "around", "band"),
     [
@@ -76,24 +58,6 @@ def test_a_match_lies_where_its_cells_differ_from_those_beside(
     inside: F32, around: F32, band: tuple[float, float]
 ) -> None:
     np.testing.assert_allclose(height_band(inside, np.ones(1, np.float32), around), band, atol=1e-6)
-
-
-def test_cells_count_by_how_well_they_match() -> None:
-    inside = np.concatenate([at(seat=1.0), at(above=1.0), at(above=1.0)])
-    weights = np.array([0.9, 0.05, 0.05], np.float32)
-    np.testing.assert_allclose(height_band(inside, weights, at(floor=1.0)), (0.3, 0.5), atol=1e-6)
-
-
-def test_nothing_is_known_without_heights() -> None:
-    none = np.zeros((2, LEVELS), np.float32)
-    assert np.isnan(height_band(none, np.ones(2, np.float32), at(floor=1.0))).all()
-    assert np.isnan(height_band(at(seat=1.0), np.zeros(1, np.float32), none)).all()
-
-
-def test_levels_begin_at_the_floor_and_follow_one_another() -> None:
-    assert len(EDGES_M) == LEVELS + 1
-    assert EDGES_M[0] == 0.0
-    assert (np.diff(EDGES_M) > 0).all()
 
 
 def test_surroundings_are_beside_a_region_and_in_no_other() -> None:

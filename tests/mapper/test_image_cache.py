@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.query import texts
 from onemap_mapper.query.texts import ImageCache
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.transport import RequestRejected
@@ -37,11 +36,6 @@ def test_an_image_is_embedded_once_until_the_encoder_changes() -> None:
     assert embedder.asked == [b"one", b"one"]
 
 
-def test_scores_of_two_images_are_kept_by_different_names() -> None:
-    cache = ImageCache(Embedder(), torch.device("cpu"))
-    assert cache.query(b"one")[1].text != cache.query(b"two")[1].text
-
-
 def test_a_refused_image_is_asked_again() -> None:
     embedder = Embedder()
     cache = ImageCache(embedder, torch.device("cpu"))
@@ -49,12 +43,3 @@ def test_a_refused_image_is_asked_again() -> None:
         with pytest.raises(RequestRejected, match="cut off"):
             cache.query(b"bad")
     assert len(embedder.asked) == 2
-
-
-def test_the_image_used_longest_ago_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(texts, "MAX_IMAGES", 2)
-    embedder = Embedder()
-    cache = ImageCache(embedder, torch.device("cpu"))
-    for image in (b"a", b"b", b"a", b"c", b"a", b"b"):
-        cache.query(image)
-    assert embedder.asked == [b"a", b"b", b"c", b"b"]

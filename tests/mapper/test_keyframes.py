@@ -14,7 +14,6 @@ from onemap_mapper.belief.view_log import (
     KEYFRAME_DEG,
     KEYFRAME_M,
     MAX_VIEWS,
-    Keyframes,
     views_since,
 )
 from onemap_mapper.frame.update import compute_update
@@ -98,13 +97,3 @@ def test_a_frame_counts_in_proportion_to_the_way_since_the_last(moved_m: float, 
     if abs(steps - 1.0) > 1e-6:
         assert views == pytest.approx(min(steps / 2, MAX_VIEWS) if steps >= 1 else 0.0, abs=1e-6)
     assert views_since(None, there) == 1.0
-
-
-def test_small_steps_add_up_to_a_keyframe() -> None:
-    keyframes, counted = Keyframes(), []
-    for k in range(7):
-        T = scenes.pose(0.06 * k)
-        views = keyframes.views(T)
-        keyframes = keyframes.after(T, views)
-        counted.append(views.explored)
-    assert counted == pytest.approx([1.0, 0.0, 0.6, 0.0, 0.6, 0.0, 0.6])

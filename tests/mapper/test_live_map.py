@@ -7,7 +7,7 @@ import functools
 import math
 import threading
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -15,15 +15,12 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief.cells import CellStore
-from onemap_mapper.belief.features import FeatureTable
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage import live_map, map_file
 from onemap_mapper.storage.live_map import LiveMap
-from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore, sha256_of, take
-from onemap_shared.geometry import I64
+from onemap_mapper.storage.snapshot import MapSnapshot, restore, sha256_of, take
 from tests.mapper import scenes
 
 PARAMS = scenes.params()
@@ -96,11 +93,6 @@ def test_a_file_in_parts_is_that_of_the_map(belief: BeliefMap, path: Path, dtype
     assert lock.taken > 4  # not as a whole
 
 
-def test_of_an_empty_map_there_is_no_file(path: Path) -> None:
-    assert LiveMap(Turns(), lambda: BeliefMap(PARAMS)).write(path) == 0
-    assert not path.exists()
-
-
 @pytest.mark.usefixtures("small_parts")
 def test_a_frame_that_is_fused_meanwhile_changes_the_rest_of_it(
     belief: BeliefMap, path: Path
@@ -145,21 +137,6 @@ def test_another_map_meanwhile_is_the_one_that_is_written(belief: BeliefMap, pat
     assert_same_content(map_file.read(path), take(other))
 
 
-def test_a_map_that_is_cleared_meanwhile_leaves_no_file(belief: BeliefMap, path: Path) -> None:
-    maps = [belief]
-    lock = Turns({2: lambda: maps.insert(0, BeliefMap(PARAMS))})
-    assert LiveMap(lock, lambda: maps[0]).write(path) == 0
-    assert not list(path.parent.iterdir())
-
-
-def test_features_that_are_not_finite_are_refused(belief: BeliefMap, path: Path) -> None:
-    wrong = restored(belief)
-    wrong.store.set_searched_confidence(torch.full((wrong.store.count,), torch.nan))
-    with pytest.raises(MapFileError, match="searched outside of 0"):
-        LiveMap(Turns(), lambda: wrong).write(path)
-    assert not list(path.parent.iterdir())
-
-
 def test_writing_takes_the_memory_of_a_part_of_the_map(path: Path) -> None:
     large = map_with(cells=20_000, dimension=256)
     tracemalloc.start()
@@ -184,19 +161,6 @@ def map_with(*, cells: int, dimension: int) -> BeliefMap:
     return made
 
 
-def test_a_whole_revision_is_that_of_the_map(belief: BeliefMap) -> None:
-    taken, revision = LiveMap(Turns(), lambda: belief).whole()
-    assert_same_content(taken, take(belief))
-    assert revision == belief.revision
-
-
-@pytest.mark.parametrize("dtype", ["float32", "float16"])
-def test_the_digest_of_an_empty_map_is_that_of_a_new_one(dtype: str) -> None:
-    params = scenes.params(feature_dtype=dtype)
-    empty, _ = LiveMap(Turns(), lambda: BeliefMap(params)).whole()
-    assert sha256_of(empty) == sha256_of(take(BeliefMap(params)))
-
-
 @pytest.mark.parametrize("dtype", ["float32", "float16"])
 @pytest.mark.parametrize("copied", [0, 20, 100_000])
 def test_whatever_changes_meanwhile_a_whole_revision_is_of_one_moment(
@@ -214,47 +178,3 @@ def test_whatever_changes_meanwhile_a_whole_revision_is_of_one_moment(
     turns = Turns({k: functools.partial(fuse, k) for k in range(4)})
     taken, revision = LiveMap(turns, lambda: changing).whole()
     assert sha256_of(taken) == digests[revision]
-
-
-def test_another_map_meanwhile_is_the_one_that_is_copied(
-    belief: BeliefMap, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(live_map, "COPIED_CELLS", 20)
-    other = restored(belief)
-    other.store.fuse(
-        np.arange(5), torch.ones((5, other.dimension)), torch.ones(5), revision=other.revision
-    )
-    maps = [belief]
-    taken, _ = LiveMap(Turns({1: lambda: maps.insert(0, other)}), lambda: maps[0]).whole()
-    assert sha256_of(taken) == sha256_of(take(other))
-
-
-def test_a_digest_lets_frames_be_fused_while_features_are_copied(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(live_map, "COPIED_CELLS", 500)
-    large, lock, held = map_with(cells=9000, dimension=16), threading.Lock(), list[bool]()
-    large.revision = 1  # at which its cells were fused
-    chunks = FeatureTable.chunks
-
-    def watched(table: FeatureTable, slots: I64) -> Iterator[tuple[I64, torch.Tensor]]:
-        for part in chunks(table, slots):
-            held.append(lock.locked())
-            yield part
-
-    monkeypatch.setattr(FeatureTable, "chunks", watched)
-    with_lock: list[int] = []
-    copied = CellStore.copied
-
-    def counted(store: CellStore, slots: I64) -> FeatureTable:
-        assert lock.locked()
-        with_lock.append(len(slots))
-        return copied(store, slots)
-
-    monkeypatch.setattr(CellStore, "copied", counted)
-    taken, _ = LiveMap(lock, lambda: large).whole()
-    assert len(held) == 3  # blocks, and nothing changed meanwhile
-    assert not any(held)
-    assert with_lock == [0]
-    monkeypatch.undo()
-    assert sha256_of(taken) == sha256_of(take(large))

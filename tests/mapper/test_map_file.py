@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import tracemalloc
-import zipfile
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,20 +16,17 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.objects import NO_OBJECTS, to_bytes
 from onemap_mapper.storage.map_file import (
     ARRAYS,
     HEIGHTS,
     SEEN,
-    NpzWriter,
     map_path,
     read,
     read_header,
     write,
 )
-from onemap_mapper.storage.snapshot import VERSION, MapFileError, MapSnapshot, restore, take
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore, take
 from tests.mapper import scenes
-from tests.mapper.finds import object_find
 
 PARAMS = scenes.params()
 
@@ -66,34 +62,6 @@ def test_what_is_written_is_read(
     assert again.header == taken.header
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(again, name), getattr(taken, name), strict=True)
-
-
-def test_found_objects_are_written_with_the_map(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
-    write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
-    assert read(tmp_path / "a.npz").objects == found
-    write(taken, tmp_path / "b.npz")
-    assert read(tmp_path / "b.npz").objects == NO_OBJECTS
-
-
-def test_the_confidence_of_keyframes_is_kept(taken: MapSnapshot, tmp_path: Path) -> None:
-    assert taken.explored is not None
-    fewer = taken.explored * np.float32(0.25)
-    write(dataclasses.replace(taken, explored=fewer), tmp_path / "a.npz")
-    np.testing.assert_array_equal(read(tmp_path / "a.npz").explored, fewer)
-    for damaged in (np.full_like(taken.explored, np.nan), taken.explored[1:], taken.cells):
-        with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", explored=damaged))
-
-
-def test_a_file_of_a_release_that_counted_all_frames_is_read(
-    taken: MapSnapshot, tmp_path: Path
-) -> None:
-    write(taken, tmp_path / "a.npz")
-    old = read(rewritten(tmp_path / "a.npz", explored=None))
-    assert old.explored is None
-    again = restore(old, PARAMS, encoder_id="", first_revision=1)
-    np.testing.assert_array_equal(again.store.explored_confidence, taken.confidence)
 
 
 def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
@@ -146,15 +114,6 @@ def test_damaged_heights_and_views_are_refused(
             read(rewritten(tmp_path / "a.npz", **{name: None}))
 
 
-def test_damaged_objects_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
-    half = np.frombuffer(to_bytes(found)[:-8], np.uint8)
-    write(taken, tmp_path / "a.npz")
-    for objects in (half, np.zeros(3), np.array("nothing")):
-        with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", objects=objects))
-
-
 def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path: Path) -> None:
     """Files of earlier releases have them: a renamed field must not change them."""
     write(taken, tmp_path / "a.npz")
@@ -170,13 +129,6 @@ def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path:
         *("obstacle_min_height_m", "obstacle_max_height_m", "frames_fused", "sequence", "stamp_ns"),
     }
     assert (header["format"], header["version"]) == ("onemap-map", 2)
-
-
-@pytest.mark.parametrize("name", ["a", "a.npz", "A-1_b.c", "x.npz.npz"])
-def test_good_names_stay_in_the_folder(name: str) -> None:
-    path = map_path(Path("/maps"), name)
-    assert path.parent == Path("/maps")
-    assert path.suffix == ".npz"
 
 
 @pytest.mark.parametrize(
@@ -212,17 +164,6 @@ def test_a_flipped_byte_is_noticed(taken: MapSnapshot, tmp_path: Path) -> None:
         read(path)
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
-    text, single, foreign = (tmp_path / name for name in ("a.npz", "b.npz", "c.npz"))
-    text.write_text("no map")
-    with single.open("wb") as file:
-        np.save(file, np.zeros(3))
-    np.savez(foreign, header=np.array('{"format": "other"}'))
-    for path in (text, single, foreign):
-        with pytest.raises(MapFileError):
-            read(path)
-
-
 def test_pickles_are_never_read(taken: MapSnapshot, tmp_path: Path) -> None:
     write(taken, tmp_path / "a.npz")
     path = rewritten(tmp_path / "a.npz", cells=np.array([{"a": 1}], dtype=object))
@@ -252,45 +193,6 @@ def test_a_damaged_file_is_refused(
     write(taken, tmp_path / "a.npz")
     with pytest.raises(MapFileError, match=reason):
         read(rewritten(tmp_path / "a.npz", **changes))
-
-
-def test_impossible_values_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(taken, tmp_path / "a.npz")
-    n = len(taken.cells)
-    wrong: list[dict[str, np.ndarray]] = [
-        {"features": np.full((n, 16), np.nan, np.float32)},
-        {"features": np.zeros((n, 16), np.float64)},
-        {"confidence": np.full(n, -1, np.float32)},
-        {"searched": np.full(n, np.inf, np.float32)},
-        {"cells": np.zeros((n, 2), np.int32)},
-    ]
-    for arrays in wrong:
-        with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", **arrays))
-
-
-def test_a_failed_write_leaves_the_old_file(
-    taken: MapSnapshot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "a.npz"
-    write(taken, path)
-    before = path.read_bytes()
-
-    def full(*_arguments: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(NpzWriter, "add", full)
-    with pytest.raises(OSError, match="No space"):
-        write(taken, path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_an_empty_map_is_written_and_read(tmp_path: Path) -> None:
-    write(take(BeliefMap(PARAMS)), tmp_path / "a.npz")
-    again = read(tmp_path / "a.npz")
-    assert (again.header.encoder_id, len(again.cells), len(again.driving_cells)) == ("", 0, 0)
-    assert VERSION == 2
 
 
 def test_a_map_that_could_not_be_read_is_not_written(taken: MapSnapshot, tmp_path: Path) -> None:
@@ -348,15 +250,6 @@ def test_a_shape_without_data_is_refused_before_it_is_allocated(
         read(tmp_path / "b.npz")
 
 
-def test_a_single_array_is_never_read(tmp_path: Path) -> None:
-    with (tmp_path / "a.npz").open("wb") as file:
-        np.lib.format.write_array_header_1_0(
-            file, {"descr": "<f4", "fortran_order": False, "shape": (2**40,)}
-        )
-    with pytest.raises(MapFileError, match="damaged or not a map"):
-        read(tmp_path / "a.npz")
-
-
 @pytest.mark.parametrize(
     "header",
     [
@@ -385,16 +278,6 @@ def test_a_header_that_no_message_can_hold_is_refused(
         assert len(str(refused.value)) < 300
 
 
-def test_a_header_of_any_size_is_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(taken, tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz") as archive:
-        content = {name: archive[name] for name in archive.files}
-    for text in ("[" * 100_000, "[" * 10_000, '{"format": "onemap-map", "version": 2}'):
-        np.savez(tmp_path / "b.npz", **(content | {"header": np.array(text)}))
-        with pytest.raises(MapFileError, match="damaged"):
-            read_header(tmp_path / "b.npz")
-
-
 def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
     write(taken, tmp_path / "a.npz")
     n, m = len(taken.cells), len(taken.driving_cells)
@@ -411,31 +294,6 @@ def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> 
     for arrays in wrong:
         with pytest.raises(MapFileError, match="damaged"):
             read(rewritten(tmp_path / "a.npz", **arrays))
-
-
-def test_objects_that_are_compressed_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
-    write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
-    packed = tmp_path / "b.npz"
-    with zipfile.ZipFile(tmp_path / "a.npz") as old, zipfile.ZipFile(packed, "w") as new:
-        for entry in old.infolist():
-            how = zipfile.ZIP_DEFLATED if "objects" in entry.filename else zipfile.ZIP_STORED
-            new.writestr(entry.filename, old.read(entry), how)
-    with pytest.raises(MapFileError, match="objects take"):
-        read(packed)
-
-
-def test_memory_that_runs_out_is_reported(
-    taken: MapSnapshot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write(taken, tmp_path / "a.npz")
-
-    def exhausted(*_arguments: object, **_options: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(np.lib.format, "read_magic", exhausted)
-    with pytest.raises(MapFileError, match="MemoryError"):
-        read(tmp_path / "a.npz")
 
 
 @given(st.data())

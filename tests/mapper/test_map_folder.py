@@ -13,7 +13,6 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.map_folder import QuotaExceeded, check_quota, delete, saved_map, saved_maps
 from onemap_mapper.storage.map_file import MapNotFound, map_path, write
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
-from onemap_shared.messages import MAX_LISTED_MAPS
 from tests.mapper import scenes
 from tests.mapper.test_map_file import rewritten
 
@@ -59,20 +58,6 @@ def test_maps_are_listed_newest_first_under_names_that_load(
     assert paths == ["new.npz", "x.npz.npz", "old.npz"]
 
 
-def test_without_a_folder_there_is_no_map(tmp_path: Path) -> None:
-    assert saved_maps(tmp_path / "none").maps == ()
-
-
-def test_the_newest_of_too_many_maps_are_listed(tmp_path: Path) -> None:
-    for number in range(MAX_LISTED_MAPS + 3):
-        path = tmp_path / f"m{number}.npz"
-        path.touch()
-        aged(path, number * 10**9)
-    listed = saved_maps(tmp_path)
-    assert (len(listed.maps), listed.left_out) == (MAX_LISTED_MAPS, 3)
-    assert listed.maps[0].name == f"m{MAX_LISTED_MAPS + 2}"
-
-
 def test_damaged_files_are_listed_with_the_reason(taken: MapSnapshot, tmp_path: Path) -> None:
     write(taken, tmp_path / "a.npz")
     rewritten(tmp_path / "a.npz", header={"version": 7}).rename(tmp_path / "newer.npz")
@@ -111,16 +96,6 @@ def test_nothing_outside_the_folder_is_deleted(
     assert outside.is_file()
 
 
-def test_of_a_link_only_the_link_is_deleted(taken: MapSnapshot, tmp_path: Path) -> None:
-    outside = tmp_path / "outside.npz"
-    write(taken, outside)
-    (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "linked.npz").symlink_to(outside)
-    delete(tmp_path / "maps", "linked")
-    assert outside.is_file()
-    assert saved_maps(tmp_path / "maps").maps == ()
-
-
 def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path) -> None:
     size = write(taken, tmp_path / "a.npz")
     check_quota(tmp_path / "b.npz", 10**6 - size, 1)
@@ -130,7 +105,3 @@ def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path
     check_quota(tmp_path / "none" / "a.npz", 10**6, 1)
     (tmp_path / "gone.npz").symlink_to(tmp_path / "nowhere")
     check_quota(tmp_path / "a.npz", 10**6, 1)
-
-
-def test_the_size_of_a_file_is_about_that_of_its_arrays(taken: MapSnapshot, tmp_path: Path) -> None:
-    assert write(taken, tmp_path / "a.npz") == pytest.approx(taken.nbytes, abs=6000)

@@ -26,7 +26,6 @@ from onemap_shared.messages import (
     SearchReset,
     SearchView,
     SearchViewRequest,
-    SimilarityRequest,
     TextEmbeddings,
     TextRequest,
 )
@@ -144,25 +143,6 @@ def test_a_late_frame_concerns_its_robot_only(fleet: Fleet) -> None:
     assert (second["frames_late"], second["robot_frames_fused"]) == (1, 1)
 
 
-def test_each_robot_is_told_of_its_own_newest_frame(fleet: Fleet) -> None:
-    fleet.feed(fleet.r1, frame(500, 900 * S))
-    fleet.feed(fleet.r2, frame(3, 7 * S, BEHIND))
-    first, second = fleet.r1.newest(), fleet.r2.newest()
-    assert first.revision == second.revision
-    assert (first.sequence, first.stamp_ns) == (500, 900 * S)
-    assert (second.sequence, second.stamp_ns) == (3, 7 * S)
-    assert (fleet.r1.view().stamp_ns, fleet.r2.view().stamp_ns) == (900 * S, 7 * S)
-
-
-def test_a_robot_that_sent_nothing_has_an_old_map(fleet: Fleet) -> None:
-    """The planner stops a robot whose own frames do not come, by the stamp of its revisions."""
-    fleet.feed(fleet.r1, frame(0, 100 * S), frame(1, 101 * S))
-    revision = fleet.r2.newest()
-    assert (revision.frames_fused, revision.stamp_ns) == (2, 0)
-    assert fleet.r2.view().stamp_ns == 0
-    assert (fleet.r2.view().layers & Layer.OBSERVED > 0).any()  # it sees what the other saw
-
-
 def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, *(frame(k, 100 * S + k, x_m=0.1 * k) for k in range(8)))
     fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
@@ -179,17 +159,6 @@ def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Flee
     assert fleet.r1.searched() == 0
 
 
-def test_a_search_begins_with_what_the_other_robot_saw(fleet: Fleet) -> None:
-    with pytest.raises(RemoteError, match="empty"):
-        fleet.r2.bus.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
-    fleet.feed(fleet.r1, sofa_ahead(0))
-    fleet.r2.reset()
-    view = fleet.r2.view("sofa")
-    assert np.nanmax(view.similarity) > 0.9
-    (first, *_) = fleet.r2.bus.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m
-    assert first[0] > 1.0
-
-
 def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, frame(0, 100 * S))
     fleet.r1.bus.call(keys.MAP_REMEMBER, object_find("sofa"))
@@ -202,16 +171,6 @@ def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -
     assert fleet.r1.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects == ()
     fleet.r1.bus.call(keys.MAP_LOAD, MapFile("flat"))
     assert fleet.r2.newest().frames_fused == 1
-
-
-def test_a_file_holds_what_the_mappers_own_robot_searched(fleet: Fleet) -> None:
-    fleet.feed(fleet.r1, *(frame(k, 100 * S + k, x_m=0.1 * k) for k in range(8)))
-    fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
-    before = fleet.r1.searched()
-    assert min(before, fleet.r2.searched()) > 50
-    fleet.r2.bus.call(keys.MAP_SAVE, MapFile("flat"))
-    fleet.r2.bus.call(keys.MAP_LOAD, MapFile("flat"))
-    assert (fleet.r1.searched(), fleet.r2.searched()) == (before, 0)
 
 
 def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:

@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -209,38 +208,3 @@ def test_the_lock_is_free_while_a_new_text_is_scored(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(FeatureTable, "products", watched)
     changing.check(MapScores(changing.belief, lock).of(changing.texts), [0, 1, 2])
     assert held == [(changing.belief.store.count, False), (0, False)]
-
-
-def test_a_map_that_always_changes_is_scored_with_the_lock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As when submaps move; and it is the whole map that is scored again each time."""
-    monkeypatch.setattr(scores_module, "COPIED_CELLS", 0)
-    changing = ChangingMap(1)
-    entered: list[int] = []
-
-    class Lock:
-        def __enter__(self) -> None:
-            changing.change()
-            entered.append(changing.belief.revision)
-
-        def __exit__(self, *_problem: object) -> None: ...
-
-    answer = MapScores(changing.belief, Lock()).of(changing.texts)
-    changing.check(answer, [0, 1, 2])
-    assert len(entered) == scores_module.ATTEMPTS + 1
-    assert answer.version.revision == entered[-1]
-
-
-def test_a_version_stays_as_it_was() -> None:
-    rng = np.random.default_rng(3)
-    belief = BeliefMap(scenes.params())
-    belief.fuse(update(rng, 0))
-    version = belief.version()
-    before = (version.layers(), version.occupancy_grid(), version.variances.copy())
-    seen_ns = version.view_log.last_seen_ns(np.arange(len(version.slots)))
-    belief.grow(np.full((1, 2), 300))
-    belief.fuse(replace(update(rng, 2), stamp_ns=10**12))
-    assert belief.grid != version.grid
-    after = (version.layers(), version.occupancy_grid(), version.variances)
-    for one, two in zip(before, after, strict=True):
-        np.testing.assert_array_equal(one, two)
-    assert version.view_log.last_seen_ns(np.arange(len(version.slots))) == seen_ns

@@ -132,14 +132,6 @@ def test_what_does_not_fit_changes_nothing(
     np.testing.assert_array_equal(take(belief).features, before.features)
 
 
-def test_a_motion_out_of_the_map_is_refused() -> None:
-    belief = mapped((0.0, 0.0, 0.0))
-    count = belief.store.count
-    with pytest.raises(MapFileError, match="together are too large"):
-        merge_into(belief, take(belief), PlanarCorrection(0.0, 5000.0, 0.0))
-    assert belief.store.count == count
-
-
 def test_found_objects_are_joined_and_none_is_there_twice() -> None:
     def memory(*kept: object) -> ObjectMemory:
         pictured = tuple(PicturedObject(each, b"") for each in kept)  # type: ignore[arg-type]

@@ -112,14 +112,6 @@ def test_a_moved_sofa_is_at_its_new_place_and_no_more_at_the_old(seed: int) -> N
     assert (now >= explored).all()  # what was looked at stays looked at
 
 
-def test_without_the_rule_the_old_place_still_answers() -> None:
-    drive = Drive(1, changed_confidence=300.0)
-    drive.see({"sofa": sofa(drive.old_m)}, 16)
-    drive.see({"sofa": sofa(drive.new_m)}, NEW_WITHIN)
-    assert drive.sofa_score(drive.new_m) < 0.9
-    assert drive.sofa_score(drive.old_m) > FOUND
-
-
 @pytest.mark.parametrize("seed", [1, 3])
 def test_somebody_who_walks_by_leaves_no_trace(seed: int) -> None:
     drive = Drive(seed)
@@ -139,15 +131,3 @@ def test_somebody_who_stood_there_is_forgotten_when_gone(seed: int) -> None:
     assert drive.person_score() > FOUND  # somebody is there
     drive.see({}, LEFT_WITHIN)
     assert drive.person_score() < 0.05
-
-
-def test_a_map_that_follows_a_pose_graph_doubts_nothing() -> None:
-    drive = Drive(1)
-    drive.belief.keep_every_view()
-    drive.see({}, 6)
-    before = drive.belief.store.confidence.sum()
-    drive.see({"person": person(1.2, 0.8)}, 8)
-    assert drive.belief.store.confidence.sum() > before
-    cells = drive.belief.store.cells
-    there = (np.abs((cells + 0.5) * 0.1 - (0.95, 0.8)) < 0.06).all(axis=1)
-    assert (drive.belief.store.confidence.numpy()[there] > 4).all()

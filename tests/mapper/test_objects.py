@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from contextlib import suppress
 from dataclasses import replace
 from itertools import count
@@ -68,18 +67,6 @@ def test_other_finds_are_other_objects(find: ObjectFind) -> None:
     assert [kept.object_id for kept in memory.listed().objects] == ["1", "0"]
 
 
-def test_the_nearest_object_of_the_name_is_seen_again() -> None:
-    chairs = [object_find("chair", x_m, 0.0, stamp_ns=n) for n, x_m in enumerate((0.0, 1.5, 1.0))]
-    memory = remembered(*chairs)
-    times = {kept.object_id: kept.times_found for kept in memory.listed().objects}
-    assert times == {"0": 1, "1": 2}
-
-
-def test_a_repeated_find_changes_nothing() -> None:
-    memory = remembered(object_find("bed"), object_find("sofa"))
-    assert memory.with_find(object_find("bed"), "new") is memory
-
-
 def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
     finds = [object_find("chair", 5.0 * n, 0.0) for n in range(4)]
     again = object_find("chair", 5.0, 0.0, stamp_ns=300)  # the second: now the newest
@@ -87,14 +74,6 @@ def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
     memory = remembered(*finds[:3], again, finds[3])
     assert [kept.object_id for kept in memory.listed().objects] == ["4", "1", "2"]
     assert memory.listed().left_out == memory.left_out == 1
-
-
-def test_every_change_has_a_version_of_its_own() -> None:
-    memory = remembered(object_find("bed"), object_find("sofa"))
-    less = memory.without("0")
-    assert names(less) == ["sofa"]
-    assert len({NO_OBJECTS.version, remembered(object_find("bed")).version, memory.version,
-                less.version}) == 4  # fmt: skip
 
 
 finds = st.builds(
@@ -122,15 +101,6 @@ def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
     saved[place] = data.draw(st.integers(0, 255))
     with suppress(ValueError):
         assert len(from_bytes(bytes(saved)).objects) <= 2
-
-
-def test_a_truncated_memory_is_refused() -> None:
-    whole = to_bytes(remembered(object_find("bed")))
-    for length in (0, 3, 4, 50, len(whole) - 8):
-        with pytest.raises(ValueError, match=r"missing|not msgpack|needs bytes"):
-            from_bytes(whole[:length])
-    with pytest.raises(ValueError, match="limit"):
-        from_bytes(struct.pack("<I", 2**31) + bytes(2**19))
 
 
 def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:

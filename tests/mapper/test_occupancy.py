@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
-from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.evidence import (
-    MAX_EVIDENCE,
-    MIN_EVIDENCE,
-    OCCUPIED_THRESHOLD,
-    accumulated_evidence,
-    cells_within,
     occupancy_states,
     settled_states,
     with_lost_tops,
@@ -24,7 +16,6 @@ from onemap_mapper.occupancy.evidence import (
 from onemap_mapper.occupancy.host import occupancy_update
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
-from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box
@@ -111,12 +102,6 @@ def test_the_low_edge_of_a_shower_tray_is_an_obstacle_from_near() -> None:
     assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
 
 
-def test_a_low_edge_that_was_only_seen_from_2_m_is_an_obstacle() -> None:
-    edge = Box((1.0, -0.5, 0.0), (1.05, 0.5, 0.11))
-    belief = seen((*ROOM, edge), [scenes.pose(x) for x in np.arange(-1.9, -1.2, 0.1)])
-    assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
-
-
 def test_what_moves_away_disappears() -> None:
     belief = seen((*ROOM, COFFEE_TABLE), [scenes.pose(-0.5)] * 20)
     assert state_at(belief, (1.05, 0.0)) == [Occupancy.OCCUPIED]
@@ -146,14 +131,6 @@ def test_a_carpet_is_floor_and_what_hangs_high_is_passed_under() -> None:
     assert state_at(belief, (1.5, 0.0), (1.5, 0.3)) == [Occupancy.FREE] * 2
 
 
-def test_a_tilted_camera_sees_the_same_room() -> None:
-    roll = np.deg2rad(15)
-    c, s = np.cos(roll), np.sin(roll)
-    R_roll = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-    belief = seen((*ROOM, COFFEE_TABLE), [T @ R_roll for T in turning(-1.0)])
-    assert state_at(belief, (1.05, 0.0), (0.5, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
-
-
 def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles() -> None:
     room = (Box((-9, -9, -1), (9, 9, 0)), Box((6, -9, 0), (7, 9, 3)))
     depth = scenes.depth_of(room, scenes.pose(), CAMERA, SIZE)
@@ -175,17 +152,6 @@ def test_no_depth_gives_no_evidence() -> None:
     cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
     frame = occupancy_update(cloud, PARAMS)
     assert len(frame.cells) == 0
-
-
-@given(
-    st.lists(st.integers(MIN_EVIDENCE, MAX_EVIDENCE), min_size=1, max_size=6),
-    st.lists(st.integers(-1, 4), min_size=1, max_size=6),
-)
-def test_evidence_is_bounded(have: list[int], more: list[int]) -> None:
-    n = min(len(have), len(more))
-    total = accumulated_evidence(*(torch.tensor([x[:n]], dtype=torch.int8) for x in (have, more)))
-    assert (total >= MIN_EVIDENCE).all()
-    assert (total <= MAX_EVIDENCE).all()
 
 
 @pytest.mark.parametrize(
@@ -232,37 +198,6 @@ def test_a_chest_that_somebody_stood_beside_is_not_driven_over(frames: int) -> N
     assert state_at(belief, shared) == [Occupancy.OCCUPIED] or assumed_at(belief, shared)
     look_around(belief, (*ROOM, chest), [scenes.pose(-0.5)] * 4)
     assert not assumed_at(belief, gone)  # the floor is in view again
-
-
-def test_states_need_evidence() -> None:
-    evidence = torch.tensor(
-        [[0, 0], [0, OCCUPIED_THRESHOLD], [0, 0], [-4, OCCUPIED_THRESHOLD - 1]], dtype=torch.int8
-    )
-    clear = torch.tensor([False, True, True, True])
-    assert occupancy_states(evidence, clear).tolist() == [
-        Occupancy.UNKNOWN,
-        Occupancy.OCCUPIED,
-        Occupancy.FREE,
-        Occupancy.FREE,
-    ]
-
-
-@pytest.mark.parametrize("radius_m", [0.0, 0.35, 1.0])
-def test_a_disc_holds_the_cells_whose_centre_is_near(radius_m: float) -> None:
-    cells = cells_within(np.array([0.52, -0.31, 1.0]), radius_m, 0.1)
-    grid = GridSpec(0.1, (-50, -50), (100, 100))
-    everything = np.argwhere(np.ones(grid.shape, bool))
-    near = np.linalg.norm(grid.centres(everything) - (0.52, -0.31), axis=1) <= radius_m
-    expected = {(int(x) - 50, int(y) - 50) for x, y in everything[near]}
-    assert {(int(x), int(y)) for x, y in cells} == expected
-
-
-def test_a_whole_field_reaches_the_occupancy() -> None:
-    belief = BeliefMap(PARAMS)
-    belief.fuse(
-        compute_update(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), PARAMS)
-    )
-    assert state_at(belief, (1.05, 0.0), (0.6, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
 
 
 def test_a_cell_changes_once_something_lasts_or_has_gone() -> None:

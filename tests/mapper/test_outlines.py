@@ -29,11 +29,6 @@ def contains(corners: F32, point: np.ndarray) -> bool:
     return inside
 
 
-def test_one_cell_is_a_square_in_metres() -> None:
-    corners = outline(np.array([[4, 0]]), GRID)
-    np.testing.assert_allclose(corners, [[0.0, 0.7], [0.1, 0.7], [0.1, 0.8], [0.0, 0.8]], atol=1e-6)
-
-
 def test_a_rectangle_has_four_corners_and_a_hole_is_filled() -> None:
     ring = np.argwhere(np.pad(np.zeros((3, 2)), 1, constant_values=1))
     corners = outline(ring, GRID)

@@ -7,8 +7,7 @@ import pytest
 
 from onemap_mapper.frame import cloud as cloud_module
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_shared.camera import Intrinsics, unproject
-from onemap_shared.geometry import transform
+from onemap_shared.camera import Intrinsics
 from tests.mapper import scenes
 
 CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
@@ -16,23 +15,9 @@ T = scenes.pose(1.0, -2.0, 0.7)
 DEPTH_M = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
 
 
-def test_points_are_the_unprojected_pixels_in_the_map_frame() -> None:
-    cloud = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T)
-    expected = transform(T, unproject(DEPTH_M, CAMERA).astype(np.float64))
-    np.testing.assert_allclose(cloud.points_m, expected, atol=1e-5)
-    np.testing.assert_array_equal(cloud.camera_m, T[:3, 3])
-
-
 def test_a_pixel_without_depth_lies_at_the_camera() -> None:
     cloud = PointCloud.of(np.zeros((2, 3), np.float32), intrinsics=CAMERA, T_map_camera=T)
     np.testing.assert_allclose(cloud.points_m, np.broadcast_to(T[:3, 3], (2, 3, 3)), rtol=1e-6)
-
-
-def test_a_strided_cloud_is_that_of_the_strided_image() -> None:
-    thin = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T).strided(3)
-    whole = PointCloud.of(DEPTH_M[::3, ::3].copy(), intrinsics=CAMERA.strided(3), T_map_camera=T)
-    np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
-    np.testing.assert_allclose(thin.points_m, whole.points_m, atol=1e-5)
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -81,17 +81,6 @@ def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [follower.work(), follower.busy] == [0, False]
 
 
-def test_a_frame_from_before_the_correction_is_moved() -> None:
-    follower, belief = following(), BeliefMap(MapParams())
-    follower.receive(EMPTY, belief)
-    fed(follower, belief, FIELDS[:3])
-    follower.receive(graph(FIELDS), belief)
-    finish(follower)
-    fed(follower, belief, FIELDS[3:])
-    assert follower.busy
-    assert finish(follower) == 1
-
-
 def test_another_map_has_other_submaps() -> None:
     follower, belief = following(), BeliefMap(MapParams())
     follower.receive(EMPTY, belief)

@@ -62,24 +62,6 @@ def test_agrees_with_the_upsampled_image(seed: int, h: int, w: int) -> None:
     np.testing.assert_allclose(weights.confidence, confidence, rtol=1e-5)
 
 
-def test_rows_of_the_weights_sum_to_one() -> None:
-    depth = scenes.depth_of(scenes.ROOM, scenes.pose())
-    variance = np.ones(depth.shape, np.float32)
-    weights = projected(depth, variance, scenes.pose(), (6, 8), EVERYTHING)
-    ones = cell_features(weights, torch.ones((48, 1)))
-    torch.testing.assert_close(ones, torch.ones_like(ones))
-    assert (weights.values >= 0).all()
-
-
-@pytest.mark.parametrize("fill", [0.0, 1.0])
-def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
-    depth = np.full((11, 13), fill, np.float32)
-    variance = np.full(depth.shape, np.inf, np.float32)
-    weights = projected(depth, variance, np.eye(4), (2, 2), EVERYTHING)
-    assert weights.cells.shape == (0, 2)
-    assert cell_features(weights, torch.ones((4, 5))).shape == (0, 5)
-
-
 def test_range_and_height_limit_the_pixels() -> None:
     T = scenes.pose()
     depth = np.full((11, 13), 2.0, np.float32)

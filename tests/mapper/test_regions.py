@@ -78,12 +78,6 @@ def test_the_best_come_first_and_no_more_than_asked() -> None:
     np.testing.assert_allclose(regions.centres_m[0], GRID.centres(np.array([4, 4])), atol=1e-6)
 
 
-def test_no_cell_above_the_limit_gives_no_region() -> None:
-    regions = found(np.full(GRID.shape, np.nan, np.float32), 0.5)
-    assert regions.centres_m.shape == (0, 2)
-    assert regions.extents_m.shape == (0, 4)
-
-
 def test_probabilities_are_cut_at_a_share_of_the_best() -> None:
     values = np.array([0.1, 0.2, 0.8], np.float32)
     assert region_threshold(values, calibrated=True) == pytest.approx(0.4)

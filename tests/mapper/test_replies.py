@@ -74,10 +74,6 @@ def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> N
     assert np.nanmax(reply.scores_grid) == pytest.approx(reply.best_score, abs=0.05)
 
 
-def test_no_more_regions_than_requested(belief: BeliefMap) -> None:
-    assert len(replied(belief, query("wall", WALL), max_regions=1).scores) == 1
-
-
 def test_a_view_without_a_text_has_only_layers(belief: BeliefMap) -> None:
     view = search_view(MapScores(belief).of([]), text="")
     assert view.similarity.shape == view.rival.shape == (0, 0)

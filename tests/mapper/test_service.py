@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +14,6 @@ import torch
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.service import Mapper, build
-from onemap_mapper.storage import map_file
-from onemap_mapper.storage.snapshot import MapSnapshot
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
@@ -34,10 +31,8 @@ from onemap_shared.messages import (
     MapListRequest,
     MapRevision,
     ObjectListRequest,
-    Occupancy,
     PoseGraph,
     SearchReset,
-    SearchView,
     SearchViewRequest,
     SimilarityRequest,
     TextEmbeddings,
@@ -215,69 +210,6 @@ def test_a_view_of_another_map_or_text_is_replied_whole(rig: Rig) -> None:
     assert view_changes(rig, "sofa", reset.key).base == NO_VIEW
 
 
-def test_below_the_calibrated_minimum_no_region_is_returned(rig: Rig) -> None:
-    rig.floor, rig.nearest = 0.3, (("armchair",),)
-    rig.feed(sofa_ahead(0), scenes.field(1, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
-    there = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
-    assert there.scores.min() >= 0.3
-    assert there.best_score == pytest.approx(float(there.scores[0]))
-    assert there.floor == 0.3
-    assert there.nearest == ("armchair",)
-    rig.client.call(keys.MAP_CLEAR, MapClear())
-    rig.feed(scenes.field(2, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
-    absent = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", include_grid=True))
-    assert len(absent.scores) == len(absent.centres_m) == 0
-    assert 0 < absent.best_score < 0.01
-    assert np.nanmax(absent.scores_grid) == pytest.approx(absent.best_score, rel=0.1)
-
-
-def test_without_a_calibrated_minimum_every_region_is_returned(rig: Rig) -> None:
-    rig.feed(scenes.field(0, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
-    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
-    assert len(reply.scores) > 0
-    assert reply.floor == 0.0
-
-
-def test_the_grid_comes_only_on_request(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0))
-    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", max_regions=1))
-    assert reply.scores_grid.shape == (0, 0)
-    assert len(reply.scores) == 1
-
-
-def test_the_view_shows_all_layers(rig: Rig) -> None:
-    rig.feed(*(sofa_ahead(k, 0.1 * k) for k in range(8)))
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
-    assert view.similarity.shape == (0, 0)
-    assert set(np.unique(view.occupancy)) == set(Occupancy)
-    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED | Layer.FLOOR_SEEN
-    assert everything in view.layers
-    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("search-1"))
-    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
-    np.testing.assert_array_equal(after.layers, view.layers & ~np.uint8(Layer.SEARCHED))
-    assert after.revision == view.revision + 1 == rig.newest().revision
-
-
-def test_a_view_holds_the_best_score_of_the_names_that_compete(rig: Rig) -> None:
-    rig.feed(*(sofa_ahead(k) for k in range(3)))
-
-    def view(*rivals: str) -> SearchView:
-        return rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("desk", rivals))
-
-    alone, beside = view("sofa"), view("sofa", "cup")
-    known = np.isfinite(alone.similarity)
-    np.testing.assert_array_equal(np.isfinite(alone.rival), known)
-    assert (beside.rival[known] >= alone.rival[known]).all()
-    best = np.unravel_index(np.nanargmax(alone.rival), alone.rival.shape)
-    assert alone.rival[best] > 0.9 > alone.similarity[best]
-    np.testing.assert_array_equal(
-        view("sofa", "flub").rival, alone.rival
-    )  # not a word of the encoder
-    assert view("flub").rival.shape == view().rival.shape == (0, 0)
-    with pytest.raises(ValueError, match="31 rivals; at most 30"):
-        SearchViewRequest("desk", ("sofa",) * 31)
-
-
 def test_an_empty_map_rejects_queries(rig: Rig) -> None:
     error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
     assert error.code == "empty_map"
@@ -285,17 +217,6 @@ def test_an_empty_map_rejects_queries(rig: Rig) -> None:
     assert (view.text, view.grid.shape, view.stamp_ns) == ("sofa", (0, 0), 0)
     assert refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a"))).code == "empty_map"
     assert rig.asked == []
-
-
-def test_depth_all_zero_is_fused_and_reported(rig: Rig) -> None:
-    rig.feed(scenes.field(0, scenes.pose(), boxes=()))
-    assert rig.metric("frames_fused") == 1
-    assert "all zero" in rig.mapper.health().problem
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
-    assert view.similarity.shape == view.grid.shape
-    assert np.isnan(view.similarity).all()
-    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
-    assert error.code == "empty_map"
 
 
 def test_a_field_of_another_encoder_is_refused(rig: Rig) -> None:
@@ -309,12 +230,6 @@ def test_a_field_of_another_encoder_is_refused(rig: Rig) -> None:
     assert rig.mapper.health().ready
 
 
-def test_a_pose_that_jumps_is_refused(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0), replace(sofa_ahead(1), T_map_camera=scenes.pose(9000.0)))
-    assert "pose jump" in rig.mapper.health().problem
-    assert rig.metric("frames_fused") == 1
-
-
 def test_late_frames_are_ignored_but_a_clock_set_back_is_followed(rig: Rig) -> None:
     newest, late = sofa_ahead(50), sofa_ahead(49)
     rig.feed(newest, late)
@@ -322,15 +237,6 @@ def test_late_frames_are_ignored_but_a_clock_set_back_is_followed(rig: Rig) -> N
     assert rig.newest().sequence == 50
     rig.feed(replace(sofa_ahead(51), stamp_ns=newest.stamp_ns - 60 * 10**9))
     assert rig.newest().sequence == 51
-
-
-def test_a_clock_that_steps_back_does_not_make_the_map_deaf(rig: Rig) -> None:
-    rig.feed(sofa_ahead(50))
-    for sequence in range(51, 54):
-        field = sofa_ahead(sequence)
-        rig.feed(replace(field, stamp_ns=field.stamp_ns - 9 * 10**9))
-    assert rig.metric("frames_fused") == 4
-    assert rig.metric("frames_late") == 0
 
 
 def test_texts_of_another_space_are_refused(rig: Rig) -> None:
@@ -354,24 +260,6 @@ def test_an_unknown_word_is_explained_by_perception(rig: Rig) -> None:
     rig.feed(sofa_ahead(0))
     error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("flurb")))
     assert "flurb is not a word I know" in str(error)
-
-
-def test_without_perception_known_texts_still_work(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
-    assert rig.perception is not None
-    rig.perception.close()
-    assert rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).scores[0] > 0.9
-    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("cup")))
-    assert error.code == "perception_missing"
-
-
-def test_another_encoder_empties_the_text_cache(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
-    rig.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"), sofa_ahead(2))
-    rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
-    assert rig.asked == ["sofa", "sofa"]
 
 
 def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> None:
@@ -431,16 +319,6 @@ def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
     assert rig.metric("frames_fused") == 1  # the map in memory stays
 
 
-@pytest.mark.parametrize(("name", "code"), [("gone", "unknown_map"), ("../gone", "invalid")])
-def test_a_map_that_is_not_there_is_neither_listed_nor_deleted(
-    rig: Rig, name: str, code: str
-) -> None:
-    error = refusal(lambda: rig.client.call(keys.MAP_LIST, MapListRequest(name)))
-    assert error.code == code
-    error = refusal(lambda: rig.client.call(keys.MAP_DELETE, MapFile(name)))
-    assert error.code == code
-
-
 def test_a_map_that_cannot_be_deleted_is_reported(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -469,16 +347,6 @@ def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     assert after.revision == before.revision
     np.testing.assert_array_equal(after.occupancy, before.occupancy)
-
-
-def test_a_map_of_another_encoder_is_not_loaded(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SAVE, MapFile("a"))
-    rig.client.call(keys.MAP_CLEAR, MapClear())
-    rig.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
-    error = refusal(lambda: rig.client.call(keys.MAP_LOAD, MapFile("a")))
-    assert "made with encoder encoder-a, but encoder-b" in str(error)
-    assert error.code == "encoder_mismatch"
 
 
 def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
@@ -524,20 +392,6 @@ def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
     assert rig.newest().objects_version > loaded.objects_version
     listed = Rig(tmp_path / "maps").client.call(keys.MAP_LIST, MapListRequest())
     assert listed.maps[0].name == "flat"
-
-
-def test_objects_that_cannot_be_written_are_a_problem(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_arguments: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    rig.feed(*(sofa_ahead(k) for k in range(3)))
-    assert rig.mapper.health().problem == ""
-    monkeypatch.setattr("onemap_mapper.object_file.write", full)
-    rig.client.call(keys.MAP_REMEMBER, object_find("bed"))
-    assert "cannot write the found objects" in rig.mapper.health().problem
-    assert rig.mapper.health().ready
 
 
 def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
@@ -623,17 +477,6 @@ def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:
     assert restarted(tmp_path / "maps").metric("cells") == 0
 
 
-def test_a_loaded_map_is_resumed(rig: Rig, tmp_path: Path) -> None:
-    rig.feed(sofa_ahead(0))
-    cells = rig.metric("cells")
-    rig.client.call(keys.MAP_SAVE, MapFile("a"))
-    rig.client.call(keys.MAP_CLEAR, MapClear())
-    rig.client.call(keys.MAP_LOAD, MapFile("a"))
-    rig.mapper.close()
-    assert rig.metric("checkpoints") == 1
-    assert restarted(tmp_path / "maps").metric("cells") == cells
-
-
 def test_saving_beyond_the_quota_is_refused(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     (tmp_path / "maps").mkdir(exist_ok=True)
@@ -644,57 +487,6 @@ def test_saving_beyond_the_quota_is_refused(rig: Rig, tmp_path: Path) -> None:
     assert "map_quota_mb" in str(error)
     rig.client.call(keys.MAP_DELETE, MapFile("large"))
     assert rig.client.call(keys.MAP_SAVE, MapFile("a")).created
-
-
-def test_a_poisoned_file_changes_nothing(rig: Rig, tmp_path: Path) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SAVE, MapFile("a"))
-    with np.load(tmp_path / "maps" / "a.npz") as archive:
-        content = {name: archive[name] for name in archive.files}
-    before = rig.metric("cells")
-    for field, value in (("frames_fused", 2**70), ("encoder_id", ""), ("stamp_ns", 2**63)):
-        header = json.loads(str(content["header"])) | {field: value}
-        changed = content | {"header": np.array(json.dumps(header))}
-        np.savez(tmp_path / "maps" / "b.npz", **changed)
-        error = refusal(lambda: rig.client.call(keys.MAP_LOAD, MapFile("b")))
-        assert (error.code, field in str(error) or "encoder" in str(error)) == ("invalid", True)
-    rig.feed(sofa_ahead(1))
-    assert rig.metric("cells") >= before
-    assert rig.metric("frames_fused") == 2
-
-
-def test_frames_that_are_fused_while_a_map_is_read_are_no_obstacle(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SAVE, MapFile("a"))
-    read = map_file.read
-
-    def slow(path: Path, *, max_cells: int) -> MapSnapshot:
-        rig.feed(sofa_ahead(1), sofa_ahead(2))
-        return read(path, max_cells=max_cells)
-
-    monkeypatch.setattr(map_file, "read", slow)
-    assert rig.client.call(keys.MAP_LOAD, MapFile("a")).frames_fused == 1
-    revision = rig.newest()
-    assert (revision.revision, revision.frames_fused) == (4, 1)
-
-
-def test_unfinished_files_of_an_earlier_mapper_are_removed(tmp_path: Path) -> None:
-    leftovers = [tmp_path / "maps" / ".a.npz.0.part", tmp_path / "maps/checkpoints/.1.npz.0.part"]
-    for path in leftovers:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(b"half")
-    Rig(tmp_path / "maps")
-    assert not any(path.exists() for path in leftovers)
-
-
-def test_a_leftover_that_cannot_be_removed_does_not_stop_the_mapper(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    (tmp_path / "maps" / ".a.part").mkdir(parents=True)
-    Rig(tmp_path / "maps")
-    assert "cannot remove unfinished files" in caplog.text
 
 
 def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:

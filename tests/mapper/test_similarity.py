@@ -66,11 +66,6 @@ def test_scores_are_those_of_the_message(seed: int, neutrals: int, temperature: 
             assert value == pytest.approx(expected, abs=2e-4)
 
 
-def test_a_cell_without_a_feature_gets_a_score_too() -> None:
-    query = text_query(embeddings(np.random.default_rng(0), 0), 0, CPU)
-    assert scores(torch.zeros((1, 8)), query).tolist() == [0.5]
-
-
 def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
@@ -157,15 +152,6 @@ def test_ranks_keep_the_order_and_span_the_range(values: F32) -> None:
         assert top[0] == 255
 
 
-def test_ranks_of_many_cells_are_those_of_a_sample() -> None:
-    values = np.random.default_rng(0).random(50_000).astype(np.float32)
-    np.testing.assert_allclose(ranks(values), 1 + values * 254, atol=8)
-
-
-def test_nothing_has_no_ranks() -> None:
-    assert ranks(np.zeros(0, np.float32)).shape == (0,)
-
-
 def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
@@ -175,31 +161,6 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     cache.scores(one, store, 1)
     fresh = scores(store.features(slots), two)
     np.testing.assert_allclose(cache.scores(two, store, 1), fresh, atol=1e-6)
-
-
-def test_the_same_text_of_another_robot_keeps_its_scores() -> None:
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.zeros((5, 2), np.int64))
-    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
-    message = embeddings(rng, 3)
-    ours, theirs = (text_query(message, 0, CPU) for _ in range(2))
-    cache.scores(ours, store, 1)
-    assert cache.serials([theirs]) == cache.serials([ours]) != (0,)
-    assert cache.stale([theirs], store).size == 0
-    other = text_query(embeddings(rng, 3), 0, CPU)
-    assert not other.scores_as(ours)
-    assert cache.serials([other]) == (0,)
-
-
-def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(similarity, "MAX_TEXTS", 2)
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    base = text_query(embeddings(rng, 2), 0, CPU)
-    for text in ("a", "b", "c"):
-        cache.scores(TextQuery(text, base.concepts, base.temperature), store, 0)
-    assert list(cache._entries) == ["b", "c"]
 
 
 def test_scores_stay_right_when_slots_were_removed() -> None:
@@ -254,12 +215,6 @@ def test_without_calibration_a_cell_more_like_a_negative_scores_nothing() -> Non
     features = np.stack([sofa, bed])
     own, other = (cell_scores(features, one[None], 1.0) for one in (sofa, bed))
     np.testing.assert_allclose(against(own, [other]).scores, [1.0, 0.0])
-
-
-def test_a_score_of_zero_stays_zero_against_negatives() -> None:
-    far = TextQuery("a text", torch.eye(8)[:2], 1e4)
-    none = CellScores(far, 1, np.zeros(1, np.float32), np.zeros(1, np.float32))
-    assert against(none, [none]).scores.tolist() == [0.0]
 
 
 @given(

@@ -56,17 +56,6 @@ def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
     np.testing.assert_array_equal(again.occupancy_grid(), belief.occupancy_grid())
 
 
-def test_a_restored_map_goes_on_growing(belief: BeliefMap) -> None:
-    again = restored(take(belief))
-    again.fuse(compute_update(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), PARAMS))
-    assert again.frames_fused == 5
-
-
-def test_an_empty_map_is_restored_empty() -> None:
-    again = restored(take(BeliefMap(PARAMS)))
-    assert (again.encoder_id, again.store.count, again.grid.shape) == ("", 0, (0, 0))
-
-
 def test_a_snapshot_is_detached_from_the_map() -> None:
     made = BeliefMap(PARAMS)
     made.fuse(compute_update(scenes.field(0, scenes.pose()), PARAMS))
@@ -75,10 +64,6 @@ def test_a_snapshot_is_detached_from_the_map() -> None:
     made.fuse(compute_update(scenes.field(1, scenes.pose()), PARAMS))
     for old, now in zip(before, (taken.features, taken.confidence, taken.evidence), strict=True):
         np.testing.assert_array_equal(old, now)
-
-
-def test_while_no_encoder_is_known_any_map_is_taken(belief: BeliefMap) -> None:
-    assert restored(take(belief), encoder_id="").encoder_id == "encoder-a"
 
 
 def test_another_encoder_is_refused(belief: BeliefMap) -> None:

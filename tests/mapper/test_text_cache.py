@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.query import texts
 from onemap_mapper.query.texts import BATCHES_AT_ONCE, TextCache
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.transport import RequestRejected
@@ -55,15 +54,6 @@ def test_after_a_change_of_encoder_texts_are_embedded_again() -> None:
     cache.clear()
     cache.query("sofa")
     assert embedder.asked == ["sofa", "sofa"]
-
-
-def test_the_text_used_longest_ago_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(texts, "MAX_TEXTS", 2)
-    embedder = Embedder()
-    cache = TextCache(embedder, CPU)
-    for text in ("sofa", "cup", "sofa", "lamp", "sofa", "cup"):
-        cache.query(text)
-    assert embedder.asked == ["sofa", "cup", "lamp", "cup"]
 
 
 def test_a_failure_is_passed_on_and_not_cached() -> None:
@@ -147,16 +137,3 @@ def test_an_unknown_word_fails_alone() -> None:
         assert asked["bed"].result(20)[1].text == "bed"
         with pytest.raises(RequestRejected, match="qzxw is unknown"):
             asked["qzxw"].result(20)
-
-
-def test_what_was_embedded_before_a_change_of_encoder_is_not_kept() -> None:
-    embed = HeldBack()
-    cache = TextCache(embed, CPU)
-    with ThreadPoolExecutor(1) as pool:
-        asked = pool.submit(cache.query, "cup")
-        assert embed.busy.acquire(timeout=60)
-        cache.clear()
-        embed.release.set()
-        asked.result(20)
-    cache.query("cup")
-    assert embed.embedder.asked == ["cup", "cup"]

@@ -8,7 +8,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.belief.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.tiles import AREA, SIDE, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.params import MapParams
 
 Cell = tuple[int, int]
@@ -49,22 +49,6 @@ def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
     np.testing.assert_array_equal(dense, expected)
 
 
-def test_cells_without_a_tile_have_no_row() -> None:
-    index = TileIndex(MapParams())
-    assert index.rows(np.array([[0, 0]])).tolist() == [NO_ROW]
-    index.allocate(torch.tensor([[0, 0], [200, 0]]))
-    outside = np.array([[100, 0], [0, 100], [-1, 0], [0, -1], [10**6, 10**6]])
-    assert index.rows(outside).tolist() == [NO_ROW] * 5
-
-
-def test_an_empty_index_has_an_empty_grid() -> None:
-    index = TileIndex(MapParams())
-    assert index.grid.shape == (0, 0)
-    index.allocate(torch.zeros((0, 2), dtype=torch.int64))
-    assert index.rows_on_device(torch.zeros((2, 2), dtype=torch.int64)).tolist() == [NO_ROW] * 2
-    assert index.to_dense(TileLayer(torch.uint8, 0).values.numpy(), 0).shape == (0, 0)
-
-
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
     index = TileIndex(MapParams(max_extent_m=50.0))
     index.allocate(torch.tensor([[0, 0]]))
@@ -86,12 +70,3 @@ def test_a_layer_grows_and_keeps_its_values() -> None:
     layer.grow(2)  # never shrinks
     assert len(layer.values) == 4 * AREA
     assert layer.nbytes >= layer.values.nbytes
-
-
-def test_cells_are_checked_without_allocating_them() -> None:
-    index = TileIndex(MapParams(max_extent_m=50.0))
-    index.allocate(torch.tensor([[0, 0]]))
-    index.check(np.array([[300, -100]]))
-    assert index.count == 1
-    with pytest.raises(MapTooLarge, match="pose jump"):
-        index.check(np.array([[900_000, 0]]))

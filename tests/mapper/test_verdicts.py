@@ -47,12 +47,6 @@ def test_score_and_coverage_make_the_verdict(score: float, share: float, verdict
     assert (judged.frontiers, judged.frontier_m) == (0, ())
 
 
-def test_the_frontier_of_the_highest_worth_is_named() -> None:
-    seen = coverage(0.5, ((0.0, 1.0), (2.0, 3.0)))
-    judged = judge(0.0, seen, worths=np.array([0.1, 0.4]), found_score=FOUND)
-    assert (judged.frontiers, judged.frontier_m) == (2, (2.0, 3.0))
-
-
 def test_a_frontier_is_worth_more_with_more_behind_it_and_when_near() -> None:
     nothing = np.full(GRID.shape, np.nan, np.float32)
     seen = coverage(0.5, ((-1.0, 0.0), (3.0, 0.0)))

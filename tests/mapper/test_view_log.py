@@ -45,21 +45,6 @@ def test_the_best_view_of_a_region_is_that_of_most_of_its_confidence(log: ViewLo
     assert log.last_seen_ns(ROWS) == 20
 
 
-def test_a_weaker_later_view_is_seen_last_but_not_best(log: ViewLog) -> None:
-    record(log, 1.0, [2, 2, 2, 2], 10)
-    record(log, 3.0, [1, 1, 1, 1], 99)
-    assert log.best_view(ROWS)[0] == pytest.approx(1.0)
-    assert log.last_seen_ns(ROWS) == 99
-
-
-def test_a_camera_that_stands_still_adds_no_views(log: ViewLog) -> None:
-    for stamp_ns in range(50):
-        record(log, 0.0, [1, 1, 1, 1], stamp_ns)
-    held = log.nbytes
-    record(log, 1.0, [1, 1, 1, 1], 60)
-    assert log.nbytes == held + 24
-
-
 def test_what_is_taken_and_put_into_another_log_is_the_same(log: ViewLog) -> None:
     record(log, 0.0, [1, 1, 1, 1], 10)
     record(log, 1.0, [3, 3, 0.5, 0.5], 20)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan, radians
+from math import radians
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from onemap_mapper.frame.camera_check import (
     READING_LIFETIME_S,
     CameraPose2D,
-    FloorAssessment,
     FloorMonitor,
     FloorState,
     LevelSurface,
@@ -78,17 +77,6 @@ def test_one_height_seen_all_around_is_a_wrong_mounting(height_m: float) -> None
     assert "T_map_camera" in assessment.problem
 
 
-def test_a_robot_that_drives_straight_gives_the_same_assessment() -> None:
-    assert state(driving(TABLE, 0.4)) is FloorState.UNKNOWN
-    assert state(driving(TABLE, 1.6)) is FloorState.UNKNOWN  # as long as a table
-    assert state(driving(TABLE, 3.0)) is FloorState.INCONSISTENT
-
-
-def test_a_small_turn_is_not_enough() -> None:
-    assert state(turning(TABLE, 60)) is FloorState.UNKNOWN
-    assert state(turning(TABLE, 95)) is FloorState.INCONSISTENT
-
-
 def test_one_view_of_the_floor_outweighs_all_tables() -> None:
     monitor = turning(TABLE, 180).with_surface(FLOOR, CameraPose2D(0.0, 0.0, radians(-90)), 4.0)
     assert state(monitor) is FloorState.CONSISTENT
@@ -112,10 +100,6 @@ def test_a_tilt_is_reported_though_the_height_depends_on_the_distance() -> None:
     assert "5.0 degrees" in assessment.problem
 
 
-def test_surfaces_higher_than_any_mistake_are_tables() -> None:
-    assert state(turning(LevelSurface(0.75, 0.0), 359)) is FloorState.UNKNOWN
-
-
 def test_old_readings_expire() -> None:
     wrong = turning(TABLE, 120)
     assert state(wrong, READING_LIFETIME_S) is FloorState.INCONSISTENT
@@ -124,18 +108,7 @@ def test_old_readings_expire() -> None:
     assert len(later.readings) == 1
 
 
-def test_the_newest_reading_of_a_viewpoint_replaces_the_older() -> None:
-    monitor = turning(FLOOR, 120)
-    for degree in range(121):
-        monitor = monitor.with_surface(TABLE, CameraPose2D(0.0, 0.0, radians(degree)), 3.0)
-    assert state(monitor) is FloorState.INCONSISTENT
-
-
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5))
 def test_the_heading_of_a_camera_does_not_depend_on_its_tilt(yaw: float, pitch: float) -> None:
     viewpoint = camera_pose_2d(pose_2d(1.0, 2.0, yaw) @ camera_mount(0.0, 1.0, pitch))
     assert viewpoint.offset_to(CameraPose2D(1.0, 2.0, yaw)) == pytest.approx((0.0, 0.0), abs=1e-6)
-
-
-def test_an_unknown_floor_has_no_height() -> None:
-    assert FloorAssessment(FloorState.UNKNOWN).height_m == pytest.approx(nan, nan_ok=True)

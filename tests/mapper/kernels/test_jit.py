@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 
 from onemap_mapper import jit
 
@@ -54,15 +53,6 @@ def test_without_a_folder_for_its_code_a_function_is_compiled_all_the_same(
     assert made == [doubled]
 
 
-def test_only_data_on_the_cpu_and_by_wish(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jit, "AVAILABLE", True)
-    assert jit.usable(wanted=True, device=torch.device("cpu"))
-    assert not jit.usable(wanted=False, device=torch.device("cpu"))
-    assert not jit.usable(wanted=True, device=torch.device("cuda"))
-    monkeypatch.setattr(jit, "AVAILABLE", False)
-    assert not jit.usable(wanted=True, device=torch.device("cpu"))
-
-
 def test_the_code_is_kept_where_the_environment_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,22 +82,6 @@ def test_a_compilation_is_announced_once_and_loading_is_not(
             total(np.arange(4.0, dtype=np.float32))
     assert said == [f"compiling the map's kernels, once; cached in {total.stats.cache_path}"]
     assert str(folder) in said[0]
-
-
-def test_without_a_folder_for_its_code_the_announcement_says_what_to_set() -> None:
-    numba = pytest.importorskip("numba", reason="numba is not installed")
-    said: list[str] = []
-    with jit.on_compilation(said.append):
-        numba.njit(doubled)(2.5)
-    assert len(said) == 1
-    assert "at every start" in said[0]
-    assert "NUMBA_CACHE_DIR" in said[0]
-
-
-def test_without_numba_no_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jit, "numba", None)
-    with jit.on_compilation(lambda _: pytest.fail("announced")):
-        jit.compiled(doubled)(2.5)
 
 
 @pytest.mark.parametrize(

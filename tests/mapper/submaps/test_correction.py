@@ -60,9 +60,3 @@ def test_the_ends_hold_outside_and_later_poses_are_right() -> None:
     assert earlier.x_m == pytest.approx(0.2)
     assert correction_at(message, message.stamp_ns, centre_m).y_m == pytest.approx(0.4)
     assert correction_at(message, message.stamp_ns + 1, centre_m) is NO_CORRECTION
-
-
-def test_a_graph_without_keyframes_corrects_nothing() -> None:
-    none = np.zeros((0, 4, 4))
-    empty = PoseGraph(1, START, np.zeros(0, np.int64), none, none)
-    assert correction_at(empty, START - 1, np.zeros(2)).is_identity

@@ -32,13 +32,6 @@ def seen() -> tuple[BeliefMap, Submap]:
     return belief, submap_of(belief, field.stamp_ns, centre_m, torch.float16)
 
 
-def test_without_a_correction_nothing_is_copied() -> None:
-    _, submap = seen()
-    cells, source = moved_cells(submap.features.cells, NO_CORRECTION, SIZE_M)
-    assert cells is submap.features.cells
-    np.testing.assert_array_equal(source, np.arange(len(cells)))
-
-
 def test_whole_cells_move_exactly() -> None:
     cells, source = moved_cells(SQUARE, PlanarCorrection(0.0, 0.3, -0.2), SIZE_M)
     np.testing.assert_array_equal(cells, SQUARE[source] + (3, -2))
@@ -58,18 +51,6 @@ def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
     for row in filled:
         inside = np.flatnonzero(row)
         assert row[inside[0] : inside[-1] + 1].all()  # a convex shape: each row is one run
-
-
-def test_a_submap_holds_what_its_map_holds() -> None:
-    belief, submap = seen()
-    np.testing.assert_array_equal(submap.features.cells, belief.store.cells)
-    torch.testing.assert_close(submap.features.confidence.float(), belief.store.confidence)
-    half = belief.store.features(np.arange(belief.store.count)).half()
-    torch.testing.assert_close(submap.features.features, half)
-    rows = belief.tiles.rows(submap.occupancy.cells)
-    np.testing.assert_array_equal(submap.occupancy.evidence, belief.occupancy.evidence.values[rows])
-    assert submap.occupancy.clear.sum() == belief.occupancy.clear.values.sum()
-    assert submap.nbytes == submap.features.nbytes + submap.occupancy.nbytes
 
 
 def test_the_displacement_is_that_of_the_farthest_corner() -> None:

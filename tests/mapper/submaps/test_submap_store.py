@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import SubmapParams, SubmapStore, occupancy_of, submap_of
-from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F16, F64, I64, pose_2d
@@ -273,18 +272,6 @@ def test_a_reset_of_what_was_searched_holds_after_a_move() -> None:
     alone, _ = made((shifted(fields[3], 0.5, 0.0),), store=False)
     searched = belief.store.searched_confidence.sum()
     torch.testing.assert_close(searched, alone.store.confidence.sum(), rtol=1e-3, atol=0)
-
-
-def test_a_correction_beyond_the_largest_map_changes_nothing() -> None:
-    fields = shown(6, 2)
-    belief, submaps = made(fields, params=MapParams(max_extent_m=20.0))
-    submaps.follow(graph(fields, [pose_2d(500.0, 0.0, 0.0), STAY]))
-    with pytest.raises(MapTooLarge):
-        submaps.move_next()
-    assert not submaps.move_next()
-    expected, theirs = made(fields, params=MapParams(max_extent_m=20.0))
-    theirs.close()
-    assert_same(belief, expected)
 
 
 def _unit(features: np.ndarray) -> F16:

@@ -248,7 +248,7 @@ def test_every_key_of_the_configuration_is_in_the_text() -> None:
             assert f".{key}: " in text
             assert " ".join((field.description or "").split()) in words
     assert 'log.format: "human" or "json", default "human"' in text
-    assert "mapper.cell_size_m: number > 0 and <= 1, default 0.1" in text
+    assert "mapper.cell_size_m: number >= 0.05 and <= 1, default 0.1" in text
     assert "perception.encoder.model: text, required" in text
     assert "planner.drive.max_linear_mps: number > 0, default 0.7" in text
     assert "perception.detector with backend coco: " in text

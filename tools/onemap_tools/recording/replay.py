@@ -366,9 +366,7 @@ def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
     return params
 
 
-def _encoded(
-    options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapParams
-) -> MapRebuild:
+def _encoded(options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapParams) -> MapRebuild:
     perception = section(read(options.config), "perception", PerceptionConfig)
     encoder = make_encoder(perception.encoder)
     return encoded_again(frames, encoder, VarianceParams(perception.variance), params)
