@@ -39,7 +39,7 @@ post() {
 }
 field() { python3 -c 'import json, sys; print(json.load(sys.stdin)[sys.argv[1]])' "$1"; }
 ready() { get /readyz; }
-searching() { [[ $(get /v1/searches/current | field state) =~ exploring|approaching|verifying ]]; }
+searching() { [[ $(get /v1/searches/current | field state) =~ exploring|approaching|confirming ]]; }
 state_is() { [[ $(get /v1/searches/current | field state) == "$1" ]]; }
 start_search() { post /v1/searches '{"objects": ["bed", "television", "refrigerator"]}'; }
 found() { within 300 state_is found; }
@@ -56,6 +56,7 @@ check_compose() {
   no_pip() { ! "${compose[@]}" exec -T gateway python -m pip --version; }
   step "prerequisites, token and .env" deploy/setup.sh --demo
   step "build" "${compose[@]}" build
+  ((failed == 0)) || return
   step "build again after an edit of the planner, packages cached" rebuild "${compose[@]}"
   step "start" "${compose[@]}" up --detach
   token=$("${compose[@]}" exec -T gateway cat /run/secrets/gateway-token)
@@ -109,6 +110,7 @@ check_systemd() {
       ! journalctl -u 'onemap-*' --since "-60 s" | grep -q 'Killing process'
   }
   step "install" "$install"
+  ((failed == 0)) || return
   step "start" systemctl start onemap.target
   step "all active within 180 s" within 180 active
   step "the gateway answers" within 60 get /healthz

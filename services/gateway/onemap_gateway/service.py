@@ -28,6 +28,8 @@ LOG = logging.getLogger("onemap.gateway")
 GRACEFUL_SHUTDOWN_S = 1  # open streams end within 0.2 s; connections left are then closed
 JOIN_TIMEOUT_S = 1.5
 
+EVERY_ADDRESS = ("0.0.0.0", "::")
+
 
 class HttpServer(uvicorn.Server):
     """Counts the turns of its event loop, ten a second."""
@@ -93,7 +95,10 @@ class GatewayWorker:
         if (limit := connection_limit()) < MAX_CONNECTIONS:
             LOG.warning("only %d connections at once: 'ulimit -n' allows few open files", limit)
         host = f"[{config.host}]" if ":" in config.host else config.host
-        LOG.info("the page is at http://%s:%d", host, self.port)
+        if config.host in EVERY_ADDRESS:  # no address to open in a browser
+            LOG.info("the page is at port %d of every address of this host", self.port)
+        else:
+            LOG.info("the page is at http://%s:%d", host, self.port)
 
     def step(self, timeout_s: float) -> None:
         """Wait; raise if the server's thread has ended or stands still."""
