@@ -1,4 +1,4 @@
-"""Connections are limited in number and in time."""
+"""Connections of clients that are slow, too many, or no HTTP; the port."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from websockets.sync.client import connect
 
 from onemap_gateway import connections
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.connections import RESERVED_DESCRIPTORS, connection_limit, raw_response
+from onemap_gateway.connections import RESERVED_DESCRIPTORS, connection_limit, listen, raw_response
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.runner import StartError
 from tests.gateway.fakes import WAIT_S
 
 LIMIT = 8
@@ -153,3 +154,18 @@ def test_the_limit_stays_below_that_of_descriptors(
     assert resource.RLIM_INFINITY == -1
     monkeypatch.setattr(resource, "getrlimit", lambda _which: (allowed, allowed))
     assert connection_limit() == limit
+
+
+def test_connections_do_not_wait_to_send() -> None:
+    with listen("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
+        connection, _ = listener.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_a_port_in_use_is_refused_with_what_to_do() -> None:
+    with listen("127.0.0.1", 0) as first:
+        port = first.getsockname()[1]
+        with pytest.raises(StartError, match=r"another program uses it.*gateway\.port") as error:
+            listen("127.0.0.1", port)
+        assert error.value.temporary

@@ -1,4 +1,4 @@
-"""Requests that are refused before any route runs."""
+"""Hosts, origins, roles, tokens, the lock-out, and the bodies that are read."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from typing import Any
 
 import anyio
 import pytest
-from starlette.responses import Response
 from starlette.testclient import TestClient
 from starlette.types import Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
-from onemap_gateway.config import TOKENS as TOKEN_OF
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http import security
 from onemap_gateway.http.security import (
-    IMAGE_PATHS,
     LIVE_PROTOCOL,
     LOCK_S,
+    MAX_ADDRESSES,
     MAX_BODY_BYTES,
     MAX_FAILURES,
-    MAX_IMAGE_BODY_BYTES,
-    ROLE,
     TOKEN_PROTOCOL,
-    SecurityMiddleware,
+    LockOut,
+    TokenTable,
+    client_network,
+    required_role,
 )
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
@@ -73,16 +72,6 @@ def test_a_foreign_page_may_not_change_anything(client: TestClient, origin: str)
         client.websocket_connect("ws://localhost:8080/v1/live", headers={"Origin": origin}),
     ):
         pass
-
-
-def test_the_own_page_may(client: TestClient) -> None:
-    own = {"Origin": "http://localhost:8080"}
-    assert client.post("/v1/map/clear", headers=own).status_code == 200
-
-
-def test_no_other_site_may_read(client: TestClient) -> None:
-    answer = client.get("/v1/map", headers={"Origin": "http://evil.example"})
-    assert "Access-Control-Allow-Origin" not in answer.headers
 
 
 TOKENS = {"token": "aD-min.1", "search_token": "se:arch=", "look_token": "0123"}
@@ -157,22 +146,6 @@ def test_each_role_may_do_its_work_only(
         assert "gateway." in answer.json()["detail"]
 
 
-@pytest.mark.parametrize("role", [Role.LOOK, Role.SEARCH, Role.ADMINISTER])
-def test_a_route_learns_the_role_of_its_client(role: Role) -> None:
-    config = GatewayConfig.model_validate(TOKENS)
-    told: list[Role] = []
-
-    async def route(scope: Scope, receive: Receive, send: Send) -> None:
-        told.append(scope[ROLE])
-        await Response()(scope, receive, send)
-
-    guarded = TestClient(SecurityMiddleware(route, config), base_url="http://localhost")
-    guarded.get("/v1/map", headers=bearing(TOKENS[TOKEN_OF[role]]))
-    open_to_all = SecurityMiddleware(route, GatewayConfig())
-    TestClient(open_to_all, base_url="http://localhost").get("/v1/map")
-    assert told == [role, Role.ADMINISTER]
-
-
 def protocols(token: str) -> list[str]:
     return [LIVE_PROTOCOL, TOKEN_PROTOCOL + urlsafe_b64encode(token.encode()).decode().rstrip("=")]
 
@@ -210,12 +183,6 @@ def test_guessing_is_locked_out_and_the_right_token_with_it(
 def test_a_large_body_is_refused(client: TestClient) -> None:
     body = b'{"text": "' + b"x" * MAX_BODY_BYTES + b'"}'
     assert client.post("/v1/searches", content=body, headers=JSON).status_code == 413
-
-
-@pytest.mark.parametrize("path", IMAGE_PATHS)
-def test_a_body_larger_than_any_image_is_refused(client: TestClient, path: str) -> None:
-    body = b'{"image": "' + b"x" * MAX_IMAGE_BODY_BYTES + b'"}'
-    assert client.post(path, content=body, headers=JSON).status_code == 413
 
 
 def test_a_large_body_without_a_stated_length_is_refused(client: TestClient) -> None:
@@ -275,3 +242,63 @@ def answer_to(receive: Any) -> Message:
     scope = {"type": "http", "method": "POST", "path": "/v1/queries", "headers": headers}
     anyio.run(security.SecurityMiddleware(reached, GatewayConfig()), scope, receive, send)
     return sent[0]
+
+
+@pytest.mark.parametrize(
+    ("request_line", "role"),
+    [
+        ("GET /", Role.NOBODY),
+        ("GET /static/app.js", Role.NOBODY),
+        ("GET /statics", Role.LOOK),
+        ("GET /v1/map.png", Role.LOOK),
+        ("OPTIONS /v1/map", Role.LOOK),
+        ("POST /v1/queries", Role.LOOK),
+        ("POST /mcp", Role.LOOK),
+        ("POST /v1/searches", Role.SEARCH),
+        ("DELETE /v1/searches/s1", Role.SEARCH),
+        ("DELETE /v1/searches/", Role.ADMINISTER),
+        ("PATCH /v1/searches/s1", Role.ADMINISTER),
+        ("DELETE /v1/objects/s1", Role.ADMINISTER),
+        ("POST /v1/new", Role.ADMINISTER),
+    ],
+)
+def test_what_has_no_rule_needs_the_highest_role(request_line: str, role: Role) -> None:
+    assert required_role(*request_line.split()) is role
+
+
+def test_a_token_has_its_role_byte_for_byte() -> None:
+    table = TokenTable({Role.ADMINISTER: "abc", Role.LOOK: "abcd", Role.SEARCH: ""})
+    assert not table.open
+    assert table.role(b"abc") is Role.ADMINISTER
+    assert table.role(b"abcd") is Role.LOOK
+    for wrong in (b"", b"ab", b"ABC", b"abc ", "äbc".encode()):
+        assert table.role(wrong) is Role.NOBODY
+
+
+def test_one_address_is_locked_out_for_a_while() -> None:
+    lock_out = LockOut()
+    assert [lock_out.count("10.0.0.1", 5.0) for _ in range(MAX_FAILURES)][-2:] == [False, True]
+    assert lock_out.locked_s("10.0.0.1", 5.0) == LOCK_S
+    assert lock_out.locked_s("10.0.0.2", 5.0) == 0
+    assert lock_out.locked_s("10.0.0.1", 5.0 + LOCK_S) == 0
+
+
+def test_the_addresses_remembered_are_bounded() -> None:
+    lock_out = LockOut()
+    for index in range(3 * MAX_ADDRESSES):
+        lock_out.count(f"client{index}", 0.0)
+    assert len(lock_out._failures) == MAX_ADDRESSES
+
+
+@pytest.mark.parametrize(
+    ("address", "network"),
+    [
+        ("192.168.1.7", "192.168.1.7"),
+        ("::1", "::/64"),
+        ("2001:db8:1:2:3::4", "2001:db8:1:2::/64"),
+        ("::ffff:192.168.1.7", "192.168.1.7"),
+        ("testclient", "testclient"),
+    ],
+)
+def test_a_client_of_ipv6_is_its_network(address: str, network: str) -> None:
+    assert client_network(address) == network

@@ -1,4 +1,4 @@
-"""Messages as clients get them: rounded, with both forms of a time, without NaN."""
+"""Messages as clients get them: replies, answers in words, the live document, metrics."""
 
 from __future__ import annotations
 
@@ -11,11 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from prometheus_client.parser import text_string_to_metric_families
 
 from onemap import replies
 from onemap.replies import ObjectOutcome, Reply, SearchSnapshot
+from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.http.reply_docs import CLOSED_LISTS, EXAMPLES
 from onemap_gateway.present.formats import finite, json_text
+from onemap_gateway.present.live import build_overlay, live_document
+from onemap_gateway.present.metrics import RequestCounter, exposition
+from onemap_gateway.present.queries import no_match_message, query_result, verdict_sentence
 from onemap_gateway.present.replies import (
     age_s,
     map_archive,
@@ -24,18 +29,26 @@ from onemap_gateway.present.replies import (
     object_list,
     search_snapshot,
 )
+from onemap_gateway.present.service_status import PipelineFault
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     NO_CHOICE,
     Coverage,
     FailureCode,
+    MapVerdict,
     ObjectList,
     ObjectResult,
     SearchKind,
     SearchOrder,
     SearchState,
+    SimilarityReply,
+    SimilarityRequest,
+    VelocityCommand,
+    Verdict,
 )
+from onemap_shared.transport import Counters
 from tests.gateway import fakes
-from tests.gateway.fakes import STAMP_NS, kept_object, search_view
+from tests.gateway.fakes import STAMP_NS, FakeMapper, full_state, kept_object, search_view
 
 FOUND = replace(
     fakes.find_result("sofa", 1, 2), frame_ns=2**60 + 1, box_px=(1.0, 2.0, 3.0, 4.0), cells=7
@@ -247,3 +260,175 @@ def test_every_document_becomes_json_that_every_reader_takes(document: Any) -> N
 def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
     assert finite({"a": (float("nan"), [float("-inf")])}) == {"a": [None, [None]]}
     assert finite([1.5, -2, "NaN", True, None]) == [1.5, -2, "NaN", True, None]
+
+
+def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
+    none = np.zeros((0, 4), np.float32)
+    return SimilarityReply(
+        text="yeti",
+        revision=1,
+        stamp_ns=1,
+        encoder_id="e",
+        centres_m=none[:, :2],
+        extents_m=none,
+        scores=none[:, 0],
+        variances=none[:, 0],
+        grid=fakes.GRID,
+        scores_grid=np.zeros((0, 0), np.float32),
+        floor=floor,
+        nearest=nearest,
+    )
+
+
+def test_an_empty_reply_has_the_best_score_and_near_words() -> None:
+    assert no_match_message(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
+    assert no_match_message(nothing(0.3, ())).endswith(
+        "the best score is 0.00, and answers begin at 0.30."
+    )
+    assert no_match_message(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
+
+
+@pytest.fixture
+def sofa() -> SimilarityReply:
+    return FakeMapper(MemoryRouter()).similarity(SimilarityRequest("sofa"))
+
+
+def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> None:
+    first, second = query_result(sofa, STAMP_NS).regions
+    assert first.outline_m == ((0.2, 1.0), (0.5, 1.0), (0.5, 1.3))
+    assert first.last_seen_at == "2026-01-01T00:00:00.000Z"
+    assert first.best_view is not None
+    assert (first.best_view.x_m, first.best_view.yaw_rad) == (1.0, 0.5)
+    assert (second.outline_m, second.last_seen_at, second.best_view) == ((), None, None)
+    assert (first.height_m, second.height_m) == ((0.1, 0.9), None)
+
+
+def test_a_verdict_says_how_much_was_looked_at(sofa: SimilarityReply) -> None:
+    reply = query_result(sofa, STAMP_NS)
+    assert reply.verdict == "found"
+    assert reply.looked.share == 0.75
+    assert (reply.looked.frontiers, reply.looked.frontier_m) == (1, (1.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        (MapVerdict(Verdict.FOUND, 6, 2), "'sofa' is at (0.35, 1.15) m, with the score 0.90."),
+        (
+            MapVerdict(Verdict.NOT_HERE, 9.96, 0.04),
+            "'sofa' is not here: 99 % of the reachable area was looked at, and the best score is "
+            "0.90.",
+        ),
+        (
+            MapVerdict(Verdict.NOT_LOOKED_YET, 6, 2, 1, (1.5, 0.5)),
+            "'sofa' was not seen, but only 75 % of the reachable area was looked at; look behind "
+            "the frontier at (1.50, 0.50) m next.",
+        ),
+        (
+            MapVerdict(Verdict.NOT_LOOKED_YET),
+            "'sofa' was not seen, but only 0 % of the reachable area was looked at.",
+        ),
+    ],
+)
+def test_a_verdict_in_words(sofa: SimilarityReply, verdict: MapVerdict, said: str) -> None:
+    assert verdict_sentence(replace(sofa, verdict=verdict)) == said
+
+
+def test_the_live_document_is_json_and_whole() -> None:
+    document = live_document(
+        full_state(), PipelineFault("robot", "Silent."), now_s=1.5, now_ns=STAMP_NS, with_trail=True
+    )
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert document["ready"] is False
+    assert document["problem"] == "Silent."
+    assert document["robot"]["yaw_rad"] == 0.5
+    assert document["trail_m"] == [[1.0, 2.0]]
+    assert document["map"]["objects_version"] == 4
+    assert document["camera"]["detections"][0]["name"] == "sofa"
+    assert document["path"]["points_m"] == [[1, 2], [3, 4]]
+    assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]
+
+
+def test_the_live_document_has_the_latencies_of_late() -> None:
+    state = LiveState().with_message(fakes.rgbd(), 1.0).with_message(fakes.command(), 1.4)
+    document = live_document(state, None, now_s=2.0, now_ns=STAMP_NS, with_trail=False)
+    expected = {"stage": "command", "p50_s": 0.4, "p95_s": 0.4, "count": 1}
+    assert document["latencies"] == [expected]
+
+
+def test_the_live_document_of_nothing_says_what_is_missing() -> None:
+    document = live_document(LiveState(), None, now_s=0.0, now_ns=STAMP_NS, with_trail=False)
+    for part in ("robot", "map", "camera", "path", "search", "trail_m"):
+        assert document[part] is None
+    assert all(service["condition"] == "down" for service in document["services"])
+
+
+def test_an_overlay_holds_what_the_state_has() -> None:
+    overlay = build_overlay(full_state(), 1.0)
+    np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
+    np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
+    assert overlay.found == (("sofa", 1.0, 2.0),)
+    assert len(overlay.frontiers_m) == 1
+
+
+def samples(state: LiveState, requests: RequestCounter | None = None) -> dict[str, float]:
+    """Every sample by its name and labels, read as Prometheus would."""
+    counters = {"rgbd": Counters(received=5, refused=1)}
+    text = exposition(state, counters, requests or RequestCounter(), 10.0).decode()
+    return {
+        " ".join([name, *(f"{key}={value}" for key, value in sorted(labels.items()))]): number
+        for family in text_string_to_metric_families(text)
+        for name, labels, number, *_ in family.samples
+    }
+
+
+def test_what_runs_and_what_not() -> None:
+    state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
+    state = state.with_message(fakes.heartbeat("mapper"), 9.0)
+    found = samples(state)
+    assert found["onemap_up service=mapper"] == 1
+    assert found["onemap_up service=planner"] == 0
+    assert found["onemap_heartbeat_age_seconds service=mapper"] == 1
+
+
+def test_a_services_own_metrics_carry_its_name() -> None:
+    state = LiveState().with_message(fakes.heartbeat("mapper"), 9.0)
+    assert samples(state)["onemap_mapper_frames_per_second"] == 9.5
+
+
+def test_messages_are_counted_by_what_became_of_them() -> None:
+    found = samples(LiveState())
+    assert found["onemap_bus_messages_total outcome=received stream=rgbd"] == 5
+    assert found["onemap_bus_messages_total outcome=refused stream=rgbd"] == 1
+
+
+def test_requests_are_counted() -> None:
+    requests = RequestCounter()
+    requests.count("GET", "/healthz", 200)
+    requests.count("GET", "/healthz", 200)
+    found = samples(LiveState(), requests)
+    assert found["onemap_http_requests_total method=GET route=/healthz status=200"] == 2
+
+
+def test_the_map_in_numbers() -> None:
+    state = LiveState().with_message(fakes.revision(3), 1.0)
+    state = state.with_message(fakes.revision(4), 8.0)
+    found = samples(state)
+    assert found["onemap_map_idle_seconds"] == 2
+    assert found["onemap_map_frames_fused"] == 4
+
+
+def test_latencies_of_frames_are_a_histogram() -> None:
+    state = LiveState().with_message(fakes.revision(3), 0.5)
+    for message, now_s in ((fakes.rgbd(), 1.0), (fakes.revision(4), 1.25)):
+        state = state.with_message(message, now_s)
+    state = state.with_message(fakes.detections("sofa"), 1.5)
+    for command in (VelocityCommand(1, 2, 0.1, 0.0), fakes.command(), fakes.command()):
+        state = state.with_message(command, 1.75)
+    found = samples(state)
+    assert found["onemap_frame_latency_seconds_sum stage=command"] == 0.75
+    assert found["onemap_frame_latency_seconds_count stage=command"] == 1
+    assert found["onemap_frame_latency_seconds_bucket le=0.2 stage=map"] == 0
+    assert found["onemap_frame_latency_seconds_bucket le=0.3 stage=map"] == 1
+    assert found["onemap_frame_latency_seconds_count stage=detections"] == 1
+    assert found["onemap_frame_latency_seconds_sum stage=detections"] == 0.5

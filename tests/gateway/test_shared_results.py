@@ -13,7 +13,6 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.shared_results import (
     AT_ONCE,
     KEPT_S,
-    MAX_KEPT,
     SLICE_BYTES,
     SharedResponse,
     SharedResults,
@@ -88,18 +87,6 @@ def test_a_version_is_kept_for_a_moment_and_the_next_is_computed() -> None:
         assert await body(8) == b"5"
         now_s[0] += 1.1 * KEPT_S
         assert await body(8) == b"6"
-
-    run(scenario())
-
-
-def test_what_is_kept_is_bounded() -> None:
-    async def scenario() -> None:
-        drawing, results = Drawing(), SharedResults(5, lambda: 0.0)
-        drawing.may_end.set()
-        for text in range(4 * MAX_KEPT):
-            await results.get(text, 1, drawing.draw)
-        assert len(results._kept) == MAX_KEPT
-        assert not results._running
 
     run(scenario())
 

@@ -1,26 +1,31 @@
-"""Every error becomes a problem document with a sentence that helps."""
+"""Problems in words, and which one the failure of a call is."""
 
 from __future__ import annotations
 
 import json
-import string
-from typing import Literal
+from typing import Any
 
+import anyio
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from onemap_gateway.http.problems import (
     PROBLEM_TYPES,
     HttpProblem,
+    ProblemDetails,
     from_call_error,
     from_validation_errors,
     problem_response,
 )
-from onemap_gateway.http.schemas import MapName, QueryRequest, SearchStart
-from onemap_gateway.present.service_status import sentence
-from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
+from onemap_gateway.http.schemas import QueryRequest, SearchStart
+from onemap_shared import keys
+from onemap_shared.keys import Procedure
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import MapClear, MapSummary
+from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError, RequestRejected
+from tests.gateway.fakes import gateway_on
 
 
 def no_hung(_service: str) -> str:
@@ -71,13 +76,6 @@ def test_the_codes_of_services_have_their_status(code: str, status: int) -> None
     assert "he reason." in problem.detail
 
 
-@pytest.mark.parametrize("code", ["perception_missing", "perception_silent"])
-def test_a_service_behind_the_one_asked_is_named(code: str) -> None:
-    problem = from_call_error(RemoteError(code, "perception is away"), "mapper", 2.0, no_hung)
-    assert problem.status == 503
-    assert problem.extra["service"] == "perception"
-
-
 @pytest.mark.parametrize("error", [NoReply(""), QueryTimeout("")])
 def test_a_missing_service_is_503_and_says_when_to_try_again(error: CallError) -> None:
     problem = from_call_error(error, "planner", 2.0, no_hung)
@@ -99,29 +97,10 @@ def test_a_wrong_field_is_named() -> None:
     assert problem.detail.startswith("'regions' is no field of this request")
 
 
-def test_a_missing_field_is_named() -> None:
-    assert refused(MapName, "{}").detail == "'name' is missing."
-
-
 def test_all_wrong_fields_are_listed() -> None:
     problem = refused(QueryRequest, '{"text": 5, "max_regions": 0}')
     fields = [error["field"] for error in problem.extra["errors"]]
     assert fields == ["text", "max_regions"]
-
-
-def test_the_words_of_a_schema_keep_their_case() -> None:
-    class Choice(BaseModel):
-        colour: Literal["Red", "BLUE"]
-        code: str = Field(pattern="^[A-Z]+$")
-
-    detail = refused(Choice, '{"colour": "green", "code": "x"}').detail
-    assert "'colour': input should be 'Red' or 'BLUE'" in detail
-    assert "[A-Z]" in detail
-
-
-def test_a_search_says_in_one_way_what_to_do() -> None:
-    for body in ("{}", '{"object": "sofa", "go_to_m": [1, 2]}'):
-        assert "exactly one of 'objects'" in refused(SearchStart, body).detail
 
 
 @pytest.mark.parametrize(
@@ -151,13 +130,44 @@ def test_what_was_sent_is_not_repeated(text: str) -> None:
     assert marker not in json.dumps(from_validation_errors([error]).document)
 
 
-@given(st.text())
-def test_a_sentence_starts_large_and_ends(text: str) -> None:
-    result = sentence(text)
-    assert result[-1] in ".!?"
-    assert result[0] not in string.ascii_lowercase
+def test_the_example_is_what_an_absent_mapper_causes() -> None:
+    (example,) = ProblemDetails.model_json_schema()["examples"]
+    assert from_call_error(NoReply(), "mapper", 3.0, lambda _service: "").document == example
 
 
-def test_text_that_is_not_valid_unicode_can_be_answered() -> None:
-    body = problem_response(HttpProblem("invalid", "about \ud800")).body
-    assert json.loads(bytes(body))["status"] == 422
+def call_problem(
+    router: MemoryRouter, procedure: Procedure[Any, Any] = keys.SEARCH_GET
+) -> HttpProblem:
+    """The problem that a call of ``procedure`` ends with."""
+    with gateway_on(router) as gateway, pytest.raises(HttpProblem) as problem:
+        anyio.run(gateway.call, procedure, procedure.request())
+    return problem.value
+
+
+def hang(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every service pass for one that hangs."""
+    monkeypatch.setattr(
+        "onemap_gateway.http.context.hung_problem", lambda name, _state, _now_s: f"{name} hangs."
+    )
+
+
+def test_an_absent_service_that_hangs_is_a_timeout(
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hang(router, monkeypatch)
+    problem = call_problem(router)
+    assert (problem.code, problem.extra["service"]) == ("timeout", "planner")
+    assert problem.detail == "planner hangs."
+
+
+def test_a_hung_service_behind_the_one_called_is_named(
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_request: MapClear) -> MapSummary:
+        raise RequestRejected("perception_missing", "perception does not run")
+
+    hang(router, monkeypatch)
+    router.bus("mapper").serve(keys.MAP_CLEAR, refuse)
+    problem = call_problem(router, keys.MAP_CLEAR)
+    assert (problem.code, problem.extra["service"]) == ("timeout", "perception")
+    assert problem.detail == "perception hangs."

@@ -1,4 +1,4 @@
-"""The interface as a whole: documented, complete, and a response to every request."""
+"""The application: its document, pages, methods, headers, and answers without services."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,8 +15,9 @@ from pydantic import SecretStr
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.context import Paces
+from onemap_gateway.http.context import GatewayContext, Paces
 from onemap_gateway.http.problems import PROBLEM_TYPES
+from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.http.schemas import EXAMPLE_PNG
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
@@ -26,6 +28,7 @@ from tests.gateway.fakes import (
     client_of,
     client_on,
     gateway_on,
+    kept_object,
     state_reached,
 )
 
@@ -210,3 +213,133 @@ def test_a_wrong_method_is_a_problem_and_names_the_right_ones(client: TestClient
     assert answer.status_code == 405
     assert answer.headers["Allow"] == "POST, OPTIONS"
     assert answer.json()["title"]
+
+
+@pytest.mark.parametrize("page", ["/", "/docs", "/favicon.ico"])
+def test_pages_are_served(client: TestClient, page: str) -> None:
+    assert client.get(page).status_code == 200
+
+
+def static_files() -> list[Path]:
+    return sorted(STATIC.iterdir())
+
+
+@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
+def test_static_files_load_nothing_from_elsewhere(client: TestClient, file: Path) -> None:
+    assert client.get(f"/static/{file.name}").status_code == 200
+    text = file.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+    assert not re.search(r"https?://|//[a-z]+\.[a-z]|@import", text)
+
+
+@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
+def test_what_static_files_refer_to_exists(client: TestClient, file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    for path in re.findall(r'(?:src|href)="(/[^"#]*)"', text):
+        assert client.get(path).status_code == 200, path
+    for name in re.findall(r'from "\./([^"]+)"', text):
+        assert (STATIC / name).is_file()
+
+
+def test_every_element_that_scripts_ask_for_is_on_the_page() -> None:
+    for script in STATIC.glob("*.js"):
+        html = "docs.html" if script.name == "docs.js" else "index.html"
+        page = (STATIC / html).read_text(encoding="utf-8")
+        text = script.read_text(encoding="utf-8")
+        for name in re.findall(r'(?:by|getElementById)\("([^"]+)"\)', text):
+            assert f'id="{name}"' in page, (script.name, name)
+
+
+def test_no_style_or_script_is_inline() -> None:
+    """The content security policy would not run it."""
+    for page in STATIC.glob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert " style=" not in text
+        assert not re.search(r"<script(?![^>]*src=)|\son\w+=", text)
+
+
+CHANGING = {"content-length", "x-onemap-age"}  # from one request to the next
+EVENTS = "/v1/searches/{search_id}/events"
+
+
+def test_every_get_has_a_head_with_the_same_headers(client: TestClient, mapper: FakeMapper) -> None:
+    mapper.objects.append(kept_object())
+    client.post("/v1/searches", json={"object": "sofa"})
+    client.put("/v1/maps/flat")
+    paths = [path for method, path, _ in operations(client) if method == "GET" and path != EVENTS]
+    assert len(paths) > 8
+    for path in (*paths, "/", "/docs", "/openapi.json", "/static/app.js", "/nix"):
+        address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
+        whole, head = client.get(address), client.head(address)
+        assert head.status_code == whole.status_code, path
+        assert head.content == b"", path
+        assert head.headers.keys() == whole.headers.keys(), path
+        assert {**head.headers, **dict.fromkeys(CHANGING)} == {
+            **whole.headers,
+            **dict.fromkeys(CHANGING),
+        }, path
+
+
+def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: FakePlanner) -> None:
+    address = EVENTS.format(search_id="s1")
+    assert client.head(address).status_code == 404
+    client.post("/v1/searches", json={"object": "sofa"})
+    head = client.head(address)
+    assert head.status_code == 200
+    assert head.headers["Content-Type"].startswith("text/event-stream")
+    assert planner.status is not None
+    assert planner.status.active
+
+
+@pytest.mark.parametrize(
+    ("address", "allowed"),
+    [
+        ("/healthz", "GET, HEAD, OPTIONS"),
+        ("/v1/queries", "POST, OPTIONS"),
+        ("/v1/searches/s1", "GET, HEAD, DELETE, OPTIONS"),
+        ("/v1/maps/flat", "GET, HEAD, PUT, DELETE, OPTIONS"),
+        ("/v1/objects/3f9a12c4", "GET, HEAD, DELETE, OPTIONS"),
+        ("/static/app.js", "GET, HEAD, OPTIONS"),
+    ],
+)
+def test_options_names_what_an_address_takes(
+    client: TestClient, address: str, allowed: str
+) -> None:
+    answer = client.options(address, headers={"Origin": "http://evil.example"})
+    assert answer.status_code == 204
+    assert answer.headers["Allow"] == allowed
+    assert not [name for name in answer.headers if name.startswith("access-control")]
+    refused = client.request("PATCH", address)
+    assert refused.status_code == 405
+    assert refused.headers["Allow"] == allowed
+
+
+def test_requests_are_counted_by_their_own_method_and_route(client: TestClient) -> None:
+    client.head("/healthz")
+    client.options("/v1/queries")
+    text = client.get("/metrics").text
+    assert 'method="HEAD",route="/healthz",status="200"' in text
+    assert 'method="OPTIONS"' in text
+
+
+def test_every_answer_forbids_framing_sniffing_and_keeping(client: TestClient) -> None:
+    swagger_ui = "/static/swagger-ui/swagger-ui-bundle.js"
+    for path in ("/", "/docs", swagger_ui, "/healthz", "/nothing", "/v1/map.png"):
+        headers = client.get(path).headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Cache-Control"] in ("no-store", "no-cache")
+
+
+def test_a_failing_route_is_a_problem_and_is_logged(
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(_gateway: GatewayContext) -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(GatewayContext, "fault", fail)
+    with gateway_on(router) as gateway:
+        answer = client_of(gateway).get("/readyz")
+    assert answer.status_code == 500
+    assert answer.json()["status"] == 500
+    assert "a bug" not in answer.text
+    assert "a bug" in caplog.text

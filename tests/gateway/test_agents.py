@@ -1,0 +1,364 @@
+"""Tools for agents over the Model Context Protocol, and what they say."""
+
+from __future__ import annotations
+
+import base64
+import json
+import logging
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from functools import partial
+from typing import Any, Literal
+
+import anyio
+import httpx2
+import pytest
+from pydantic import SecretStr
+from starlette.testclient import TestClient
+
+from onemap.replies import SearchSnapshot
+from onemap_gateway.config import GatewayConfig, Role
+from onemap_gateway.http.agent_tools import TOOLS, ToolResult, budget_limits, call_tool
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.present.agents import (
+    started_summary,
+    stopped_summary,
+)
+from onemap_gateway.present.replies import search_snapshot
+from onemap_gateway.service import GatewayWorker, build
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import SearchOrder, SearchState, SearchStatus
+from tests.gateway.fakes import (
+    PICTURE,
+    STAMP_NS,
+    FakeMapper,
+    FakePlanner,
+    client_on,
+    decoded,
+    find_result,
+    gateway_on,
+    kept_object,
+    odometry,
+    search,
+    state_reached,
+)
+from tests.structure import ROOT
+
+mcp = pytest.importorskip("mcp", reason="the extra 'mcp' is not installed")
+from mcp import Client, types  # noqa: E402
+from mcp.client.streamable_http import streamable_http_client  # noqa: E402
+
+CONFIG = GatewayConfig(
+    port=0,
+    token=SecretStr("all"),
+    search_token=SecretStr("move"),
+    look_token=SecretStr("look"),
+    agent_max_distance_m=40,
+)
+PATIENCE_S = 60.0  # for an answer; the library's 5 s are a measure of the machine
+BUDGET: dict[str, Any] = {"max_distance_m": 30, "max_time_s": 120}
+Script = Callable[[Client], Awaitable[Any]]
+
+
+@pytest.fixture
+def worker(router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[Any]:
+    mapper.objects.append(kept_object())
+    worker = build(router.bus("gateway"), CONFIG)
+    yield worker
+    worker.close()
+
+
+@asynccontextmanager
+async def agent(
+    worker: GatewayWorker, token: str, mode: Literal["auto", "legacy"] = "auto"
+) -> AsyncIterator[Client]:
+    address = f"http://127.0.0.1:{worker.port}/mcp"
+    headers = {"Authorization": f"Bearer {token}"}
+    async with httpx2.AsyncClient(headers=headers, timeout=PATIENCE_S) as http:
+        transport = streamable_http_client(address, http_client=http)
+        async with Client(transport, mode=mode) as client:
+            yield client
+
+
+def played(worker: GatewayWorker, token: str, *calls: tuple[str, dict[str, Any]]) -> list[Any]:
+    """The results of these calls, one after the other."""
+
+    async def play() -> list[Any]:
+        async with agent(worker, token) as client:
+            return [await client.call_tool(name, arguments) for name, arguments in calls]
+
+    return anyio.run(play)
+
+
+def text(result: types.CallToolResult) -> str:
+    (first, *_rest) = result.content
+    assert isinstance(first, types.TextContent)
+    return first.text
+
+
+@pytest.mark.parametrize("mode", ["auto", "legacy"])
+def test_agents_of_new_and_old_revisions_see_the_tools(
+    worker: GatewayWorker, mode: Literal["auto", "legacy"]
+) -> None:
+    async def listed() -> dict[str, types.Tool]:
+        async with agent(worker, "look", mode) as client:
+            await client.call_tool("list_objects", {})
+            return {tool.name: tool for tool in (await client.list_tools()).tools}
+
+    tools = anyio.run(listed)
+    moving = {
+        name
+        for name, tool in tools.items()
+        if tool.annotations is not None and not tool.annotations.read_only_hint
+    }
+    assert moving == {"start_search", "stop"}
+    assert set(tools) - moving == {
+        "where_is",
+        "list_objects",
+        "describe_map",
+        "look_at",
+        "search_status",
+    }
+    budget = tools["start_search"].input_schema
+    assert budget["properties"]["max_distance_m"]["maximum"] == 40
+    assert {"objects", "max_distance_m", "max_time_s"} == set(budget["required"])
+
+
+def test_an_agent_asks_without_moving_the_robot(
+    worker: GatewayWorker, planner: FakePlanner
+) -> None:
+    where, listed, seen, map_shown = played(
+        worker,
+        "look",
+        ("where_is", {"object": "sofa"}),
+        ("list_objects", {}),
+        ("look_at", {"object": "bed"}),
+        ("describe_map", {"picture": True}),
+    )
+    assert where.structured_content["likely"][0]["centre_m"] == [0.35, 1.15]
+    assert where.structured_content["likely"][1]["variance"] is None  # infinite
+    assert listed.structured_content["objects"][0]["name"] == "bed"
+    assert base64.b64decode(seen.content[2].data) == PICTURE
+    assert seen.content[2].mime_type == "image/jpeg"
+    assert decoded(base64.b64decode(map_shown.content[2].data)).shape[2] == 3
+    assert planner.requests == []
+
+
+def test_a_search_is_started_followed_and_stopped(
+    worker: GatewayWorker, planner: FakePlanner, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, "onemap.gateway")
+    started, going, stopped, again = played(
+        worker,
+        "move",
+        ("start_search", {"objects": ["sofa", "kettle"], "order": "any", **BUDGET}),
+        ("search_status", {}),
+        ("stop", {}),
+        ("stop", {"search_id": "s1"}),
+    )
+    (request,) = planner.requests
+    assert (request.max_distance_m, request.max_time_s) == (30, 120)
+    assert "at most 30 m and 120 s" in text(started)
+    assert going.structured_content["search"]["state"] == "exploring"
+    assert text(stopped).startswith("Stopped the search s1 for 'sofa', 'kettle'")
+    assert stopped.structured_content["search"]["state"] == "cancelled"
+    assert "nothing to stop" in text(again)
+    assert [r.getMessage()[:26] for r in caplog.records if "agent" in r.getMessage()][:2] == [
+        "an agent: Started the sear",
+        "an agent: Stopped the sear",
+    ]
+
+
+SEARCH = {"objects": ["sofa"], **BUDGET}
+
+
+@pytest.mark.parametrize(
+    ("token", "call", "reason"),
+    [
+        ("look", ("start_search", SEARCH), "'gateway.search_token'"),
+        ("look", ("stop", {}), "may only look"),
+        ("move", ("start_search", {"objects": ["sofa"]}), "'max_distance_m' is missing"),
+        ("all", ("start_search", {**SEARCH, "objects": ["flurb"]}), "did you mean 'curb'"),
+        ("move", ("fly", {}), "no tool 'fly': there are where_is"),
+    ],
+)
+def test_what_may_not_be_is_refused_in_a_sentence(
+    worker: GatewayWorker,
+    planner: FakePlanner,
+    token: str,
+    call: tuple[str, dict[str, Any]],
+    reason: str,
+) -> None:
+    (result,) = played(worker, token, call)
+    assert result.is_error
+    assert reason in text(result)
+    assert planner.requests == []
+
+
+def test_without_a_token_there_is_no_agent(worker: GatewayWorker) -> None:
+    with pytest.raises(Exception, match="TaskGroup"):  # a group: 3.10 has no name for it
+        played(worker, "wrong", ("list_objects", {}))
+
+
+def test_the_example_of_the_documents_runs(
+    worker: GatewayWorker, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (ROOT / "docs" / "agents.md").read_text(encoding="utf-8")
+    example = page.split("```python\n")[1].split("```")[0]
+    example = example.replace("127.0.0.1:8080", f"127.0.0.1:{worker.port}")
+    exec(compile(example.replace("<token>", "look"), "agents.md", "exec"), {})
+    assert "look like 'sofa'" in capsys.readouterr().out
+
+
+@pytest.fixture
+def gateway(
+    router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner
+) -> Iterator[GatewayContext]:
+    with gateway_on(router) as gateway:
+        yield gateway
+
+
+def called(
+    gateway: GatewayContext, name: str, role: Role = Role.SEARCH, **given: Any
+) -> ToolResult:
+    return anyio.run(partial(call_tool, gateway, role, name, given))
+
+
+def refusal(gateway: GatewayContext, name: str, role: Role = Role.SEARCH, **given: Any) -> str:
+    with pytest.raises(HttpProblem) as problem:
+        called(gateway, name, role, **given)
+    return problem.value.detail
+
+
+def test_what_a_search_confirmed_comes_before_what_looks_like_it(
+    gateway: GatewayContext, mapper: FakeMapper
+) -> None:
+    mapper.objects.append(kept_object(name="Sofa"))
+    reply = called(gateway, "where_is", object="sofa", max_places=1).reply
+    assert reply.summary.startswith("'Sofa' (3f9a12c4) at x 3.42 m, y -1.15 m was found")
+    assert "look like 'sofa'" in reply.summary
+    assert "Nothing on the map" in called(gateway, "where_is", object="kite").reply.summary
+    assert "does not know 'flurb'" in refusal(gateway, "where_is", object="flurb")
+
+
+def test_found_objects_are_listed_and_shown_by_name_or_id(
+    gateway: GatewayContext, mapper: FakeMapper
+) -> None:
+    assert "No search has found anything" in called(gateway, "list_objects").reply.summary
+    assert "'start_search' finds it" in refusal(gateway, "look_at", object="bed")
+    mapper.objects.append(kept_object())
+    assert "'bed' (3f9a12c4)" in called(gateway, "list_objects").reply.summary
+    for name in ("BED", "3f9a12c4"):
+        shown = called(gateway, "look_at", object=name)
+        assert (shown.picture, shown.media_type) == (mapper.picture, "image/jpeg")
+
+
+def test_the_map_is_described_with_the_robot_on_it(
+    gateway: GatewayContext, router: MemoryRouter
+) -> None:
+    described = called(gateway, "describe_map", Role.LOOK)
+    assert "3.0 m2 of free floor" in described.reply.summary
+    assert "no pose of the robot is known" in described.reply.summary
+    assert "No camera frame has arrived" in described.reply.summary
+    assert described.picture == b""
+    router.bus("simulator").publish(keys.ROBOT_ODOMETRY).put(odometry(1.0, -2.0, 0.5))
+    assert state_reached(gateway.cache, lambda state: state.odometry is not None)
+    assert "stands at x 1.00 m, y -2.00 m" in called(gateway, "describe_map").reply.summary
+
+
+def test_a_budget_is_needed_and_has_a_limit(gateway: GatewayContext, planner: FakePlanner) -> None:
+    for name, limit, _unit in budget_limits(GatewayConfig()):
+        above = {**BUDGET, name: 2 * limit}
+        reason = refusal(gateway, "start_search", objects=["sofa"], **above)
+        assert f"at most {limit:g}" in reason
+        assert "'gateway.agent_max_distance_m'" in reason
+        without = {key: value for key, value in BUDGET.items() if key != name}
+        assert "is missing" in refusal(gateway, "start_search", objects=["sofa"], **without)
+    assert planner.requests == []
+
+
+def test_who_may_only_look_moves_nothing(gateway: GatewayContext, planner: FakePlanner) -> None:
+    for name, tool in TOOLS.items():
+        if tool.changes:
+            assert "'gateway.search_token'" in refusal(gateway, name, Role.LOOK)
+    assert planner.requests == []
+
+
+def test_without_the_sdk_one_sentence_says_what_to_install(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "onemap_gateway.http.mcp_server", raising=False)
+    monkeypatch.setitem(sys.modules, "mcp", None)
+    answer = client.post("/mcp", json=REQUEST)
+    assert answer.status_code == 501
+    assert "'pip install onemap[mcp]'" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(("headers", "status"), [({}, 401), ({"Authorization": "Bearer x"}, 401)])
+def test_an_agent_needs_a_token(router: MemoryRouter, headers: dict[str, str], status: int) -> None:
+    with client_on(router, GatewayConfig(token=SecretStr("secret"))) as client:
+        assert client.post("/mcp", json={}, headers=headers).status_code == status
+
+
+REQUEST = {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}
+
+
+@pytest.mark.parametrize(
+    ("body", "fault"),
+    [
+        (b"", "not valid JSON"),
+        (b"x", "not valid JSON"),
+        (b"\xff\xfe", "not valid JSON"),
+        (b"[" * 300, "not valid JSON"),
+        (b"3", "holds no JSON object"),
+        (json.dumps([REQUEST]).encode(), "or several"),
+        (b"{}", "'jsonrpc' must be"),
+        (b'{"jsonrpc": "2.0", "id": 1}', "'method' must"),
+        (b'{"jsonrpc": "2.0", "id": 1, "result": {}}', "'method' must"),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": 7}', "'method' must"),
+        (b'{"jsonrpc": "2.0", "id": null, "method": "tools/list"}', "'id' must"),
+        (b'{"jsonrpc": "2.0", "id": true, "method": "tools/list"}', "'id' must"),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/list", "params": 3}', "'params' must"),
+    ],
+)
+def test_what_is_no_message_is_refused_in_a_sentence(
+    client: TestClient, body: bytes, fault: str
+) -> None:
+    headers = {"Accept": "application/json", "Content-Type": "application/json"}
+    answer = client.post("/mcp", content=body, headers=headers)
+    assert answer.status_code == 400
+    assert answer.headers["content-type"] == "application/problem+json"
+    detail = answer.json()["detail"]
+    assert fault in detail
+    assert "send one JSON-RPC request to /mcp" in detail
+    assert "pydantic" not in detail
+
+
+def report(status: SearchStatus, seconds: int = 12) -> SearchSnapshot:
+    return search_snapshot(status, STAMP_NS + seconds * 10**9)
+
+
+def test_a_start_says_what_the_robot_does_and_for_how_long() -> None:
+    two = replace(search(objects=("sofa", "bed")), order=SearchOrder.ANY)
+    said = started_summary(report(two), 40.0, 300.0)
+    assert "for 'sofa', 'bed' in the cheapest order: the robot drives now" in said
+    assert "at most 40 m and 300 s" in said
+    assert "order" not in started_summary(report(search()), 40.0, 300.0)
+
+
+@pytest.mark.parametrize("state", [SearchState.FOUND, SearchState.FAILED])
+def test_a_stop_that_came_too_late_says_so(state: SearchState) -> None:
+    late = stopped_summary(report(search(state=state)), had_ended=False)
+    assert f"had ended before as {state}: there was nothing to stop" in late
+    cancelled = report(search(state=SearchState.CANCELLED))
+    assert "nothing to stop" in stopped_summary(cancelled, had_ended=True)
+
+
+def test_a_stop_keeps_what_was_found() -> None:
+    status = replace(search(state=SearchState.CANCELLED), results=(find_result("sofa", 1.0, 2.0),))
+    said = stopped_summary(report(status), had_ended=False)
+    assert said.endswith("the robot brakes and stands. Found: 'sofa'.")

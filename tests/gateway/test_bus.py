@@ -1,0 +1,340 @@
+"""What is received: the state, the latencies of frames, the cache, calls to services."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+
+import anyio
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_gateway.bus.live_state import (
+    BOUNDS_S,
+    HEARTBEAT_EXPIRY_S,
+    KEPT_FRAMES,
+    MAX_LOGGED_STATUSES,
+    MAX_METRICS,
+    MAX_PROBLEM_CHARS,
+    RECENT,
+    TRAIL_STEP_M,
+    BusMessage,
+    FrameLatencies,
+    LatencyHistogram,
+    LiveState,
+)
+from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.bus.state_cache import StateCache
+from onemap_gateway.present.service_status import hung_problem
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import MapClear, SearchId, SearchStatus
+from onemap_shared.messages.search import FINAL_STATES
+from onemap_shared.transport import QueryTimeout
+from onemap_shared.wire import Packet, encode
+from tests.gateway import fakes
+from tests.gateway.fakes import FakeMapper, FakePlanner, search, state_reached
+
+MESSAGES: dict[str, BusMessage] = {
+    "frame": fakes.rgbd(),
+    "odometry": fakes.odometry(1, 2),
+    "detections": fakes.detections("sofa"),
+    "revision": fakes.revision(3),
+    "search": fakes.search(),
+    "path": fakes.planned_path((0, 0), (1, 1)),
+}
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_a_message_replaces_its_own_stream(name: str) -> None:
+    before = LiveState()
+    after = before.with_message(MESSAGES[name], 5.0)
+    assert getattr(before, name) is None
+    seen = getattr(after, name)
+    assert seen.message is MESSAGES[name]
+    assert seen.age_s(7.5) == 2.5
+    for other in MESSAGES.keys() - {name}:
+        assert getattr(after, other) is None
+
+
+def test_progress_is_a_fused_frame_not_any_change() -> None:
+    state = LiveState().with_message(fakes.revision(3), 1.0)
+    assert state.with_message(fakes.revision(4), 2.0).last_fused_s == 2.0
+    cleared = state.with_message(fakes.revision(5, frames_fused=0), 3.0)
+    assert cleared.last_fused_s is None
+    assert cleared.with_message(fakes.revision(6, frames_fused=1), 4.0).last_fused_s == 4.0
+
+
+def test_the_rate_falls_when_the_stream_stalls() -> None:
+    state = LiveState()
+    for index in range(11):
+        state = state.with_message(fakes.odometry(0, 0), index / 10)
+    assert state.odometry is not None
+    assert state.odometry.rate_hz(1.0) == pytest.approx(10.0)
+    assert 0 < state.odometry.rate_hz(3.0) < 5
+    assert state.odometry.rate_hz(20.0) == 0
+
+
+@given(st.integers(0, 3 * MAX_LOGGED_STATUSES), st.integers(0, 3 * MAX_LOGGED_STATUSES))
+def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> None:
+    state = LiveState()
+    for index in range(before + after):
+        state = state.with_message(fakes.search(updated_ns=index), float(index))
+    fresh = [status.updated_ns for status in state.statuses_since(before)]
+    assert fresh == list(range(before, before + after))[-MAX_LOGGED_STATUSES:][: len(fresh)]
+    assert len(fresh) == min(after, MAX_LOGGED_STATUSES)
+
+
+def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
+    state = LiveState().with_message(fakes.heartbeat("mapper", 1), 1.0)
+    state = state.with_message(fakes.heartbeat("mapper", 1), 2.0)
+    assert state.heartbeats["mapper"].advanced_s == 1.0
+    state = state.with_message(fakes.heartbeat("mapper", 2), 3.0)
+    assert state.heartbeats["mapper"].advanced_s == 3.0
+
+
+def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump() -> None:
+    state = LiveState()
+    for index in range(10):
+        state = state.with_message(fakes.odometry(index * TRAIL_STEP_M * 0.51, 0), 0.0)
+    assert len(state.trail_m) == 5
+    state = state.with_message(fakes.odometry(50, 50), 0.0)
+    assert state.trail_m == ((50.0, 50.0),)
+
+
+def test_old_detections_and_paths_are_not_shown() -> None:
+    state = LiveState().with_message(fakes.detections("sofa"), 0.0)
+    state = state.with_message(fakes.planned_path((0, 0)), 0.0)
+    assert state.detections_now(1.0) is not None
+    assert state.detections_now(2.0) is None
+    assert state.path_now(4.0) is not None
+    assert state.path_now(6.0) is None
+    assert LiveState().detections_now(0.0) is None
+    assert LiveState().path_now(0.0) is None
+
+
+def test_a_path_ends_with_its_search() -> None:
+    path = fakes.planned_path((0, 0), (1, 1))
+    for ended in FINAL_STATES:
+        state = LiveState().with_message(fakes.search(), 1.0).with_message(path, 1.0)
+        assert state.path_now(1.1) is not None
+        state = state.with_message(fakes.search(state=ended), 1.2)
+        assert state.path_now(1.3) is None
+        started = replace(fakes.search("s2"), started_ns=path.stamp_ns + 1)
+        assert state.with_message(started, 1.4).path_now(1.5) is None
+
+
+def test_heartbeats_of_names_that_are_no_service_are_not_kept() -> None:
+    state = LiveState()
+    for index in range(1000):
+        state = state.with_message(fakes.heartbeat(f"forged{index}"), 1.0)
+    state = state.with_alive(frozenset({"forged", "mapper"}), 1.0)
+    assert not state.heartbeats
+    assert state.alive == {"mapper"}
+
+
+def test_a_heartbeat_is_kept_while_its_service_lives_and_for_a_while_after() -> None:
+    state = LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
+    late_s = 2.0 + HEARTBEAT_EXPIRY_S
+    assert "mapper" in state.with_alive(frozenset({"mapper"}), late_s).heartbeats
+    assert "mapper" in state.with_alive(frozenset(), late_s - 1.5).heartbeats
+    assert "mapper" not in state.with_alive(frozenset(), late_s).heartbeats
+
+
+def test_of_a_heartbeat_little_is_kept() -> None:
+    metrics = {f"m{index}": 1.0 for index in range(5000)}
+    metrics = {"nan": float("nan"), "inf": float("inf"), "x" * 5000: 1.0, "good": 2.0, **metrics}
+    message = replace(fakes.heartbeat("mapper", problem="p" * 9000), metrics=metrics)
+    kept = LiveState().with_message(message, 1.0).heartbeats["mapper"].heartbeat
+    assert len(kept.metrics) <= MAX_METRICS
+    assert kept.metrics["good"] == 2.0
+    assert all(math.isfinite(value) and len(name) < 200 for name, value in kept.metrics.items())
+    assert len(kept.problem) == MAX_PROBLEM_CHARS
+
+
+@pytest.mark.parametrize(("latency_s", "index"), [(0.0, 0), (0.02, 0), (0.021, 1), (9.0, -1)])
+def test_a_latency_is_counted_up_to_its_bound(latency_s: float, index: int) -> None:
+    histogram = LatencyHistogram().with_value(latency_s)
+    assert histogram.counts[index] == sum(histogram.counts) == 1
+    assert len(histogram.counts) == len(BOUNDS_S) + 1
+    assert histogram.total_s == latency_s
+
+
+def test_quantiles_are_of_late_and_zero_of_nothing() -> None:
+    histogram = LatencyHistogram()
+    assert histogram.quantile_s(0.95) == 0.0
+    for latency_s in (*[9.0] * 50, *[0.1] * RECENT):
+        histogram = histogram.with_value(latency_s)
+    assert histogram.quantile_s(1.0) == 0.1
+    assert sum(histogram.counts) == RECENT + 50
+
+
+def test_each_stage_is_timed_from_the_frame_once() -> None:
+    seen = FrameLatencies().with_frame(7, 1.0).with_frame(8, 1.1)
+    seen = seen.with_result("map", 7, 1.25).with_result("detections", 7, 1.5)
+    assert seen.stages["map"].total_s == 0.25
+    assert seen.stages["detections"].total_s == 0.5
+    assert seen.with_result("map", 7, 9.0) is seen
+
+
+def test_a_frame_that_is_not_known_is_not_timed() -> None:
+    seen = FrameLatencies().with_frame(7, 1.0)
+    assert seen.with_result("map", 6, 1.1) is seen
+    for stamp_ns in range(8, 8 + KEPT_FRAMES):
+        seen = seen.with_frame(stamp_ns, 1.0)
+    assert len(seen.arrivals) == KEPT_FRAMES
+    assert seen.with_result("map", 7, 1.1) is seen
+
+
+def test_every_stream_arrives(router: MemoryRouter) -> None:
+    cache, robot = StateCache(router.bus("gateway")), router.bus("simulator")
+    robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
+    robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
+    robot.publish(keys.ROBOT_CMD_VEL).put(fakes.command())
+    robot.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
+    robot.publish(keys.MAP_REVISION).put(fakes.revision(1))
+    robot.publish(keys.SEARCH_STATE).put(fakes.search())
+    robot.publish(keys.SEARCH_PATH).put(fakes.planned_path((0, 0)))
+    robot.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
+    streams = ("frame", "odometry", "detections", "revision", "search", "path")
+    heard = state_reached(
+        cache,
+        lambda state: (
+            bool(state.heartbeats)
+            and all(getattr(state, name) for name in streams)
+            and cache.counters()["command"].received > 0
+        ),
+    )
+    cache.close()
+    assert heard
+    assert all(counters.received == 1 for counters in cache.counters().values())
+
+
+def test_liveliness_tokens_are_followed(router: MemoryRouter) -> None:
+    cache = StateCache(router.bus("gateway"))
+    mapper = router.bus("mapper")
+    assert state_reached(cache, lambda state: "mapper" in state.alive)
+    mapper.close()
+    assert state_reached(cache, lambda state: "mapper" not in state.alive)
+    cache.close()
+
+
+def test_no_change_of_a_search_is_lost(router: MemoryRouter) -> None:
+    cache = StateCache(router.bus("gateway"))
+    publisher = router.bus("planner").publish(keys.SEARCH_STATE)
+    for index in range(10):
+        publisher.put(fakes.search(updated_ns=index))
+    assert state_reached(cache, lambda state: state.search_count == 10)
+    assert [status.updated_ns for status in cache.state.search_log] == list(range(10))
+    cache.close()
+
+
+def test_a_broken_message_is_logged_and_passed_over(
+    router: MemoryRouter, caplog: pytest.LogCaptureFixture
+) -> None:
+    cache = StateCache(router.bus("gateway"))
+    good = encode(fakes.odometry(1, 2))
+    with caplog.at_level(logging.WARNING, "onemap.gateway"):
+        router.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
+        assert state_reached(cache, lambda _state: cache.counters()["odometry"].refused == 1)
+        router.inject(keys.ROBOT_ODOMETRY.key, good)
+        assert state_reached(cache, lambda state: state.odometry is not None)
+    cache.close()
+    assert cache.counters()["odometry"].refused == 1
+    assert any("odometry: message refused" in record.message for record in caplog.records)
+
+
+def test_a_service_hangs_if_it_was_silent_before_its_token_went(router: MemoryRouter) -> None:
+    now_s = [10.0]
+    mapper = router.bus("mapper")
+    cache = StateCache(router.bus("gateway"), clock_s=lambda: now_s[0])
+    mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
+    assert state_reached(cache, lambda state: "mapper" in state.heartbeats)
+    assert state_reached(cache, lambda state: "mapper" in state.alive)
+    now_s[0] = 12.5
+    assert hung_problem("mapper", cache.state_with_fresh_liveliness(), 12.5) == ""
+    mapper.close()
+    fresh = cache.state_with_fresh_liveliness()  # before the next poll of the tokens
+    assert "its process hangs" in hung_problem("mapper", fresh, 12.5)
+    cache.close()
+
+
+NEWEST = SearchId()
+
+
+@pytest.fixture
+def hung(router: MemoryRouter) -> Iterator[MemoryRouter]:
+    """A planner that never answers, until the test is over."""
+    bus, release = router.bus("planner"), threading.Event()
+
+    def wait(_request: SearchId) -> SearchStatus:
+        release.wait()
+        return search()
+
+    bus.serve(keys.SEARCH_GET, wait)
+    yield router
+    release.set()
+    bus.close()
+
+
+def test_an_answer_comes_back(router: MemoryRouter, planner: FakePlanner) -> None:
+    planner.status = search("s9")
+    rpc = RpcClient(router.bus(), 2)
+    assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST, 2.0).search_id == "s9"
+
+
+def test_silence_is_given_up(hung: MemoryRouter) -> None:
+    with pytest.raises(QueryTimeout):
+        anyio.run(RpcClient(hung.bus(), 2).call, keys.SEARCH_GET, NEWEST, 0.05)
+
+
+def test_callers_beyond_the_limit_give_up_in_time_too(hung: MemoryRouter) -> None:
+    rpc, given_up = RpcClient(hung.bus(), 1), list[QueryTimeout]()
+
+    async def one() -> None:
+        try:
+            await rpc.call(keys.SEARCH_GET, NEWEST, 0.4)
+        except QueryTimeout as error:
+            given_up.append(error)
+
+    async def crowd() -> None:
+        async with anyio.create_task_group() as tasks:
+            for _ in range(20):
+                tasks.start_soon(one)
+
+    anyio.run(crowd)
+    assert len(given_up) == 20
+
+
+def test_a_hung_service_does_not_delay_another(hung: MemoryRouter) -> None:
+    FakeMapper(hung)
+    rpc = RpcClient(hung.bus(), 1)
+    order: list[str] = []
+
+    async def call_planner() -> None:
+        try:
+            await rpc.call(keys.SEARCH_GET, NEWEST, 0.5)
+        except QueryTimeout:
+            order.append("planner")
+
+    async def both() -> None:
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(call_planner)
+            await rpc.call(keys.MAP_CLEAR, MapClear(), 0.5)
+            order.append("mapper")
+
+    anyio.run(both)
+    assert order == ["mapper", "planner"]
+
+
+def test_queries_have_threads_of_their_own(router: MemoryRouter) -> None:
+    """As many at once as the mapper serves, whatever the limit for other calls."""
+    count = keys.MAP_SIMILARITY.parallel
+    rpc = RpcClient(router.bus(), 1)
+    assert rpc._limiter(keys.MAP_SIMILARITY.key).total_tokens == count
+    assert rpc._limiter(keys.MAP_SAVE.key).total_tokens == 1
+    assert rpc._limiter(keys.MAP_SAVE.key) is rpc._limiter(keys.MAP_LOAD.key)

@@ -1,0 +1,391 @@
+"""Images: canvas, labels, colours, the map with its heatmap and overlay, the camera."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict, replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from onemap_gateway.http.routes.pages import STATIC
+from onemap_gateway.present import render
+from onemap_gateway.present.canvas import (
+    BLACK,
+    GAP_PX,
+    Canvas,
+    Viewport,
+    ascii_text,
+    draw_text,
+    overlap_px2,
+    place_labels,
+)
+from onemap_gateway.present.palette import DARK, LIGHT, PALETTES, Palette, Rgb, Theme
+from onemap_gateway.present.render import (
+    BOX,
+    Overlay,
+    annotate_detections,
+    blend_heatmap,
+    occupancy_image,
+    render_map,
+)
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy, SearchView
+from tests.gateway.fakes import GRID, detections, rgbd, search_view
+from tests.reference import heatmap
+
+INK = (255, 255, 255)
+coordinates = st.floats(-50, 50)
+
+
+def canvas(size: int = 60, pixels_per_m: float = 10) -> Canvas:
+    return Canvas(
+        np.zeros((size, size, 3), np.uint8), Viewport(0.0, size / pixels_per_m, pixels_per_m)
+    )
+
+
+def centroid(image: np.ndarray) -> tuple[float, float]:
+    """Mean column and row of the ink, in pixels whose centres are at halves."""
+    weight = image[..., 0].astype(float)
+    rows, columns = np.indices(weight.shape) + 0.5
+    return float((columns * weight).sum() / weight.sum()), float(
+        (rows * weight).sum() / weight.sum()
+    )
+
+
+@given(coordinates, coordinates, st.floats(1, 100))
+def test_right_is_x_and_up_is_y(x: float, y: float, scale: float) -> None:
+    viewport = Viewport(-50.0, 50.0, scale)
+    here, right, above = viewport.pixels([(x, y), (x + 1, y), (x, y + 1)])
+    np.testing.assert_allclose(right - here, [scale, 0], atol=1e-6)
+    np.testing.assert_allclose(above - here, [0, -scale], atol=1e-6)
+
+
+@given(st.floats(1, 5), st.floats(1, 5))
+def test_a_dot_lies_where_its_metres_say(x: float, y: float) -> None:
+    drawn = canvas()
+    drawn.dots([(x, y)], [4.0], INK)
+    np.testing.assert_allclose(centroid(drawn.image), (10 * x, 60 - 10 * y), atol=0.3)
+
+
+def test_an_arrow_points_along_its_yaw() -> None:
+    for yaw, direction in ((0.0, (1, 0)), (np.pi / 2, (0, -1)), (np.pi, (-1, 0))):
+        drawn = canvas()
+        drawn.arrow(3.0, 3.0, yaw, 20, INK)
+        rows, columns = np.nonzero(drawn.image[..., 0])
+        reach = (columns + 0.5 - 30) * direction[0] + (rows + 0.5 - 30) * direction[1]
+        assert reach.max() > 11
+        assert -reach.min() < 11
+
+
+def test_a_line_needs_two_points() -> None:
+    drawn = canvas()
+    drawn.line([(1.0, 1.0)], INK, 2)
+    assert not drawn.image.any()
+    drawn.line([(1.0, 1.0), (5.0, 1.0)], INK, 2)
+    rows, columns = np.nonzero(drawn.image[..., 0])
+    assert rows.min() >= 47
+    assert rows.max() <= 52
+    assert columns.max() - columns.min() >= 39
+
+
+def test_places_far_away_draw_nothing_and_do_not_overflow() -> None:
+    drawn = canvas()
+    drawn.dots([(1e9, -1e9)], [4.0], INK)
+    drawn.line([(1e9, 1e9), (1e9, 2e9)], INK, 2)
+    assert not drawn.image.any()
+
+
+@given(st.text())
+def test_any_text_can_be_written(text: str) -> None:
+    assert ascii_text(text).isascii()
+    image = np.zeros((40, 40, 3), np.uint8)
+    draw_text(image, "x" + text, (2, 20), INK)
+    assert image.max() > 240
+
+
+def test_every_pixel_of_a_text_is_outlined() -> None:
+    for grey in (0, 90, 255):  # whatever is behind it
+        image = np.full((40, 110, 3), grey, np.uint8)
+        draw_text(image, "floor lamp", (6, 24), (200, 0, 0), (0, 0, 200))
+        red, green, blue = np.moveaxis(image.astype(int), -1, 0)
+        ink = (red > blue + 80) & (red > green + 80)
+        outline = (blue > red + 80) & (blue > green + 80)
+        assert ink.any()
+        for row, column in np.argwhere(ink):
+            assert outline[row - 3 : row + 4, column - 3 : column + 4].any()
+        rows, columns = np.nonzero(ink)
+        around = np.nonzero(outline)
+        assert around[0].min() < rows.min()
+        assert around[0].max() > rows.max()
+        assert around[1].min() < columns.min()
+        assert around[1].max() > columns.max()
+
+
+def test_a_text_partly_or_wholly_outside_is_clipped() -> None:
+    whole = np.zeros((60, 140, 3), np.uint8)
+    draw_text(whole, "sofa", (30, 40), INK)
+    part = np.zeros((30, 40, 3), np.uint8)
+    draw_text(part, "sofa", (10, 40 - 20), INK)
+    np.testing.assert_array_equal(part, whole[20:50, 20:60])
+    for place in ((-500, 20), (500, 20), (10, -500), (10, 500)):
+        outside = np.zeros((30, 40, 3), np.uint8)
+        draw_text(outside, "sofa", place, INK)
+        assert not outside.any()
+
+
+IMAGE_PX = (400.0, 300.0)
+SIZE_PX = (60.0, 12.0)
+points = st.tuples(st.floats(0, IMAGE_PX[0]), st.floats(0, IMAGE_PX[1]))
+
+
+def test_at_the_right_edge_it_stands_to_the_left() -> None:
+    ((_, _, right, _),) = place_labels([(395, 100)], [SIZE_PX], IMAGE_PX)
+    assert right == 395 - GAP_PX
+
+
+def test_a_label_does_not_cover_another_point() -> None:
+    boxes = place_labels([(100, 100), (140, 100)], [SIZE_PX] * 2, IMAGE_PX)
+    assert overlap_px2(boxes[0], (135, 95, 145, 105)) == 0
+
+
+@given(st.lists(points, max_size=8))
+def test_a_few_labels_never_overlap_and_stay_inside(points_px: list[tuple[float, float]]) -> None:
+    boxes = place_labels(points_px, [SIZE_PX] * len(points_px), IMAGE_PX)
+    for left, top, right, bottom in boxes:
+        assert left >= 0
+        assert top >= 0
+        assert right <= IMAGE_PX[0]
+        assert bottom <= IMAGE_PX[1]
+    assert all(overlap_px2(a, b) == 0 for a, b in combinations(boxes, 2))
+
+
+def test_without_room_labels_overlap_but_none_is_missing() -> None:
+    assert len(place_labels([(5, 5)] * 9, [(80, 12)] * 9, (40, 20))) == 9
+    assert place_labels([(5, 5)], [(80, 12)], (40, 20))[0][0] == 0
+
+
+def test_a_detection_is_framed() -> None:
+    rgb = rgbd().rgb
+    image = annotate_detections(rgb, detections("sofa"))
+    np.testing.assert_array_equal(image[18, 12], BOX)
+    assert not (rgb == BOX).all(axis=-1).any()
+
+
+def test_boxes_beyond_the_image_do_no_harm() -> None:
+    wild = replace(detections("sofa"), boxes_px=np.array([[-1e9, -1e9, 1e9, 1e9]], np.float32))
+    assert annotate_detections(rgbd().rgb, wild).shape == (24, 32, 3)
+
+
+def test_a_label_at_the_upper_edge_is_not_cut_off() -> None:
+    def label_rows(top: float) -> int:
+        box = np.array([[20.0, top, 140.0, 110.0]], np.float32)
+        seen = replace(detections("sofa"), boxes_px=box)
+        image = annotate_detections(np.zeros((120, 160, 3), np.uint8), seen)
+        outline = np.all(image == BLACK, axis=-1)
+        return int(outline.any(axis=1).sum())
+
+    assert label_rows(0.0) == label_rows(60.0)
+
+
+TEXT_CONTRAST = 4.5  # WCAG 2.2 AA, 1.4.3
+MARK_CONTRAST = 3.0  # 1.4.11
+ON_THE_PAGE = {"found": "find"}  # fields that the page calls otherwise
+BOTH = pytest.mark.parametrize("palette", [DARK, LIGHT], ids=["dark", "light"])
+
+
+def luminance(colour: Rgb) -> float:
+    linear = [
+        c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+        for c in (value / 255 for value in colour)
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(a: Rgb, b: Rgb) -> float:
+    darker, brighter = sorted((luminance(a), luminance(b)))
+    return (brighter + 0.05) / (darker + 0.05)
+
+
+def hexadecimal(colour: Rgb) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+@BOTH
+def test_texts_contrast_with_their_outline(palette: Palette) -> None:
+    for colour in (palette.found, palette.region, palette.ink):
+        assert contrast(colour, palette.unknown) >= TEXT_CONTRAST
+
+
+@BOTH
+@pytest.mark.parametrize("mark", ["trail", "path", "frontier", "region", "robot", "found"])
+def test_marks_contrast_with_the_floor(palette: Palette, mark: str) -> None:
+    for ground in (palette.free, palette.unknown):
+        assert contrast(getattr(palette, mark), ground) >= MARK_CONTRAST
+
+
+@BOTH
+def test_walls_contrast_with_the_floor(palette: Palette) -> None:
+    assert contrast(palette.occupied, palette.free) >= MARK_CONTRAST
+
+
+@BOTH
+def test_heat_moves_away_from_the_floor(palette: Palette) -> None:
+    """Monotone in brightness: the heatmap can be read in grey."""
+    distances = [contrast(colour, palette.free) for colour in palette.heat]
+    brightness = [luminance(colour) for colour in palette.heat]
+    assert brightness in (sorted(brightness), sorted(brightness, reverse=True))
+    assert max(distances) == distances[-1]
+
+
+@pytest.mark.parametrize("theme", list(Theme))
+def test_the_page_has_the_same_colours(theme: Theme) -> None:
+    dark, _, light = (STATIC / "style.css").read_text("utf-8").partition("@media (prefers-color")
+    text = dark if theme is Theme.DARK else light
+    for name, colour in asdict(PALETTES[theme]).items():
+        found = re.search(rf"--map-{ON_THE_PAGE.get(name, name)}: ([^;]+);", text)
+        assert found, name
+        expected = colour if name == "heat" else (colour,)
+        assert found[1] == ", ".join(map(hexadecimal, expected)), name
+
+
+COLOURS = {
+    Occupancy.UNKNOWN: DARK.unknown,
+    Occupancy.FREE: DARK.free,
+    Occupancy.OCCUPIED: DARK.occupied,
+}
+grids = arrays(
+    np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.integers(0, 2)
+)
+
+
+def colour_at(map_image: render.MapImage, x_m: float, y_m: float) -> tuple[int, ...]:
+    """The colour of the image at a point of the map."""
+    x_min, y_min, x_max, y_max = map_image.bounds_m
+    height, width = map_image.image.shape[:2]
+    column = int((x_m - x_min) / (x_max - x_min) * width)
+    row = int((y_max - y_m) / (y_max - y_min) * height)
+    return tuple(int(value) for value in map_image.image[row, column])
+
+
+@given(grids, st.integers(1, 5))
+def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: int) -> None:
+    image = occupancy_image(occupancy, scale)
+    nx, ny = occupancy.shape
+    assert image.shape == (ny * scale, nx * scale, 3)
+    for ix in range(nx):
+        for iy in range(ny):
+            row, column = (ny - 1 - iy) * scale, ix * scale
+            block = image[row : row + scale, column : column + scale].reshape(-1, 3)
+            assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
+
+
+def test_the_image_shows_the_known_part_with_a_margin() -> None:
+    x_min, y_min, x_max, y_max = render_map(search_view()).bounds_m
+    np.testing.assert_allclose((x_min, y_min, x_max, y_max), (-0.5, -0.5, 2.6, 2.0), atol=0.11)
+
+
+def test_the_robot_is_always_in_the_image() -> None:
+    map_image = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
+    assert map_image.bounds_m[0] < -9.0
+    assert map_image.bounds_m[3] > 8.0
+
+
+def test_an_empty_map_has_an_image_too() -> None:
+    nothing = np.zeros((0, 0), np.uint8)
+    grid = GridSpec(0.05, (0, 0), (0, 0))
+    empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
+    for overlay in (None, Overlay(), Overlay(robot=(1.0, 1.0, 0.0))):
+        assert min(render_map(empty, overlay).image.shape[:2]) > 100
+
+
+@given(arrays(np.float32, (6, 9), elements=st.floats(0, 1, width=32) | st.just(np.nan)))
+def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None:
+    before = occupancy_image(np.full((6, 9), Occupancy.FREE, np.uint8), 3)
+    copy = before.copy()
+    after = blend_heatmap(before, similarity)
+    np.testing.assert_array_equal(before, copy)
+    unseen = np.kron(np.isnan(similarity).T[::-1], np.ones((3, 3))).astype(bool)
+    np.testing.assert_array_equal(after[unseen], before[unseen])
+
+
+def test_heat_does_not_bleed_into_unknown_cells() -> None:
+    """Fused features reach past the wall and into furniture; their heat is not drawn there."""
+    view = search_view("sofa")
+    occupancy = view.occupancy.copy()
+    occupancy[18:22, 10:14] = Occupancy.OCCUPIED  # furniture,
+    occupancy[19:21, 11:13] = Occupancy.UNKNOWN  # and its inside that no ray has reached
+    similarity = np.full(GRID.shape, 0.9, np.float32)
+    cold = render_map(replace(view, occupancy=occupancy, similarity=np.zeros((0, 0), np.float32)))
+    hot = render_map(replace(view, occupancy=occupancy, similarity=similarity))
+    unknown = (cold.image == DARK.unknown).all(axis=2)
+    np.testing.assert_array_equal(hot.image[unknown], cold.image[unknown])
+    assert (hot.image[~unknown] != cold.image[~unknown]).any(axis=-1).all()
+
+
+@given(
+    arrays(np.uint8, (5, 7, 3)),
+    arrays(np.float32, (5, 7), elements=st.floats(0, 1, width=32)),
+    arrays(np.uint8, (5, 7), elements=st.integers(0, 1)),
+    st.sampled_from([DARK, LIGHT]),
+)
+def test_tables_of_heat_are_within_two_levels_of_the_formula(
+    image: np.ndarray, heat: np.ndarray, inside: np.ndarray, palette: Palette
+) -> None:
+    fast = render._heated(image, heat, inside, palette)
+    slow = heatmap.heated(image, heat, inside, palette)
+    assert np.abs(fast.astype(int) - slow).max() <= 2
+    np.testing.assert_array_equal(fast[inside == 0], image[inside == 0])
+
+
+def test_an_overlay_is_drawn_over_the_bare_map() -> None:
+    view = search_view()
+    bare = render_map(view, scale=8)
+    overlay = Overlay(
+        trail_m=np.array([(0.2, 0.2), (0.4, 0.2)]),
+        path_m=np.array([(0.5, 0.5), (1.5, 0.5)]),
+        goal_m=np.array([(1.5, 0.5)]),
+        frontiers_m=np.array([(0.3, 1.2)]),
+        frontier_scores=np.array([np.nan]),
+        regions_m=np.array([(1.2, 1.2)]),
+        robot=(0.5, 0.8, 0.0),
+        found=(("teddy bear", 1.7, 0.2),),
+    )
+    drawn = render_map(view, overlay, 8)
+    assert drawn.bounds_m == bare.bounds_m
+    assert colour_at(drawn, 1.0, 0.5) == DARK.path
+    assert colour_at(drawn, 0.3, 1.2) == DARK.frontier
+    assert colour_at(drawn, 0.5, 0.8) == DARK.robot
+    assert colour_at(drawn, 1.7, 0.2) == DARK.found
+    assert colour_at(drawn, 1.0, 1.0) == colour_at(bare, 1.0, 1.0)
+
+
+@pytest.mark.parametrize("scale", [1, 32])
+def test_a_large_map_has_an_image_of_bounded_size(scale: int) -> None:
+    shape = (3000, 200)
+    occupancy = np.full(shape, Occupancy.FREE, np.uint8)
+    none = np.zeros((0, 0), np.float32)
+    view = SearchView("", 1, 1, 1, GridSpec(0.05, (0, 0), shape), occupancy, occupancy, none)
+    assert max(render_map(view, scale=scale).image.shape) <= render.MAX_PX
+
+
+def test_a_light_page_gets_a_light_map() -> None:
+    overlay = Overlay(found=(("lamp", 1.7, 0.2),))
+    light = render_map(search_view("sofa"), overlay, palette=LIGHT)
+    assert colour_at(light, 1.0, 0.5) == LIGHT.free
+    assert colour_at(light, 1.0, 1.7) == LIGHT.unknown
+    assert colour_at(light, 1.7, 0.2) == LIGHT.found
+    dark = render_map(search_view("sofa"), overlay)
+    assert light.image.mean() > dark.image.mean() + 100
+
+
+@pytest.mark.parametrize("x_m", [2_000.0, -90_000.0])
+def test_a_robot_far_off_does_not_stretch_the_image(x_m: float) -> None:
+    near = render_map(search_view(), Overlay())
+    far = render_map(search_view(), Overlay(robot=(x_m, 0.0, 0.0)))
+    assert far.bounds_m == near.bounds_m
+    assert far.image.shape == near.image.shape

@@ -1,0 +1,233 @@
+"""The map, saved maps, found objects and the camera over HTTP."""
+
+from __future__ import annotations
+
+import io
+from base64 import b64encode
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+from onemap_gateway.present.palette import DARK
+from onemap_gateway.present.render import BOX
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from tests.gateway import fakes
+from tests.gateway.fakes import (
+    PICTURE,
+    FakeMapper,
+    client_of,
+    client_on,
+    decoded,
+    gateway_on,
+    kept_object,
+    state_reached,
+)
+from tests.shared.samples import PNG
+
+
+def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
+    answer = client.get("/v1/map.png?marks=false&scale=4")
+    assert answer.headers["Content-Type"] == "image/png"
+    assert answer.headers["X-OneMap-Revision"] == "7"
+    x_min, y_min, x_max, y_max = map(float, answer.headers["X-OneMap-Bounds"].split(","))
+    image = decoded(answer.content)
+    assert image.shape[1] == round((x_max - x_min) / 0.1) * 4
+    assert image.shape[0] == round((y_max - y_min) / 0.1) * 4
+
+    def at(x_m: float, y_m: float) -> tuple[int, ...]:
+        return tuple(image[int((y_max - y_m) * 40), int((x_m - x_min) * 40)].tolist())
+
+    assert at(1.0, 0.5) == DARK.free
+    assert at(2.05, 0.5) == DARK.occupied
+
+
+def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
+    plain = client.get("/v1/map.png?marks=false&scale=10")
+    heated = decoded(client.get("/v1/map.png?marks=false&scale=10&text=sofa").content)
+    x_min, _, _, y_max = map(float, plain.headers["X-OneMap-Bounds"].split(","))
+    rows, columns = np.nonzero((heated != decoded(plain.content)).any(axis=2))
+    # the match covers x 0.2 to 0.5 m and y 1.0 to 1.3 m; interpolation adds half a cell, 0.05 m
+    np.testing.assert_allclose(x_min + columns.min() / 100, 0.2, atol=0.06)
+    np.testing.assert_allclose(x_min + columns.max() / 100, 0.5, atol=0.06)
+    np.testing.assert_allclose(y_max - rows.max() / 100, 1.0, atol=0.06)
+    np.testing.assert_allclose(y_max - rows.min() / 100, 1.3, atol=0.06)
+
+
+def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
+        text = client.get("/v1/map.png?marks=false&scale=4&text=sofa")
+        body = {"image": b64encode(PNG).decode()}
+        image = client.post("/v1/map.png?marks=false&scale=4", json=body)
+    assert mapper.images == [PNG]
+    assert image.headers["Content-Type"] == "image/png"
+    assert image.headers["X-OneMap-Bounds"] == text.headers["X-OneMap-Bounds"]
+    np.testing.assert_array_equal(decoded(image.content), decoded(text.content))
+    mapper.bus.close()
+
+
+@pytest.mark.parametrize(
+    ("body", "query", "reason"),
+    [
+        ({}, "", "'image' is missing"),
+        ({"image": "R0lGODlh"}, "", "no PNG and no JPEG"),
+        ({"image": b64encode(PNG).decode(), "text": "sofa"}, "", "'text' is no field"),
+        ({"image": b64encode(PNG).decode()}, "?scale=0", "scale"),
+    ],
+)
+def test_a_similarity_to_what_is_no_image_is_refused(
+    client: TestClient, body: dict[str, str], query: str, reason: str
+) -> None:
+    answer = client.post(f"/v1/map.png{query}", json=body)
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]
+
+
+def test_the_arrays(client: TestClient) -> None:
+    answer = client.get("/v1/map.npz?text=sofa")
+    assert "map.npz" in answer.headers["Content-Disposition"]
+    with np.load(io.BytesIO(answer.content), allow_pickle=False) as archive:
+        assert archive["occupancy"].shape == archive["similarity"].shape == (40, 30)
+
+
+def test_the_numbers(client: TestClient) -> None:
+    info = client.get("/v1/map").json()
+    assert info["revision"] == 7
+    assert info["bounds_m"] == pytest.approx([-1.0, -0.5, 3.0, 2.5])
+
+
+def test_the_map_is_cleared(client: TestClient) -> None:
+    assert client.post("/v1/map/clear").json()["cells_observed"] == 315
+
+
+def test_a_map_is_saved_listed_loaded_and_deleted(client: TestClient, mapper: FakeMapper) -> None:
+    saved = client.put("/v1/maps/flat")
+    assert saved.status_code == 201
+    assert saved.headers["Location"] == "/v1/maps/flat"
+    assert saved.json()["path"] == "maps/flat"
+    again = client.put("/v1/maps/flat")
+    assert again.status_code == 200
+    assert "Location" not in again.headers
+    report = client.get(saved.headers["Location"]).json()
+    assert client.get("/v1/maps").json() == {"maps": [report], "left_out": 4}
+    assert client.post("/v1/maps/flat/load").json()["cells_observed"] == 315
+    assert client.delete("/v1/maps/flat").json() == report
+    assert mapper.saved == []
+    assert client.get("/v1/maps").json()["maps"] == []
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("GET", "/v1/maps/nix"), ("DELETE", "/v1/maps/nix"), ("POST", "/v1/maps/nix/load")],
+)
+def test_a_map_that_is_not_there_is_not_found(client: TestClient, method: str, path: str) -> None:
+    answer = client.request(method, path)
+    assert answer.status_code == 404
+    assert answer.json()["type"].endswith("unknown_map")
+    assert "nix" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("name", ["%2e%2e", ".a", "-a", "a%20b", "x" * 65, "a%00", "K%C3%BCche"])
+def test_a_name_that_is_no_file_name_is_refused(
+    client: TestClient, mapper: FakeMapper, name: str
+) -> None:
+    for method, suffix in (("GET", ""), ("PUT", ""), ("DELETE", ""), ("POST", "/load")):
+        answer = client.request(method, f"/v1/maps/{name}{suffix}")
+        assert answer.status_code == 422, method
+        assert "letters (A-Z, a-z), digits, '.', '_' and '-'" in answer.json()["detail"]
+    assert mapper.saved == []
+
+
+def test_the_older_addresses_still_save_and_load(client: TestClient, mapper: FakeMapper) -> None:
+    saved = client.post("/v1/map/save", json={"name": "flat"})
+    assert saved.status_code == 200
+    assert mapper.saved == ["flat"]
+    assert client.post("/v1/map/load", json={"name": "flat"}).json() == saved.json()
+    assert client.post("/v1/map/load", json={"name": "nix"}).status_code == 404
+
+
+def test_the_older_addresses_are_marked_and_name_their_successors(client: TestClient) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    deprecated = {
+        path: operation["description"].split("`")[1]
+        for path, methods in paths.items()
+        for operation in methods.values()
+        if operation.get("deprecated")
+    }
+    assert deprecated == {
+        "/v1/map/save": "PUT /v1/maps/{name}",
+        "/v1/map/load": "POST /v1/maps/{name}/load",
+    }
+
+
+def test_a_saved_map_is_merged_where_the_body_says(client: TestClient, mapper: FakeMapper) -> None:
+    client.put("/v1/maps/flat")
+    assert client.post("/v1/maps/flat/merge").json()["cells_observed"] == 315
+    body = {"x_m": 1.5, "y_m": -2.0, "yaw_rad": 0.5}
+    assert client.post("/v1/maps/flat/merge", json=body).status_code == 200
+    assert [(m.name, m.x_m, m.y_m, m.yaw_rad) for m in mapper.merged] == [
+        ("flat", 0.0, 0.0, 0.0),
+        ("flat", 1.5, -2.0, 0.5),
+    ]
+    assert client.post("/v1/maps/other/merge").status_code == 404
+    assert client.post("/v1/maps/flat/merge", json={"x_m": 1e9}).status_code == 422
+    assert client.post("/v1/maps/flat/merge", json={"z_m": 1}).status_code == 422
+
+
+def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRouter) -> None:
+    robot = router.bus("simulator")
+    with gateway_on(router) as gateway:
+        robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
+        robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
+        assert state_reached(gateway.cache, lambda s: bool(s.frame and s.detections))
+        client = client_of(gateway)
+        drawn = client.get("/v1/camera.jpg")
+        plain = client.get("/v1/camera.jpg?detections=false")
+    assert drawn.headers["X-OneMap-Sequence"] == "5"
+    assert decoded(plain.content).shape == (24, 32, 3)
+    edge = (slice(17, 20), 4)  # rows and column of the corner of the box below its label
+    np.testing.assert_allclose(decoded(drawn.content)[edge].mean(axis=0), BOX, atol=60)
+    np.testing.assert_allclose(decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30)
+
+
+def test_without_a_camera_the_robot_is_missing(client: TestClient) -> None:
+    answer = client.get("/v1/camera.jpg")
+    assert answer.status_code == 503
+    assert answer.json()["service"] == "robot"
+
+
+def test_objects_are_listed_as_the_mapper_keeps_them(
+    client: TestClient, mapper: FakeMapper
+) -> None:
+    mapper.objects += [kept_object(), kept_object("00ff00ff", "sofa")]
+    reply = client.get("/v1/objects").json()
+    assert [known["name"] for known in reply["objects"]] == ["bed", "sofa"]
+    assert reply["left_out"] == 1
+    assert client.get("/v1/objects/00ff00ff").json() == reply["objects"][1]
+
+
+def test_a_picture_is_sent_once_as_long_as_it_is_the_same(
+    client: TestClient, mapper: FakeMapper
+) -> None:
+    mapper.objects.append(kept_object())
+    address = client.get("/v1/objects/3f9a12c4").json()["picture"]
+    first = client.get(address)
+    assert first.content == PICTURE
+    assert first.headers["Content-Type"] == "image/jpeg"
+    assert first.headers["Cache-Control"] == "no-cache"
+    known = {"If-None-Match": first.headers["ETag"]}
+    again = client.get(address, headers=known)
+    assert (again.status_code, again.content) == (304, b"")
+    assert again.headers["ETag"] == first.headers["ETag"]
+    mapper.objects[0] = replace(kept_object(), last_seen_ns=5)
+    assert client.get(address, headers=known).content == PICTURE
+
+
+@pytest.mark.parametrize("address", ["nix", "nix.jpg", "x" * 65, "x" * 65 + ".jpg"])
+def test_an_object_that_is_not_there_is_not_found(client: TestClient, address: str) -> None:
+    answer = client.get(f"/v1/objects/{address}")
+    assert answer.status_code == 404
+    assert answer.json()["type"].endswith("unknown_object")

@@ -1,0 +1,536 @@
+"""Queries over HTTP, and standing ones as events and over a socket."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode, urlsafe_b64encode
+from collections.abc import AsyncIterator, Callable
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import anyio
+import httpx
+import pytest
+from fastapi.sse import ServerSentEvent
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
+from websockets.exceptions import ConnectionClosedError
+from websockets.sync.client import connect
+
+from onemap.connection import stream_messages
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http import sockets
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.queries import QueryIntervals, query_events
+from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_IMAGE_BODY_BYTES, TOKEN_PROTOCOL
+from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
+from onemap_gateway.service import build
+from onemap_shared import keys
+from onemap_shared import messages as m
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import MAX_IMAGE_BYTES
+from onemap_shared.transport import RequestRejected
+from tests.gateway.fakes import (
+    GRID,
+    WAIT_S,
+    FakeMapper,
+    client_of,
+    client_on,
+    gateway_on,
+    odometry,
+    revision,
+    state_reached,
+)
+from tests.shared.samples import PNG
+
+IMAGE = b64encode(PNG).decode()
+
+
+def test_regions_come_back_best_first(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa"})
+    assert answer.status_code == 200
+    reply = answer.json()
+    assert [region["rank"] for region in reply["regions"]] == [1, 2]
+    assert reply["regions"][0]["centre_m"] == pytest.approx([0.35, 1.15])
+    assert reply["regions"][1]["variance"] is None  # infinite: JSON has no such number
+    assert reply["revision"] == 7
+    assert reply["age_s"] > 0
+    assert reply["grid"] is None
+
+
+def test_what_is_not_there_gets_a_sentence_instead_of_regions(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "kite"})
+    assert answer.status_code == 200
+    reply = answer.json()
+    assert reply["regions"] == []
+    assert reply["best_score"] == pytest.approx(0.199)
+    assert reply["message"] == (
+        "Nothing on the map looks like 'kite': the best score is 0.19, and answers begin at 0.20. "
+        "Did you mean 'ball' or 'fan'?"
+    )
+    assert reply["did_you_mean"] == ["ball", "fan"]
+
+
+def test_the_grid_comes_on_request_with_null_for_unseen(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa", "include_grid": True})
+    grid = answer.json()["grid"]
+    assert grid["shape"] == list(GRID.shape)
+    assert grid["origin_m"] == pytest.approx([-1.0, -0.5])
+    assert grid["scores"][0][0] is None
+    assert grid["scores"][13][16] == pytest.approx(0.9)
+
+
+def test_an_unknown_word_is_the_clients_to_change(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "flurb"})
+    assert answer.status_code == 422
+    assert "flurb" in answer.json()["detail"]
+    assert answer.json()["type"].endswith("unknown_word")
+
+
+def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
+        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
+        mapper.bus.close()
+        answer = client.post("/v1/queries", json={"text": "sofa"})
+        assert answer.status_code == 503
+        assert answer.json()["service"] == "mapper"
+        mapper = FakeMapper(router)
+        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
+        mapper.bus.close()
+
+
+def test_several_texts_get_an_answer_each_in_their_order(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"texts": ["kite", "sofa", "kettle"]})
+    answers = answer.json()["answers"]
+    assert [each["text"] for each in answers] == ["kite", "sofa", "kettle"]
+    assert [each["verdict"] for each in answers] == ["not_looked_yet", "found", "found"]
+
+
+def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with gateway_on(router) as gateway:
+        router.bus("robot").publish(keys.ROBOT_ODOMETRY).put(odometry(1.0, 2.0))
+        assert state_reached(gateway.cache, lambda state: state.odometry is not None)
+        body = {"text": "sofa", "negatives": ["kettle"], "area_m": [0, -1, 2, 3]}
+        assert client_of(gateway).post("/v1/queries", json=body).status_code == 200
+    (asked,) = mapper.asked
+    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
+    assert asked.robot_xy_m == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ({}, "exactly one of 'text'"),
+        ({"text": "sofa", "texts": ["bed"]}, "exactly one of 'text'"),
+        ({"texts": []}, "texts"),
+        ({"texts": ["sofa"] * 21}, "texts"),
+        ({"text": "sofa", "negatives": ["bed"] * 11}, "negatives"),
+        ({"text": "sofa", "negatives": [""]}, "empty"),
+        ({"text": "sofa", "area_m": [0, 0, 1]}, "area_m"),
+        ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
+        ({"text": "sofa", "area_m": [0, 0, 1, 1e9]}, "area_m"),
+        ({"text": "sofa", "image": IMAGE}, "exactly one of 'text'"),
+        ({"image": IMAGE, "negatives": ["bed"]}, "negatives"),
+        ({"image": 5}, "must be a string"),
+        ({"image": "söfa"}, "no base64"),
+        ({"image": "/9j/4AAQ"}, "no PNG and no JPEG"),
+        ({"image": b64encode(b"GIF89a").decode()}, "no PNG and no JPEG"),
+        ({"image": b64encode(PNG.replace(b"\x40", b"\x08")).decode()}, "8 x 48 pixels"),
+        ({"image": b64encode(bytes(MAX_IMAGE_BYTES + 1)).decode()}, "the limit is 524288"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_with_the_reason(
+    client: TestClient, body: dict[str, object], reason: str
+) -> None:
+    answer = client.post("/v1/queries", json=body)
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "written", [IMAGE, f"data:image/png;base64,{IMAGE}", f"{IMAGE[:8]}\n{IMAGE[8:]}"]
+)
+def test_an_image_is_asked_for_as_a_text_is(router: MemoryRouter, written: str) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
+        body = {"image": written, "area_m": [0, -1, 2, 3], "max_regions": 1}
+        reply = client.post("/v1/queries", json=body).json()
+    assert mapper.images == [PNG]
+    assert (mapper.asked[0].area_m, len(reply["regions"])) == ((0.0, -1.0, 2.0, 3.0), 1)
+    assert (reply["text"], reply["calibrated"]) == ("image", False)
+    assert reply["sentence"].startswith("What the image shows is at (0.35, 1.15) m")
+    mapper.bus.close()
+
+
+@pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
+def test_an_image_that_perception_refuses_is_the_clients_to_change(
+    router: MemoryRouter, code: str
+) -> None:
+    mapper = FakeMapper(router, image_problem=RequestRejected(code, "why: do this"))
+    with client_on(router) as client:
+        answer = client.post("/v1/queries", json={"image": IMAGE})
+    assert (answer.status_code, answer.json()["type"]) == (422, f"/docs#problem-{code}")
+    assert "do this" in answer.json()["detail"]
+    mapper.bus.close()
+
+
+def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    image = PNG + bytes(MAX_IMAGE_BYTES - len(PNG))
+    with client_on(router) as client:
+        body = {"image": b64encode(image).decode()}
+        assert client.post("/v1/queries", json=body).status_code == 200
+    assert mapper.images == [image]
+    mapper.bus.close()
+
+
+BODY: dict[str, Any] = {"image": b64encode(PNG).decode()}
+FAST = QueryIntervals(poll_s=0.01, query_s=0.0)
+Events = AsyncIterator[ServerSentEvent]
+
+
+class ChangingMapper(FakeMapper):
+    """A mapper whose best region moves, and whose revisions are announced."""
+
+    moved_m = 0.0
+    empty = False
+
+    def similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
+        if self.empty:
+            raise RequestRejected("empty_map", "the map is empty: nothing has been seen yet")
+        reply = super().similarity(request)
+        return replace(reply, centres_m=reply.centres_m + self.moved_m)
+
+    def announce(self, number: int) -> None:
+        self.bus.publish(keys.MAP_REVISION).put(revision(number))
+
+
+async def next_event(events: Events) -> tuple[str, dict[str, Any]]:
+    with anyio.fail_after(WAIT_S):
+        event = await events.__anext__()
+    assert event.event is not None
+    return event.event, event.data
+
+
+def listen(
+    router: MemoryRouter, texts: list[str], scenario: Callable[[GatewayContext, Events], Any]
+) -> None:
+    with gateway_on(router) as gateway:
+        events = query_events(gateway, QueryRequest(texts=texts), FAST)
+        anyio.run(scenario, gateway, events)
+
+
+def test_each_text_is_answered_and_again_only_when_it_changes(router: MemoryRouter) -> None:
+    mapper = ChangingMapper(router)
+
+    async def scenario(gateway: GatewayContext, events: Events) -> None:
+        first = [(await next_event(events))[1] for _ in range(2)]
+        assert [(one["text"], one["verdict"]) for one in first] == [
+            ("sofa", "found"),
+            ("kite", "not_looked_yet"),
+        ]
+        for number, moved_m in ((1, 0.0), (2, 0.05), (3, 0.3)):
+            mapper.moved_m = moved_m
+            mapper.announce(number)
+            await anyio.to_thread.run_sync(
+                state_reached,
+                gateway.cache,
+                lambda state, wanted=number: (
+                    state.revision and state.revision.message.revision == wanted
+                ),
+            )
+            if number == 3:
+                name, changed = await next_event(events)
+                assert (name, changed["text"]) == ("answer", "sofa")
+                assert changed["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
+
+    listen(router, ["sofa", "kite"], scenario)
+
+
+def test_an_empty_map_is_a_problem_that_passes(router: MemoryRouter) -> None:
+    mapper = ChangingMapper(router)
+    mapper.empty = True
+
+    async def scenario(_gateway: GatewayContext, events: Events) -> None:
+        name, problem = await next_event(events)
+        assert (name, problem["status"]) == ("problem", 409)
+        mapper.empty = False
+        name, answer = await next_event(events)
+        assert (name, answer["text"]) == ("answer", "sofa")
+
+    listen(router, ["sofa"], scenario)
+
+
+def test_an_unknown_word_ends_the_stream(router: MemoryRouter) -> None:
+    FakeMapper(router)
+
+    async def scenario(_gateway: GatewayContext, events: Events) -> None:
+        name, problem = await next_event(events)
+        assert (name, problem["status"]) == ("problem", 422)
+        with pytest.raises(StopAsyncIteration):
+            await next_event(events)
+
+    listen(router, ["flurb"], scenario)
+
+
+def test_an_image_is_answered_over_a_socket_and_again_when_it_changes(
+    router: MemoryRouter,
+) -> None:
+    mapper = ChangingMapper(router)
+    body = {**BODY, "max_regions": 1}
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        address = f"http://127.0.0.1:{worker.port}/v1/queries/events"
+        with httpx.stream("POST", address, json=body, timeout=WAIT_S, trust_env=False) as stream:
+            messages = stream_messages(stream.iter_bytes())
+            first = json.loads(next(messages).data)
+            assert (first["text"], first["calibrated"]) == ("image", False)
+            assert len(first["regions"]) == 1
+            mapper.moved_m = 0.3
+            mapper.announce(1)
+            changed = json.loads(next(messages).data)
+            assert changed["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
+    assert set(mapper.images) == {PNG}
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ({}, "exactly one of 'text'"),
+        ({"text": "flurb"}, "flurb"),
+        ({"image": "R0lGODlh"}, "no PNG and no JPEG"),
+        ({"image": b64encode(bytes(MAX_IMAGE_BYTES + 1)).decode()}, "the limit is 524288"),
+        ({"text": "sofa", "include_grid": True}, "'include_grid' is for POST /v1/queries"),
+    ],
+)
+def test_a_body_that_cannot_be_followed_is_refused_before_the_stream(
+    client: TestClient, body: dict[str, object], reason: str
+) -> None:
+    answer = client.post("/v1/queries/events", json=body)
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
+def test_an_image_that_perception_refuses_frees_its_place(router: MemoryRouter, code: str) -> None:
+    FakeMapper(router, image_problem=RequestRejected(code, "why: do this"))
+    with gateway_on(router) as gateway:
+        answer = client_of(gateway).post("/v1/queries/events", json=BODY)
+        assert (answer.status_code, answer.json()["type"]) == (422, f"/docs#problem-{code}")
+        assert gateway.image_streams.open == 0
+
+
+def test_a_stream_with_an_image_holds_a_place_until_it_ends(router: MemoryRouter) -> None:
+    held: list[int] = []
+    refusals = iter([("empty_map", "nothing has been seen yet"), ("bad_image", "one colour only")])
+    with gateway_on(router) as gateway:
+
+        def similarity(_request: m.ImageSimilarityRequest) -> m.SimilarityReply:
+            held.append(gateway.image_streams.open)
+            raise RequestRejected(*next(refusals))
+
+        router.bus("mapper").serve(keys.MAP_IMAGE_SIMILARITY, similarity)
+        answer = client_of(gateway).post("/v1/queries/events", json=BODY)
+        assert (answer.status_code, answer.text.count("event: problem")) == (200, 1)
+        assert "#problem-bad_image" in answer.text
+        assert (held, gateway.image_streams.open) == ([1, 1], 0)
+
+
+def test_one_stream_too_many_with_an_image_is_refused(router: MemoryRouter) -> None:
+    FakeMapper(router)
+    with gateway_on(router) as gateway:
+        gateway.image_streams.open = MAX_IMAGE_STREAMS
+        refused = client_of(gateway).post("/v1/queries/events", json=BODY)
+    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "2")
+    assert "close one of them" in refused.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        ("", "text"),
+        ("text=", "empty"),
+        ("text=flurb", "flurb"),
+        ("text=sofa&area_m=1,2", "area_m"),
+        ("text=sofa&area_m=here", "area_m"),
+        ("text=sofa&area_m=1,0,0,1", "x_min < x_max"),
+        ("text=sofa&max_regions=0", "max_regions"),
+        ("&".join(["text=sofa"] * 21), "text"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_before_the_stream(
+    client: TestClient, asked: str, reason: str
+) -> None:
+    answer = client.get(f"/v1/queries/events?{asked}")
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]
+
+
+LIVE = "ws://localhost:8080/v1/queries/live"
+TOKEN = "a-token-for-looking-1"
+IMAGE = b64encode(PNG).decode()
+
+
+def drain(socket: WebSocketTestSession) -> None:
+    while True:
+        socket.receive_json()
+
+
+def code_at_the_end(socket: WebSocketTestSession) -> int:
+    """The code with which the gateway closes the socket."""
+    with pytest.raises(WebSocketDisconnect) as end:
+        drain(socket)
+    return end.value.code
+
+
+def test_each_text_is_answered_and_again_when_it_changes(router: MemoryRouter) -> None:
+    mapper = ChangingMapper(router)
+    with (
+        gateway_on(router) as gateway,
+        client_of(gateway).websocket_connect(f"{LIVE}?text=sofa&text=kite") as socket,
+    ):
+        first = [socket.receive_json() for _ in range(2)]
+        assert [(each["event"], each["data"]["text"]) for each in first] == [
+            ("answer", "sofa"),
+            ("answer", "kite"),
+        ]
+        mapper.moved_m = 0.3
+        mapper.announce(1)
+        changed = socket.receive_json()
+        assert (changed["event"], changed["data"]["text"]) == ("answer", "sofa")
+        assert changed["data"]["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        ("area_m=0,0,1,1", "text"),
+        ("text=", "empty"),
+        ("text=flurb", "flurb"),
+        ("text=sofa&area_m=here", "area_m"),
+        ("text=sofa&max_regions=0", "max_regions"),
+        ("text=sofa&max_regions=many", "max_regions"),
+        ("&".join(["text=sofa"] * 21), "text"),
+        ("text=sofa&" + "&".join(["negative=bed"] * 11), "negative"),
+    ],
+)
+def test_what_cannot_be_followed_is_told_and_closed(
+    client: TestClient, asked: str, reason: str
+) -> None:
+    with client.websocket_connect(f"{LIVE}?{asked}") as socket:
+        problem = socket.receive_json()
+        assert (problem["event"], problem["data"]["status"]) == ("problem", 422)
+        assert reason in problem["data"]["detail"]
+        assert code_at_the_end(socket) == 1008
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_an_image_is_asked_for_in_the_first_message(router: MemoryRouter, binary: bool) -> None:
+    mapper = ChangingMapper(router)
+    body = json.dumps({"image": IMAGE, "area_m": [0, -1, 2, 3], "max_regions": 1})
+    with gateway_on(router) as gateway:
+        with client_of(gateway).websocket_connect(LIVE) as socket:
+            if binary:
+                socket.send_bytes(body.encode())
+            else:
+                socket.send_text(body)
+            answer = socket.receive_json()
+            assert (answer["event"], answer["data"]["text"]) == ("answer", "image")
+            assert (answer["data"]["calibrated"], len(answer["data"]["regions"])) == (False, 1)
+            assert gateway.image_streams.open == 1
+            mapper.moved_m = 0.3
+            mapper.announce(1)
+            assert socket.receive_json()["data"]["regions"][0]["centre_m"][0] == 0.65
+        assert gateway.image_streams.open == 0
+    assert set(mapper.images) == {PNG}
+    assert mapper.asked[-1].area_m == (0.0, -1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "reason"),
+    [
+        ("", 400, "not valid JSON"),
+        ("{not json", 400, "not valid JSON"),
+        ("[]", 422, "object"),
+        ("{}", 422, "exactly one of 'text'"),
+        ('{"text": "flurb"}', 422, "flurb"),
+        ('{"image": "R0lGODlh"}', 422, "no PNG and no JPEG"),
+        ('{"text": "sofa", "include_grid": true}', 422, "'include_grid' is for"),
+        ('{"text": "sofa", "speed": 3}', 422, "'speed' is no field"),
+    ],
+)
+def test_a_first_message_that_cannot_be_followed_is_told_and_closed(
+    client: TestClient, body: str, status: int, reason: str
+) -> None:
+    with client.websocket_connect(LIVE) as socket:
+        socket.send_text(body)
+        problem = socket.receive_json()
+        assert (problem["event"], problem["data"]["status"]) == ("problem", status)
+        assert reason in problem["data"]["detail"]
+        assert code_at_the_end(socket) == 1008
+
+
+def test_a_first_message_that_never_comes_is_given_up(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sockets, "BODY_TIMEOUT_S", 0.05)
+    with client.websocket_connect(LIVE) as socket:
+        problem = socket.receive_json()
+        assert (problem["event"], problem["data"]["status"]) == ("problem", 408)
+        assert "send the body of POST /v1/queries" in problem["data"]["detail"]
+        assert code_at_the_end(socket) == 1008
+
+
+def test_the_largest_image_fits_into_a_message(router: MemoryRouter) -> None:
+    """Over a real connection, which has a limit of its own."""
+    mapper = FakeMapper(router)
+    image = PNG + bytes(MAX_IMAGE_BYTES - len(PNG))
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        address = f"ws://127.0.0.1:{worker.port}/v1/queries/live"
+        with connect(address, open_timeout=WAIT_S) as socket:
+            socket.send(json.dumps({"image": b64encode(image).decode()}))
+            assert json.loads(socket.recv(timeout=WAIT_S))["event"] == "answer"
+    assert set(mapper.images) == {image}
+
+
+def test_a_message_larger_than_any_image_closes_the_socket(router: MemoryRouter) -> None:
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        address = f"ws://127.0.0.1:{worker.port}/v1/queries/live"
+        with connect(address, open_timeout=WAIT_S) as socket:
+            socket.send("x" * (MAX_IMAGE_BODY_BYTES + 1))
+            with pytest.raises(ConnectionClosedError) as end:
+                socket.recv(timeout=WAIT_S)
+    assert end.value.rcvd is not None
+    assert end.value.rcvd.code == 1009
+
+
+def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
+    FakeMapper(router)
+    with (
+        gateway_on(router) as gateway,
+        client_of(gateway).websocket_connect(f"{LIVE}?text=sofa") as socket,
+    ):
+        socket.receive_json()
+        gateway.cache.begin_close()
+        assert code_at_the_end(socket) == 1001
+
+
+def test_looking_is_enough_and_needed(router: MemoryRouter) -> None:
+    FakeMapper(router)
+    with gateway_on(
+        router, GatewayConfig.model_validate({"token": "all", "look_token": TOKEN})
+    ) as gateway:
+        client = client_of(gateway)
+        with (
+            pytest.raises(WebSocketDisconnect),
+            client.websocket_connect(f"{LIVE}?text=sofa") as socket,
+        ):
+            socket.receive_json()
+        encoded = urlsafe_b64encode(TOKEN.encode()).decode().rstrip("=")
+        protocols = [LIVE_PROTOCOL, TOKEN_PROTOCOL + encoded]
+        with client.websocket_connect(f"{LIVE}?text=sofa", subprotocols=protocols) as socket:
+            assert socket.accepted_subprotocol == LIVE_PROTOCOL
+            assert socket.receive_json()["event"] == "answer"

@@ -1,0 +1,235 @@
+"""Health, live state and metrics of a robot, and several robots behind one gateway."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from pydantic import SecretStr, ValidationError
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.middleware import FleetApp
+from onemap_gateway.http.security import MAX_FAILURES
+from onemap_gateway.service import GatewayWorker, build
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import Odometry
+from tests.gateway import fakes
+from tests.gateway.fakes import client_of, gateway_on, state_reached
+from tests.shared.messages.broken import sample
+
+
+def test_the_process_lives_whatever_else_is_missing(router: MemoryRouter) -> None:
+    with gateway_on(router) as gateway:
+        answer = client_of(gateway).get("/healthz")
+    assert answer.json() == {"status": "ok"}
+
+
+def test_the_robot_is_not_ready_until_a_frame_reached_the_map(router: MemoryRouter) -> None:
+    buses = {name: router.bus(name) for name in ("simulator", "perception", "mapper", "planner")}
+    with gateway_on(router) as gateway:
+        client = client_of(gateway)
+        answer = client.get("/readyz")
+        assert answer.status_code == 503
+        assert answer.json()["service"] == "robot"
+        for name, bus in buses.items():
+            bus.publish(keys.heartbeat(name)).put(fakes.heartbeat(name))
+        revisions = buses["mapper"].publish(keys.MAP_REVISION)
+        revisions.put(fakes.revision(1))
+        assert state_reached(
+            gateway.cache, lambda s: s.revision is not None and len(s.heartbeats) == 4
+        )
+        assert client.get("/readyz").status_code == 503
+        revisions.put(fakes.revision(2))
+        assert state_reached(gateway.cache, lambda s: s.last_fused_s is not None)
+        assert client.get("/readyz").status_code == 200
+        buses["planner"].close()
+        assert state_reached(gateway.cache, lambda s: "planner" not in s.alive)
+        answer = client.get("/readyz")
+        assert answer.status_code == 503
+        assert answer.json()["service"] == "planner"
+
+
+def test_the_status_names_every_service_and_stream(client: TestClient) -> None:
+    status = client.get("/v1/status").json()
+    assert status["ready"] is False
+    names = [service["name"] for service in status["services"]]
+    assert names[:4] == ["robot", "perception", "mapper", "planner"]
+    missing = {s["name"] for s in status["services"] if s["condition"] == "down"}
+    assert missing == {"robot", "perception"}
+    assert {stream["name"] for stream in status["streams"]} >= {"rgbd", "odometry", "revision"}
+    assert isinstance(status["latencies"], list)
+
+
+def test_metrics_count_requests_by_route(client: TestClient) -> None:
+    client.get("/v1/searches/nix")
+    client.request("BREW", "/v1/searches/coffee")
+    text = client.get("/metrics").text
+    assert (
+        'onemap_http_requests_total{method="GET",route="/v1/searches/{search_id}",status="404"} 1.0'
+        in text
+    )
+    assert 'method="other"' in text
+    assert 'onemap_up{service="mapper"}' in text
+
+
+LIVE = "ws://localhost:8080/v1/live"
+
+
+def drain(socket: WebSocketTestSession) -> None:
+    while True:
+        socket.receive_json()
+
+
+def test_states_keep_coming_and_the_trail_only_once(client: TestClient) -> None:
+    with client.websocket_connect(LIVE) as socket:
+        first, second = socket.receive_json(), socket.receive_json()
+    assert first["trail_m"] == []
+    assert second["trail_m"] is None
+    assert first["ready"] is False
+
+
+def test_the_newest_state_is_sent(router: MemoryRouter) -> None:
+    publisher = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)
+    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
+        socket.receive_json()
+        for index in range(1, 4):
+            publisher.put(fakes.odometry(float(index), 0.0, sequence=index))
+        while (state := socket.receive_json())["robot"] is None or state["robot"]["x_m"] < 3:
+            pass
+    assert state["robot"]["x_m"] == 3.0
+
+
+def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
+    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
+        socket.receive_json()
+        gateway.cache.begin_close()
+        with pytest.raises(WebSocketDisconnect) as end:
+            drain(socket)
+    assert end.value.code == 1001
+
+
+TOKEN = "secret"
+PATIENCE_S = 90.0  # several applications start in one process
+ROBOTS = {"r1": "site/r1", "r2": "site/r2"}
+
+
+@pytest.fixture
+def worker() -> Iterator[GatewayWorker]:
+    router = MemoryRouter()
+    bus = router.bus("gateway")
+    for number, namespace in enumerate(ROBOTS.values()):
+        bus.sibling(namespace).close()  # makes the namespace
+        robot = router.namespaces[namespace].bus("planner" if number else "mapper")
+        robot.publish(keys.ROBOT_ODOMETRY).put(sample(Odometry))
+    config = GatewayConfig(port=0, robots=ROBOTS, token=SecretStr(TOKEN))
+    worker = build(bus, config)
+    yield worker
+    worker.close()
+
+
+@pytest.fixture
+def fleet(worker: GatewayWorker) -> Iterator[httpx.Client]:
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    address = f"http://127.0.0.1:{worker.port}"
+    with httpx.Client(base_url=address, headers=headers, timeout=PATIENCE_S) as fleet:
+        yield fleet
+
+
+def test_the_robots_are_listed_with_what_is_connected(fleet: httpx.Client) -> None:
+    robots = fleet.get("/v1/robots").json()["robots"]
+    assert [(each["name"], each["namespace"], each["address"]) for each in robots] == [
+        ("r1", "site/r1", "/robots/r1"),
+        ("r2", "site/r2", "/robots/r2"),
+    ]
+    assert [each["services"] for each in robots] == [["mapper"], ["planner"]]
+    assert not robots[0]["ready"]
+    assert "robot" in robots[0]["problem"]
+
+
+def test_each_robot_has_its_own_status_and_page(fleet: httpx.Client) -> None:
+    def running(prefix: str) -> list[str]:
+        services = fleet.get(f"{prefix}/v1/status").json()["services"]
+        return [each["name"] for each in services if each["alive"]]
+
+    assert running("/robots/r1") == ["mapper"]
+    assert running("/robots/r2") == ["planner"]
+    assert running("") == ["gateway"]
+    assert "OneMap" in fleet.get("/robots/r1/").text
+
+
+@pytest.mark.parametrize("path", ["/v1/robots", "/robots/r1/v1/status", "/robots/r9/v1/status"])
+def test_every_robot_needs_the_token(fleet: httpx.Client, path: str) -> None:
+    assert fleet.get(path, headers={"authorization": ""}).status_code == 401
+
+
+def test_who_guesses_at_one_robot_is_locked_out_at_all(fleet: httpx.Client) -> None:
+    wrong = {"authorization": "Bearer guess"}
+    paths = ["/v1/robots", "/robots/r1/v1/status", "/robots/r2/v1/status"]
+    for number in range(MAX_FAILURES):
+        assert fleet.get(paths[number % len(paths)], headers=wrong).status_code == 401
+    assert [fleet.get(path).status_code for path in paths] == [429] * len(paths)
+
+
+@pytest.mark.parametrize(
+    "robots", [{"R 1": "site/r1"}, {"r1": ""}, {"r1": "site/*"}, {"r1": "/r1"}, {"": "site/r1"}]
+)
+def test_names_that_cannot_be_addressed_are_refused(robots: dict[str, str]) -> None:
+    with pytest.raises(ValidationError):
+        GatewayConfig(robots=robots)
+
+
+def application(name: str) -> ASGIApp:
+    """Answers with its name and the path that it sees."""
+
+    async def show(request: Request) -> Response:
+        return PlainTextResponse(f"{name} {request.url.path}", headers={"location": "/v1/x"})
+
+    async def live(socket: WebSocket) -> None:
+        await socket.accept()
+        await socket.send_text(f"{name} {socket.url.path}")
+        await socket.close()
+
+    return Starlette(routes=[WebSocketRoute("/v1/live", live), Route("/{rest:path}", show)])
+
+
+@pytest.fixture
+def routed() -> TestClient:
+    return TestClient(FleetApp(application("own"), {"r1": application("r1")}))
+
+
+@pytest.mark.parametrize(
+    ("path", "answer"),
+    [
+        ("/v1/status", "own /v1/status"),
+        ("/", "own /"),
+        ("/robots/r1/v1/status", "r1 /v1/status"),
+        ("/robots/r1/", "r1 /"),
+        ("/robots/r1", "r1 /"),
+        ("/robots/r2/v1/status", "own /robots/r2/v1/status"),
+        ("/robots/r1x/v1/status", "own /robots/r1x/v1/status"),
+        ("/robots/", "own /robots/"),
+        ("/robots//v1/status", "own /robots//v1/status"),
+    ],
+)
+def test_the_path_chooses_the_robot(routed: TestClient, path: str, answer: str) -> None:
+    assert routed.get(path).text == answer
+
+
+def test_addresses_of_new_things_have_the_robots_prefix(routed: TestClient) -> None:
+    assert routed.get("/robots/r1/v1/searches").headers["location"] == "/robots/r1/v1/x"
+    assert routed.get("/v1/searches").headers["location"] == "/v1/x"
+
+
+@pytest.mark.parametrize(("prefix", "name"), [("", "own"), ("/robots/r1", "r1")])
+def test_sockets_are_of_the_robot_too(routed: TestClient, prefix: str, name: str) -> None:
+    with routed.websocket_connect(f"{prefix}/v1/live") as socket:
+        assert socket.receive_text() == f"{name} /v1/live"

@@ -1,0 +1,300 @@
+"""Searches over HTTP: started, followed, stopped, refused."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import closing, contextmanager
+from itertools import combinations
+from typing import Any
+
+import anyio
+import httpx
+import pytest
+from fastapi.sse import ServerSentEvent
+from pydantic import ValidationError
+from starlette.testclient import TestClient
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.routes.searches import EventIntervals, search_events, supersedes
+from onemap_gateway.http.schemas import (
+    MapName,
+    QueryRequest,
+    RequestModel,
+    SearchStart,
+)
+from onemap_gateway.service import build
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import (
+    MAX_TEXT_CHARS,
+    SearchKind,
+    SearchOrder,
+    SearchRequest,
+    SearchState,
+)
+from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
+
+
+@contextmanager
+def on_socket(router: MemoryRouter) -> Iterator[httpx.Client]:
+    """A client of a gateway on a real socket: what is streamed arrives as it is sent."""
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        address = f"http://127.0.0.1:{worker.port}"
+        with httpx.Client(base_url=address, timeout=WAIT_S, trust_env=False) as client:
+            yield client
+
+
+def test_a_search_is_created_with_its_address(client: TestClient) -> None:
+    answer = client.post("/v1/searches", json={"objects": ["sofa", "kettle"]})
+    assert answer.status_code == 201
+    assert answer.headers["Location"] == "/v1/searches/s1"
+    report = client.get(answer.headers["Location"]).json()
+    assert report["objects"] == ["sofa", "kettle"]
+    assert report["target"] == "sofa"
+    assert report["active"] is True
+
+
+def test_a_second_search_is_refused_with_the_id_of_the_first(client: TestClient) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    answer = client.post("/v1/searches", json={"object": "kettle"})
+    assert answer.status_code == 409
+    assert answer.json()["search_id"] == "s1"
+    assert "'sofa'" in answer.json()["detail"]
+    assert "DELETE /v1/searches/s1" in answer.json()["detail"]
+
+
+def test_unknown_words_come_back_with_the_nearest_known_ones(client: TestClient) -> None:
+    answer = client.post("/v1/searches", json={"objects": ["sofa", "flurb"]})
+    assert answer.status_code == 422
+    problem = answer.json()
+    assert problem["type"].endswith("unknown_word")
+    assert problem["status"] == 422  # what a service adds replaces no member of the document
+    assert "'flurb' (did you mean 'curb'?)" in problem["detail"]
+    assert problem["words"] == [{"word": "flurb", "did_you_mean": ["curb"]}]
+
+
+def test_a_search_can_be_stopped(client: TestClient) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    report = client.delete("/v1/searches/s1").json()
+    assert report["state"] == "cancelled"
+    assert report["active"] is False
+
+
+def test_searches_are_listed_newest_first(client: TestClient, planner: FakePlanner) -> None:
+    planner.past = [search("s0", SearchState.FOUND)]
+    client.post("/v1/searches", json={"object": "sofa"})
+    listed = client.get("/v1/searches").json()
+    assert [each["id"] for each in listed["searches"]] == ["s1", "s0"]
+    assert listed["searches"][0] == {
+        **client.get("/v1/searches/s1").json(),
+        "elapsed_s": listed["searches"][0]["elapsed_s"],
+    }
+    assert listed["left_out"] == 2
+
+
+@pytest.mark.parametrize("search_id", ["nix", "a b", "..", "%00", "x" * 1000, "ü"])
+@pytest.mark.parametrize("suffix", ["", "/events"])
+def test_a_search_that_never_was_is_not_found(
+    client: TestClient, search_id: str, suffix: str
+) -> None:
+    answer = client.get(f"/v1/searches/{search_id}{suffix}")
+    assert answer.status_code == 404
+    assert answer.headers["Content-Type"] == "application/problem+json"
+
+
+def test_a_silent_stream_carries_comments(
+    router: MemoryRouter, planner: FakePlanner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search ends after the third comment, however late that comes."""
+    monkeypatch.setattr("fastapi.routing._PING_INTERVAL", 0.02)  # seconds; 15 in operation
+    before: list[str] = []
+    with on_socket(router) as gateway:
+        gateway.post("/v1/searches", json={"object": "sofa"})
+        with gateway.stream("GET", "/v1/searches/s1/events") as stream:
+            lines = stream.iter_lines()
+            while before.count(": ping") < 3:
+                before.append(next(lines))
+            planner.move(SearchState.FOUND)
+            after = list(lines)
+    assert (before.count("event: status"), after.count("event: status")) == (1, 1)
+
+
+@pytest.mark.parametrize("kind", ["go_to", "look_at"])
+def test_the_robot_is_sent_to_a_place(client: TestClient, planner: FakePlanner, kind: str) -> None:
+    answer = client.post("/v1/searches", json={f"{kind}_m": [1, -2.5]})
+    assert answer.status_code == 201
+    report = answer.json()
+    assert (report["kind"], report["place_m"]) == (kind, [1.0, -2.5])
+    assert (report["objects"], report["target"], report["active"]) == ([], "", True)
+    planner.move(SearchState.ARRIVED)
+    report = client.get("/v1/searches/s1").json()
+    assert (report["state"], report["active"]) == ("arrived", False)
+
+
+def test_a_drive_is_named_by_its_place_when_another_is_refused(client: TestClient) -> None:
+    client.post("/v1/searches", json={"go_to_m": [1, -2.5]})
+    answer = client.post("/v1/searches", json={"object": "kettle"})
+    assert answer.status_code == 409
+    assert "a search for the place (1.00, -2.50)" in answer.json()["detail"]
+
+
+FAST = EventIntervals(poll_s=0.01, query_s=0.05)
+
+
+async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[str, Any]]:
+    """Name and data of the next event."""
+    with anyio.fail_after(WAIT_S):
+        event = await events.__anext__()
+    assert event.event is not None
+    return event.event, event.data
+
+
+async def is_over(events: AsyncIterator[ServerSentEvent]) -> bool:
+    with anyio.fail_after(WAIT_S):
+        return [event async for event in events] == []
+
+
+def listen(
+    router: MemoryRouter,
+    scenario: Callable[[GatewayContext, AsyncIterator[ServerSentEvent]], Any],
+    intervals: EventIntervals = FAST,
+) -> None:
+    """Run a scenario on the events of the search ``s1``."""
+    with gateway_on(router) as gateway:
+        events = search_events(gateway, search("s1"), count=0, intervals=intervals)
+        anyio.run(scenario, gateway, events)
+
+
+def test_every_change_is_sent_once_up_to_the_final_state(
+    router: MemoryRouter, planner: FakePlanner
+) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
+        name, status = await next_event(events)
+        assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
+        for state in (SearchState.APPROACHING, SearchState.CONFIRMING, SearchState.FOUND):
+            planner.move(state)
+        states = [(await next_event(events))[1]["state"] for _ in range(3)]
+        assert states == ["approaching", "confirming", "found"]
+        assert await is_over(events)
+
+    planner.status = search("s1")
+    listen(router, scenario)
+
+
+def test_the_stream_outlives_its_planner(router: MemoryRouter) -> None:
+    old = FakePlanner(router, search("s1"))
+
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
+        await next_event(events)
+        old.bus.close()
+        name, problem = await next_event(events)
+        assert (name, problem["service"]) == ("problem", "planner")
+        new = FakePlanner(
+            router, search("s1", SearchState.FOUND, updated_ns=search().updated_ns + 9)
+        )
+        name, status = await next_event(events)
+        assert (name, status["state"]) == ("status", "found")
+        assert await is_over(events)
+        new.bus.close()
+
+    listen(router, scenario)
+
+
+def test_a_search_that_the_planner_forgot_ends_with_a_problem(
+    router: MemoryRouter, planner: FakePlanner
+) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
+        await next_event(events)
+        name, problem = await next_event(events)
+        assert (name, problem["status"]) == ("problem", 404)
+        assert await is_over(events)
+
+    listen(router, scenario)
+
+
+def test_a_later_state_of_the_same_search_supersedes() -> None:
+    first = search("s1", updated_ns=5)
+    assert supersedes(search("s1", SearchState.FOUND, updated_ns=6), first)
+    assert not supersedes(first, first)
+    assert not supersedes(search("s1", SearchState.APPROACHING, updated_ns=4), first)
+    assert supersedes(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
+    assert not supersedes(search("s2", updated_ns=6), first)
+    assert not supersedes(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))
+
+
+MEMBERS: dict[str, object] = {
+    "objects": ["sofa"],
+    "object": "sofa",
+    "go_to_m": [1, -2.5],
+    "look_at_m": [1, -2.5],
+}
+
+
+def test_a_search_has_exactly_one_of_four_members() -> None:
+    for name, value in MEMBERS.items():
+        SearchStart.model_validate({name: value})
+    for both in combinations(MEMBERS, 2):
+        with pytest.raises(ValidationError, match="exactly one of"):
+            SearchStart.model_validate({name: MEMBERS[name] for name in both})
+
+
+def test_a_place_becomes_a_request_without_objects() -> None:
+    go = SearchStart.model_validate({"go_to_m": [1, -2.5]}).request(3.0)
+    assert go == SearchRequest((), 3.0, SearchKind.GO_TO, (1.0, -2.5))
+    look = SearchStart.model_validate({"look_at_m": [1, -2.5]}).request(3.0)
+    assert look == SearchRequest((), 3.0, SearchKind.LOOK_AT, (1.0, -2.5))
+    assert SearchStart(object="sofa").request(3.0) == SearchRequest(("sofa",), 3.0)
+
+
+def test_a_search_may_have_limits() -> None:
+    limits = {"max_distance_m": 20, "max_time_s": 90.5}
+    request = SearchStart.model_validate({"object": "sofa", **limits}).request(3.0)
+    assert (request.max_distance_m, request.max_time_s) == (20.0, 90.5)
+    for name in limits:
+        for value in (0, -1, "5", float("nan"), 1e7):
+            with pytest.raises(ValidationError):
+                SearchStart.model_validate({"object": "sofa", name: value})
+
+
+@pytest.mark.parametrize(
+    "place", [[], [1], [1, 2, 3], ["1", "2"], [1, None], [1, float("nan")], [2e5, 0], "1, 2", 1]
+)
+def test_what_is_no_place_is_refused(place: object) -> None:
+    with pytest.raises(ValidationError):
+        SearchStart.model_validate({"go_to_m": place})
+
+
+@pytest.mark.parametrize("text", ["", "  ", "x" * (MAX_TEXT_CHARS + 1), 5, None])
+def test_a_text_that_no_service_takes_is_refused(text: object) -> None:
+    with pytest.raises(ValidationError):
+        QueryRequest.model_validate({"text": text})
+
+
+@pytest.mark.parametrize("name", ["", "-flat", ".flat", "a/b", "a b", "flat\n", "x" * 65])
+def test_a_map_may_not_have_any_other_name(name: str) -> None:
+    with pytest.raises(ValidationError, match="begins with a letter or a digit"):
+        MapName(name=name)
+
+
+@pytest.mark.parametrize("model", RequestModel.__subclasses__())
+def test_the_examples_fit_and_unknown_fields_do_not(model: type[RequestModel]) -> None:
+    for example in model.model_json_schema()["examples"]:
+        model.model_validate(example)
+        with pytest.raises(ValidationError, match="extra_forbidden"):
+            model.model_validate({**example, "speed": 3})
+
+
+def test_objects_may_be_sought_in_any_order() -> None:
+    names = ["sofa", "kettle"]
+    given = SearchStart.model_validate({"objects": names}).request(3.0)
+    assert given.order is SearchOrder.GIVEN
+    body = {"objects": names, "order": "any"}
+    assert SearchStart.model_validate(body).request(3.0).order is SearchOrder.ANY
+
+
+@pytest.mark.parametrize(
+    "body", [{"go_to_m": [1, 2], "order": "any"}, {"objects": ["sofa"], "order": "nearest"}]
+)
+def test_a_place_has_no_order_and_no_other_order_is_known(body: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match="order"):
+        SearchStart.model_validate(body)
