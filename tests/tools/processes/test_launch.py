@@ -14,16 +14,19 @@ import pytest
 
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_tools.processes.launch import (
-    HEALTHY_S,
+    ENDED,
     Processes,
     ProcessExit,
     ProcessSpec,
     available_cores,
     backoff_s,
     child_environment,
+    has_ended,
+    running_groups,
+    signal_group,
     tail,
+    wait_for_groups,
 )
-from onemap_tools.processes.process_group import ENDED
 
 SOON_S = 60.0  # a deadline for a loaded machine, not a measure
 
@@ -184,25 +187,6 @@ def test_the_first_start_alone_has_variables_of_its_own(folder: Path) -> None:
         assert wait_for_end(processes, now_s + 2).code == 4
 
 
-def test_a_healthy_process_starts_with_the_first_backoff(folder: Path) -> None:
-    with Processes([python("mapper", CRASHING)], folder) as processes:
-        processes.start()
-        now_s = time.monotonic()
-        wait_for_end(processes, now_s)
-        processes.restart(now_s + 2)
-        late_s = time.monotonic() + HEALTHY_S + 5
-        wait_for_end(processes, late_s)
-        assert processes.restart(late_s + 1.1) == ["mapper"]
-
-
-def test_nothing_is_restarted_after_stop(folder: Path) -> None:
-    processes = Processes([python("mapper", CRASHING)], folder)
-    processes.start()
-    wait_for_end(processes, now_s=0.0)
-    processes.stop()
-    assert processes.restart(1e9) == []
-
-
 def test_kill_ends_all_at_once(folder: Path) -> None:
     with Processes([python("stubborn", STUBBORN)], folder) as processes:
         processes.start()
@@ -236,14 +220,9 @@ def test_a_process_stops_when_its_launcher_is_killed(tmp_path: Path) -> None:
         os.sched_yield()
 
 
-def test_a_wrong_configuration_is_not_a_crash(tmp_path: Path) -> None:
-    ended = ProcessExit("planner", 2, tmp_path / "planner.log", "")
-    assert ended.misconfigured
-    assert "cannot start as configured" in ended.sentence
-
-
 def test_the_backoff_doubles_up_to_ten_seconds() -> None:
     assert [backoff_s(n) for n in range(1, 7)] == [1, 2, 4, 8, 10, 10]
+    assert ProcessExit("planner", 2, Path("planner.log"), "").misconfigured
 
 
 def test_thread_pools_are_limited_unless_the_user_sets_them() -> None:
@@ -261,3 +240,46 @@ def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
     log.write_text("\n".join(str(number) for number in range(100_000)))
     assert tail(log, 2).splitlines() == ["99998", "99999"]
     assert tail(tmp_path / "none.log") == ""
+
+
+def test_a_zombie_does_not_run() -> None:
+    """A child that has ended and is not reaped, as by process 1 of many containers."""
+    child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    os.killpg(child.pid, 0)  # still listed
+    assert has_ended(child)
+    assert running_groups([child.pid]) == frozenset()
+    child.wait()
+    assert has_ended(child)
+    assert running_groups([child.pid]) == frozenset()
+
+
+def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
+    """The leader has ended and its child runs on."""
+    code = (
+        "import subprocess, sys;"
+        "print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']).pid)"
+    )
+    leader = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert leader.stdout is not None
+    child = int(leader.stdout.readline())
+    leader.wait()
+    assert running_groups([leader.pid]) == {leader.pid}
+    os.kill(child, signal.SIGSTOP)  # a stopped process counts
+    assert running_groups([leader.pid]) == {leader.pid}
+    os.kill(child, signal.SIGKILL)
+    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
+    leader.stdout.close()
+
+
+def test_a_signal_reaches_the_whole_group() -> None:
+    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
+    leader = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True
+    )
+    signal_group(leader.pid, signal.SIGKILL)
+    assert leader.wait(SOON_S) == -signal.SIGKILL
+    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
+    signal_group(leader.pid, signal.SIGTERM)  # none is left: no error

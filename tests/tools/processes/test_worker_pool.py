@@ -12,8 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from onemap_tools.processes.launch import onemap_command
-from onemap_tools.processes.process_group import ENDED
+from onemap_tools.processes.launch import ENDED, onemap_command
 from tests.shared.test_bus import eventually
 from tests.structure import ROOT, modules
 

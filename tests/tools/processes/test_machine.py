@@ -1,0 +1,135 @@
+"""Ports of this machine, signals, and services that run inside this process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from onemap_gateway.config import GatewayConfig
+from onemap_shared.services import SERVICES
+from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.interrupts import SIGNALS, interruptible
+from onemap_tools.processes.network import (
+    DEFAULT_PORT,
+    LOOPBACK,
+    TRIED_PORTS,
+    accepts_connections,
+    any_free_port,
+    is_free,
+    is_local,
+    next_free_port,
+)
+from onemap_tools.processes.services import check_robot, run, section_model
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "local"),
+    [
+        ("tcp/127.0.0.1:7447", True),
+        ("tcp/localhost:7447", True),
+        ("tcp/[::1]:7447", True),
+        ("tcp/192.168.1.7:7447", False),
+        ("tls/robot.local:7448", False),
+        ("tcp/127.evil.org:7447", False),
+    ],
+)
+def test_a_router_is_started_here_only_for_local_endpoints(endpoint: str, local: bool) -> None:
+    assert is_local(endpoint) is local
+
+
+def test_the_default_port_is_the_gateways() -> None:
+    """The command line does not import the gateway's model: it would start slowly."""
+    assert GatewayConfig().port == DEFAULT_PORT
+    assert GatewayConfig().host == LOOPBACK
+
+
+def test_a_taken_port_is_not_free_and_accepts_connections() -> None:
+    with socket.create_server((LOOPBACK, 0)) as server:
+        port = server.getsockname()[1]
+        assert not is_free(port)
+        assert next_free_port(port) > port
+        assert accepts_connections(f"tcp/{LOOPBACK}:{port}")
+    assert not accepts_connections(f"tcp/{LOOPBACK}:{any_free_port()}")
+
+
+def test_without_a_free_port_the_option_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[int] = []
+    monkeypatch.setattr("onemap_tools.processes.network.is_free", tried.append)
+    with pytest.raises(CliError, match="--port"):
+        next_free_port(9000)
+    assert tried == list(range(9000, 9000 + TRIED_PORTS))
+
+
+def test_the_first_signal_sets_the_event() -> None:
+    abandoned: list[bool] = []
+    with interruptible(lambda: abandoned.append(True)) as stop:
+        assert not stop.is_set()
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert stop.wait(60.0)
+    assert abandoned == []
+
+
+def test_the_handlers_are_restored() -> None:
+    before = [signal.getsignal(signum) for signum in SIGNALS]
+    with interruptible():
+        assert [signal.getsignal(signum) for signum in SIGNALS] != before
+    assert [signal.getsignal(signum) for signum in SIGNALS] == before
+
+
+def test_the_second_signal_abandons_and_exits() -> None:
+    code = (
+        "import os, signal\n"
+        "from onemap_tools.processes.interrupts import interruptible\n"
+        "with interruptible(lambda: print('abandoned', flush=True)) as stop:\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "    print('still here')\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == 128 + signal.SIGTERM
+    assert result.stdout == "abandoned\n"
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_every_service_has_a_model(name: str) -> None:
+    assert section_model(name).__name__ == f"{name.capitalize()}Config"
+
+
+def test_a_robot_that_cannot_start_is_reported(tmp_path: Path) -> None:
+    sections = {"replay": {"directory": str(tmp_path / "nowhere")}}
+    with pytest.raises(CliError, match="The replay cannot start"):
+        check_robot("replay", sections)
+    check_robot("simulator", {})
+
+
+@pytest.mark.parametrize(
+    ("end", "code"),
+    [
+        (SystemExit(3), 3),
+        (SystemExit("a sentence"), EXIT_USAGE_ERROR),
+        (None, EXIT_OK),
+    ],
+)
+def test_a_service_runs_with_its_arguments_and_returns_its_code(
+    end: SystemExit | None, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[list[str]] = []
+
+    def run_module(module: str, **options: object) -> None:
+        seen.append([module, *sys.argv])
+        if end is not None:
+            raise end
+
+    monkeypatch.setattr("runpy.run_module", run_module)
+    before = list(sys.argv)
+    assert run("mapper", Path("x.yaml")) == code
+    assert seen == [["onemap_mapper", "onemap mapper", "--config", "x.yaml"]]
+    assert sys.argv == before
