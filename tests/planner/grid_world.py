@@ -287,7 +287,7 @@ class SimulatedSearch:
             self._control()
 
     def _other_view(self) -> SearchView | None:
-        name, search = name_to_ask(self.state, self.config.order), self.state.search
+        name, search = name_to_ask(self.state), self.state.search
         rivals = rival_names(name, search.objects, self.state.found_objects)
         return self.world.view(name, rivals) if name else None
 

@@ -29,12 +29,7 @@ from onemap_planner.search.state_machine import transition
 from onemap_planner.world.map_view import PlanningView, outside_reason
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import (
-    Detections,
-    FailureCode,
-    SearchReset,
-    SearchViewRequest,
-)
+from onemap_shared.messages import Detections, FailureCode, SearchReset, SearchViewRequest
 from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
 
 LOG = logging.getLogger("onemap.planner")
@@ -228,7 +223,7 @@ class PlanningThread:
 
     def _request_other_view(self, state: PlannerState) -> PlanningView | None:
         """The view for a waiting object, if one is due; the search goes on without it."""
-        name = name_to_ask(state, self._params.order)
+        name = name_to_ask(state)
         try:
             return self._view_of(name, state) if name else None
         except CallError:

@@ -30,10 +30,7 @@ from onemap_planner.search.state_machine import status
 from onemap_planner.search_commands import SearchCommands
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import (
-    SearchStatus,
-    VelocityCommand,
-)
+from onemap_shared.messages import SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
 from onemap_shared.services import DRIVER, role_of
 from onemap_shared.transport import (

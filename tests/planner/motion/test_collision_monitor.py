@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from onemap_planner.motion.collision_monitor import (
     CORNER_M,
     SLACK_M,
+    WALKER_MPS,
     ControlTimes,
     edge_distance,
     monitored,
@@ -261,7 +262,7 @@ def test_whoever_walks_up_to_it_does_not_meet_it_coming_nearer(
         velocity = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times)
         pose = moved(pose, velocity, DT_S)
         before_m, away_m = away_m, float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
-        come_m = HOLONOMIC.walker_mps * (seen_s + DT_S)
+        come_m = WALKER_MPS * (seen_s + DT_S)
         assert away_m >= min(SIZE.radius_m + come_m, before_m) - 0.01
 
 
@@ -273,11 +274,3 @@ def test_who_is_near_does_not_hold_it_there() -> None:
     assert monitored(forwards, STOP, pose, costmap, DRIVE, times=times) == STOP
     assert monitored(backwards, STOP, pose, costmap, DRIVE, times=times) == backwards
     assert monitored(turning, STOP, pose, costmap, DRIVE, times=times) == turning
-
-
-def test_nobody_walks_where_the_configuration_says_so() -> None:
-    costmap, pose = hall_with_somebody(3.0), Pose2d(2.5, 2.5, 0.0)
-    params = DRIVE.model_copy(update={"walker_mps": 0.0})
-    forwards, times = Velocity2d(0.05, 0.0), ControlTimes(DT_S, 0.25)
-    assert monitored(forwards, STOP, pose, costmap, DRIVE, times=times) == STOP
-    assert monitored(forwards, STOP, pose, costmap, params, times=times) == forwards

@@ -5,7 +5,12 @@ import math
 import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.progress import MotionSample, ProgressMonitor
+from onemap_planner.motion.progress import (
+    BACK_UP_S,
+    VIRTUAL_OBSTACLE_S,
+    MotionSample,
+    ProgressMonitor,
+)
 from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS
 
@@ -65,7 +70,7 @@ def test_what_the_map_shows_in_the_way_gives_up_goals_but_no_search() -> None:
         stuck = MotionSample(HERE, AHEAD, False, at_s, blocked=True)
         monitor = monitor.update(stuck, PARAMS.recovery, front_m=0.25)
         counts.append(monitor.stuck_count)
-        done = MotionSample(HERE, AHEAD, False, at_s + PARAMS.recovery.back_up_s)
+        done = MotionSample(HERE, AHEAD, False, at_s + BACK_UP_S)
         monitor = monitor.update(done, PARAMS.recovery, front_m=0.25)
     assert counts == [1, 2, 3, 1, 2, 3, 1, 2]
 
@@ -82,7 +87,7 @@ def test_backing_ends_by_way_or_by_time() -> None:
     stuck = updated(START, 3.1)
     assert updated(stuck, 3.5).backing_from == HERE
     assert updated(stuck, 3.5, Pose2d(1.0, 1.7, math.pi / 2)).backing_from is None
-    assert updated(stuck, 3.2 + PARAMS.recovery.back_up_s).backing_from is None
+    assert updated(stuck, 3.2 + BACK_UP_S).backing_from is None
 
 
 def test_getting_stuck_is_counted_per_place() -> None:
@@ -96,7 +101,4 @@ def test_getting_stuck_is_counted_per_place() -> None:
 
 def test_virtual_obstacles_expire() -> None:
     stuck = updated(START, 3.1)
-    assert (
-        updated(stuck, 3.2 + PARAMS.recovery.virtual_obstacle_s, command=STOP).virtual_obstacles
-        == ()
-    )
+    assert updated(stuck, 3.2 + VIRTUAL_OBSTACLE_S, command=STOP).virtual_obstacles == ()

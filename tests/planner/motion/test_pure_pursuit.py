@@ -114,8 +114,8 @@ def test_it_arrives_and_faces_what_it_should(yaw: float, params: DriveParams) ->
     path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
     motion = Drive(path, (4.5, 3.5))
     end, trace = driven(motion, Pose2d(1.0, 1.0, yaw), params=params)
-    assert arrived(motion, end, DRIVE)
-    assert not arrived(motion, trace[0], DRIVE)
+    assert arrived(motion, end)
+    assert not arrived(motion, trace[0])
     assert end.distance_to((3.0, 3.5)) < 0.15
     assert abs(end.bearing_to((4.5, 3.5))) < 0.15
 
@@ -148,7 +148,7 @@ def test_a_holonomic_robot_sets_off_sideways_and_faces_its_goal_sooner() -> None
         next(
             k
             for k, pose in enumerate(driven(motion, start, params=params)[1])
-            if arrived(motion, pose, params)
+            if arrived(motion, pose)
         )
         for params in (DRIVE, HOLONOMIC)
     ]

@@ -12,7 +12,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.state import MAX_LOOKS, PlannerState, blacklist
-from onemap_planner.policy.ways import looks_at_closed_ways
+from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.events import Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import SEARCH
@@ -41,11 +41,11 @@ def two_rooms(door: str, far: str = ".") -> PlanningContext:
 
 def test_somebody_in_the_only_door_is_looked_at() -> None:
     here = two_rooms("g")
-    (goal,) = looks_at_closed_ways(here, NOWHERE, PARAMS.place)
+    (goal,) = looks_at_closed_ways(here, NOWHERE)
     assert goal.kind is GoalKind.LOOK_AT
     assert goal.look_xy == pytest.approx((4.25, 2.0), abs=0.3)
     away_m = np.hypot(*np.subtract(goal.viewpoint_xy, goal.look_xy))
-    assert PARAMS.costmap.escape_radius_m <= away_m <= PARAMS.place.view_farthest_m + 0.5
+    assert PARAMS.costmap.escape_radius_m <= away_m <= PLACE_FARTHEST_M + 0.5
     cell = here.costmap.grid.cells(np.array(goal.viewpoint_xy))
     assert np.isfinite(here.cost_to_go.cost_m[tuple(cell)])
 
@@ -59,13 +59,13 @@ def test_somebody_in_the_only_door_is_looked_at() -> None:
     ],
 )
 def test_there_is_nothing_to_look_at(here: PlanningContext) -> None:
-    assert not list(looks_at_closed_ways(here, NOWHERE, PARAMS.place))
+    assert not list(looks_at_closed_ways(here, NOWHERE))
 
 
 def test_the_next_look_is_from_another_place() -> None:
     here, tried = two_rooms("g"), NOWHERE
     for _ in range(3):
-        (goal,) = looks_at_closed_ways(here, tried, PARAMS.place)
+        (goal,) = looks_at_closed_ways(here, tried)
         assert (np.hypot(*(tried - goal.viewpoint_xy).T) > 0.6).all()
         tried = np.vstack([tried, goal.viewpoint_xy])
 
@@ -74,7 +74,7 @@ def test_a_search_looks_there_before_it_gives_up() -> None:
     here = two_rooms("g")
     state, looks = PlannerState(SEARCH), []
     for step in range(200):
-        state, _, event, _ = explore(state, here, PARAMS)
+        state, _, event, _ = explore(state, here)
         goal = state.target_state.active_goal
         if isinstance(event, Exhausted):
             break

@@ -29,7 +29,7 @@ from onemap_shared.messages import (
     SearchState,
     TextEmbeddings,
 )
-from tests.planner.drawn_maps import PARAMS, drawn_map
+from tests.planner.drawn_maps import drawn_map
 from tests.planner.grid_world import GridWorld, SimulatedSearch, in_two_rooms, start
 
 STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
@@ -106,9 +106,7 @@ def test_a_detection_counts_only_where_its_name_fits_best() -> None:
     own = dict.fromkeys(BED, 0.6)
     for better, count in ((0.5, 1), (0.6, 1), (0.7, 0)):
         map_view = map_view_where(own, dict.fromkeys(BED, better))
-        found = sightings_of(
-            "sofa", message(sofa=BED), map_view, seen_from=(0, 0), params=PARAMS.consensus
-        )
+        found = sightings_of("sofa", message(sofa=BED), map_view, seen_from=(0, 0))
         assert len(found) == count
 
 
@@ -165,12 +163,8 @@ def test_frames_with_another_name_there_are_counted(
 ) -> None:
     map_view = map_view_where(dict.fromkeys(BED, 0.9), {})
     frame = message(**seen)
-    own: tuple[Sighting, ...] = sightings_of(
-        "sofa", frame, map_view, seen_from=(0, 0), params=PARAMS.consensus
-    )
-    (after,) = count_contradictions(
-        (candidate(BED),), frame, own, target="sofa", map_view=map_view, params=PARAMS.consensus
-    )
+    own: tuple[Sighting, ...] = sightings_of("sofa", frame, map_view, seen_from=(0, 0))
+    (after,) = count_contradictions((candidate(BED),), frame, own, target="sofa", map_view=map_view)
     assert after.contradictions == contradictions
 
 

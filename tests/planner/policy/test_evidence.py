@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.motion.progress import ProgressMonitor
+from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
@@ -21,7 +21,6 @@ from onemap_planner.policy.step import handle_stuck
 from onemap_planner.search.phases import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
-from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, SEARCH, context
 
 SOFA: WorldCells = frozenset((x, y) for x in range(20, 24) for y in range(20, 24))
@@ -64,7 +63,7 @@ def frame(name: str = "sofa") -> Detections:
 
 def test_the_frames_of_a_step_are_merged() -> None:
     after = update_candidates(
-        PlannerState(SEARCH), (frame(), frame()), similar_to_sofa(), PARAMS.consensus, near_m=1.5
+        PlannerState(SEARCH), (frame(), frame()), similar_to_sofa(), near_m=1.5
     )
     (candidate,) = after.target_state.candidates
     assert candidate.sightings == 2
@@ -74,19 +73,17 @@ def test_the_frames_of_a_step_are_merged() -> None:
 
 def test_another_name_there_is_counted() -> None:
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
-    after = update_candidates(state, (frame("bed"),), seen, PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, near_m=1.5)
+    after = update_candidates(state, (frame("bed"),), seen, near_m=1.5)
     (candidate,) = after.target_state.candidates
     assert (candidate.sightings, candidate.contradictions) == (1, 1)
 
 
 def test_a_rejected_candidate_does_not_come_back() -> None:
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, near_m=1.5)
     rejected = TargetState(rejected=state.target_state.candidates)
-    after = update_candidates(
-        replace(state, target_state=rejected), (frame(),), seen, PARAMS.consensus, near_m=1.5
-    )
+    after = update_candidates(replace(state, target_state=rejected), (frame(),), seen, near_m=1.5)
     assert after.target_state.candidates == ()
 
 
@@ -98,14 +95,14 @@ def test_a_rejected_candidate_comes_back_when_it_is_seen_from_another_side(
     looks: tuple[tuple[float, float], ...], back: bool
 ) -> None:
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, near_m=1.5)
     rejected = TargetState(
         rejected=state.target_state.candidates,
         doubts=tuple(Doubt(xy, (2.2, 2.2, 0.5)) for xy in looks),
     )
     state = replace(state, target_state=rejected)
     for _ in range(2):
-        state = update_candidates(state, (frame(),), seen, PARAMS.consensus, near_m=1.5)
+        state = update_candidates(state, (frame(),), seen, near_m=1.5)
     sightings = [candidate.sightings for candidate in state.target_state.candidates]
     assert sightings == ([2] if back else [])
 
@@ -116,14 +113,14 @@ def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewh
 ) -> None:
     """Behind somebody who stands in a doorway, say: that tells nothing about the candidate."""
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, near_m=1.5)
     (sofa,) = state.target_state.candidates
-    stuck = ProgressMonitor(POSE, 0.0, stuck_count=PARAMS.recovery.max_stuck_count, stuck_at=POSE)
+    stuck = ProgressMonitor(POSE, 0.0, stuck_count=MAX_STUCK_COUNT, stuck_at=POSE)
     approaching = replace(SEARCH, phase=Approaching(sofa))
-    state, _ = handle_stuck(replace(state, search=approaching, progress=stuck), PARAMS)
+    state, _ = handle_stuck(replace(state, search=approaching, progress=stuck))
     assert state.target_state.candidates == ()
     seen = replace(seen, pose=Pose2d(*seen_from, 0.0))
-    after = update_candidates(state, (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    after = update_candidates(state, (frame(),), seen, near_m=1.5)
     assert bool(after.target_state.candidates) == back
 
 
@@ -131,11 +128,9 @@ def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewh
 def test_a_found_object_is_not_a_candidate_where_its_name_fits_better(
     rival: float, kept: int
 ) -> None:
-    state = update_candidates(
-        PlannerState(SEARCH), (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5
-    )
+    state = update_candidates(PlannerState(SEARCH), (frame(),), similar_to_sofa(), near_m=1.5)
     state = replace(state, found_objects=(FoundObject("bed", SOFA),))
-    after = update_candidates(state, (), similar_to_sofa(rival), PARAMS.consensus, near_m=1.5)
+    after = update_candidates(state, (), similar_to_sofa(rival), near_m=1.5)
     assert len(after.target_state.candidates) == kept
 
 
@@ -152,7 +147,7 @@ def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> No
         independent=True,
     )
     after = update_candidates(
-        PlannerState(SEARCH), (frame(), empty, frame()), doubtful(), PARAMS.consensus, near_m=1.5
+        PlannerState(SEARCH), (frame(), empty, frame()), doubtful(), near_m=1.5
     )
     assert after.target_state.candidates == ()
     (candidate,) = after.target_state.disputed
@@ -161,38 +156,30 @@ def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> No
 
 
 def test_a_rejected_one_comes_back_when_the_map_supports_it() -> None:
-    state = update_candidates(
-        PlannerState(SEARCH), (frame(),), doubtful(), PARAMS.consensus, near_m=1.5
-    )
+    state = update_candidates(PlannerState(SEARCH), (frame(),), doubtful(), near_m=1.5)
     rejected = replace(state, target_state=TargetState(rejected=state.target_state.disputed))
-    again = update_candidates(rejected, (frame(),), doubtful(), PARAMS.consensus, near_m=1.5)
+    again = update_candidates(rejected, (frame(),), doubtful(), near_m=1.5)
     assert again.target_state.disputed == ()
-    now = update_candidates(rejected, (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5)
+    now = update_candidates(rejected, (frame(),), similar_to_sofa(), near_m=1.5)
     assert len(now.target_state.candidates) == 1
 
 
 def test_no_doubtful_candidate_is_made_of_a_sighting_of_a_supported_one() -> None:
-    state = update_candidates(
-        PlannerState(SEARCH), (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5
-    )
-    after = update_candidates(state, (frame(),), doubtful(), PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), similar_to_sofa(), near_m=1.5)
+    after = update_candidates(state, (frame(),), doubtful(), near_m=1.5)
     assert after.target_state.disputed == ()
 
 
 def test_a_detector_that_reads_the_map_s_features_cannot_outweigh_the_map() -> None:
     dependent = replace(frame(), independent=False)
-    after = update_candidates(
-        PlannerState(SEARCH), (dependent,), doubtful(), PARAMS.consensus, near_m=1.5
-    )
+    after = update_candidates(PlannerState(SEARCH), (dependent,), doubtful(), near_m=1.5)
     assert after.target_state == TargetState()
 
 
 def test_both_kinds_of_a_candidate_are_rejected_each_by_itself() -> None:
     frames = (frame(), frame())
-    state = update_candidates(
-        PlannerState(SEARCH), frames, doubtful(), PARAMS.consensus, near_m=1.5
-    )
-    state = update_candidates(state, frames, similar_to_sofa(), PARAMS.consensus, near_m=1.5)
+    state = update_candidates(PlannerState(SEARCH), frames, doubtful(), near_m=1.5)
+    state = update_candidates(state, frames, similar_to_sofa(), near_m=1.5)
     (supported,), (without,) = state.target_state.candidates, state.target_state.disputed
     assert without.near_views[0].hits == 2
     left = reject_candidate(state, supported).target_state

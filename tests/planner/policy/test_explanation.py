@@ -29,13 +29,13 @@ def goal(
     length_m: float = 0.0,
     kind: GoalKind = GoalKind.FRONTIER,
 ) -> Goal:
-    utility = GoalUtility.of(score, travel_m, PARAMS.goal, length_m=length_m)
+    utility = GoalUtility.of(score, travel_m, length_m=length_m)
     return Goal(kind, (x, 0.0), (x, 1.0), utility, "a goal")
 
 
 def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> None:
     best, near = goal(1.0, score=0.8, travel_m=5.0), goal(2.0, score=0.3, travel_m=1.0)
-    choice = explain(best, [near, best], PARAMS.goal)
+    choice = explain(best, [near, best])
     assert [(option.xy_m, option.chosen) for option in choice.options] == [
         ((1.0, 1.0), True),
         ((2.0, 1.0), False),
@@ -44,17 +44,17 @@ def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> N
         "utility 0.36, 0.12 more than the frontier at (2.0, 1.0): "
         "it is more similar (0.80 against 0.30)"
     )
-    closer = explain(goal(3.0, travel_m=0.5), [goal(3.0, travel_m=0.5), near], PARAMS.goal)
+    closer = explain(goal(3.0, travel_m=0.5), [goal(3.0, travel_m=0.5), near])
     assert closer.sentence.endswith("its way is shorter (0.5 m against 1.0 m)")
-    wider = explain(goal(3.0, length_m=2.0), [goal(3.0, length_m=2.0), near], PARAMS.goal)
+    wider = explain(goal(3.0, length_m=2.0), [goal(3.0, length_m=2.0), near])
     assert wider.sentence.endswith("it opens a wider view")
-    twins = explain(near, [near, replace(near, look_xy=(9.0, 9.0))], PARAMS.goal)
+    twins = explain(near, [near, replace(near, look_xy=(9.0, 9.0))])
     assert twins.sentence == "utility 0.24, 0.00 more than the frontier at (9.0, 9.0)"
 
 
 def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
     kept, better = goal(1.0, score=0.50), goal(2.0, score=0.55, kind=GoalKind.REGION)
-    choice = explain(kept, [kept, better], PARAMS.goal)
+    choice = explain(kept, [kept, better])
     assert [option.chosen for option in choice.options] == [False, True]
     assert choice.sentence == (
         "kept although the region at (2.0, 1.0) has 0.04 more utility: the robot turns away from "
@@ -65,14 +65,14 @@ def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
 def test_the_list_is_bounded_and_always_holds_the_chosen_goal() -> None:
     goals = [goal(float(x), score=1.0 - 0.01 * x) for x in range(9)]
     unreachable = goal(20.0, travel_m=float("inf"))
-    choice = explain(goals[8], [*goals, unreachable], PARAMS.goal)
+    choice = explain(goals[8], [*goals, unreachable])
     assert len(choice.options) == MAX_GOAL_OPTIONS
     assert choice.options[-1].chosen
     assert choice.left_out == 4
 
 
 def test_a_choice_is_explained_once_and_counted() -> None:
-    state, *_ = explore(PlannerState(SEARCH), TWO_OPENINGS, PARAMS)
+    state, *_ = explore(PlannerState(SEARCH), TWO_OPENINGS)
     first = state.search.choice
     active = state.target_state.active_goal
     assert active is not None
@@ -80,17 +80,17 @@ def test_a_choice_is_explained_once_and_counted() -> None:
     (chosen,) = [option for option in first.options if option.chosen]
     assert chosen.xy_m == active.goal.look_xy
     assert len(first.options) + first.left_out >= 2
-    state, *_ = explore(replace(state, active_time_s=1.0), TWO_OPENINGS, PARAMS)
+    state, *_ = explore(replace(state, active_time_s=1.0), TWO_OPENINGS)
     assert state.search.choice is first
     state = blacklist(replace(state, active_time_s=2.0), active.goal)
-    state, *_ = explore(state, TWO_OPENINGS, PARAMS)
+    state, *_ = explore(state, TWO_OPENINGS)
     assert state.search.choice.number == 2
     assert state.search.choice.options != first.options
 
 
 def test_walking_up_to_a_candidate_is_a_choice_with_its_way() -> None:
     seen = candidate(2.5, 2.5, sightings=4)
-    state = with_candidate_choice(planner_state(seen), seen, context(), PARAMS)
+    state = with_candidate_choice(planner_state(seen), seen, context())
     (option,) = state.search.choice.options
     assert (option.kind, option.xy_m, option.score, option.chosen) == (
         "detection",
@@ -101,11 +101,11 @@ def test_walking_up_to_a_candidate_is_a_choice_with_its_way() -> None:
     assert 0.0 < option.travel_m < 4.0
     assert "detected 4 times where the map agrees, 3 are enough" in state.search.choice.sentence
     out_of_reach = candidate(9.0, 9.0)
-    assert with_candidate_choice(state, out_of_reach, context(), PARAMS) is state
+    assert with_candidate_choice(state, out_of_reach, context()) is state
 
 
 def test_a_drive_names_its_only_goal() -> None:
     there = Destination(SearchKind.GO_TO, (2.5, 2.5))
-    state, *_ = drive_to_place(planner_state(), there, context(), PARAMS)
+    state, *_ = drive_to_place(planner_state(), there, context())
     assert state.search.choice.sentence.startswith("the only goal: the place (2.50, 2.50)")
     assert [option.kind for option in state.search.choice.options] == ["go_to"]

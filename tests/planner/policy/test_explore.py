@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
+from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
+from onemap_planner.policy import explore as explore_module
 from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
+from onemap_planner.policy.state import (
+    BLACKLIST_RADIUS_M,
+    SETTLE_S,
+    PlannerState,
+    TargetState,
+    blacklist,
+    reject_candidate,
+)
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.candidates import ViewpointTally
@@ -34,7 +43,7 @@ SEEN_BEYOND = build_context(
     obstacles_xy=NO_POINTS,
     params=PARAMS.costmap,
 )
-GIVE_UP_S = PARAMS.explore.settle_s + 2 * np.pi / PARAMS.drive.look_around_radps + 0.1
+GIVE_UP_S = SETTLE_S + 2 * np.pi / LOOK_AROUND_RADPS + 0.1
 
 
 @pytest.mark.parametrize(
@@ -50,12 +59,12 @@ def test_a_candidate_is_selected_by_its_sightings(
     sightings: int, contradictions: int, selected: bool
 ) -> None:
     seen = replace(candidate(2.5, 2.5, sightings), contradictions=contradictions)
-    event = select_candidate(planner_state(seen), context(), PARAMS)
+    event = select_candidate(planner_state(seen), context())
     assert event == (CandidateSelected(seen) if selected else None)
 
 
 def test_an_unreachable_candidate_is_not_selected() -> None:
-    assert select_candidate(planner_state(candidate(9.0, 9.0)), context(), PARAMS) is None
+    assert select_candidate(planner_state(candidate(9.0, 9.0)), context()) is None
 
 
 def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
@@ -71,7 +80,7 @@ def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
 
 def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     state, here = doubtful(rank=0.95, hits=8)
-    state, motion, event, _ = explore(state, here, PARAMS)
+    state, motion, event, _ = explore(state, here)
     goal = state.target_state.active_goal
     assert goal is not None
     assert goal.goal.kind is GoalKind.DETECTION
@@ -79,15 +88,15 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     assert isinstance(motion, Drive)
     assert event is None
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
-    _, _, event, _ = explore(state, there, PARAMS)
+    _, _, event, _ = explore(state, there)
     assert event == CandidateSelected(state.target_state.disputed[0])
 
 
 def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, Event | None]:
     """The state and the event after no goal was left for long enough."""
-    state, *_ = explore(state, here, PARAMS)
+    state, *_ = explore(state, here)
     later = replace(state, active_time_s=state.active_time_s + GIVE_UP_S)
-    after, _, event, _ = explore(later, here, PARAMS)
+    after, _, event, _ = explore(later, here)
     return after, event
 
 
@@ -99,7 +108,7 @@ def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, aga
     state, event = given_up(state, here)
     assert event is None
     assert state.target_state.disputed == ((thing,) if again else ())
-    state, motion, event, _ = explore(state, here, PARAMS)
+    state, motion, event, _ = explore(state, here)
     assert isinstance(motion, Drive) is again
     state = reject_candidate(state, thing)
     _, event = given_up(state, here)
@@ -111,9 +120,9 @@ def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool)
     state, here = doubtful(rank=0.95, hits=hits)
     rejected = TargetState(rejected=state.target_state.disputed, reconsidered=True)
     state = replace(state, target_state=rejected)
-    state, *_ = explore(state, here, PARAMS)
+    state, *_ = explore(state, here)
     later = replace(state, active_time_s=GIVE_UP_S)
-    _, _, event, _ = explore(later, here, PARAMS)
+    _, _, event, _ = explore(later, here)
     assert isinstance(event, Exhausted)
     there = f"detected at (2.5, 2.5) in {hits} of 10 near views"
     assert (there in event.reason) is named
@@ -128,7 +137,7 @@ def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool)
 )
 def test_what_is_certainly_something_else_is_no_goal(rank: float, hits: int) -> None:
     state, here = doubtful(rank, hits)
-    state, *_ = explore(state, here, PARAMS)
+    state, *_ = explore(state, here)
     assert state.target_state.active_goal is None
 
 
@@ -138,13 +147,13 @@ def facing(goal: Goal) -> float:
 
 
 def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
-    first, motion, event, candidates = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    first, motion, event, candidates = explore(PlannerState(SEARCH), HALF_KNOWN)
     assert isinstance(motion, Drive)
     assert event is None
     assert candidates.frontiers
     goal = first.target_state.active_goal
     assert goal is not None
-    second, *_ = explore(replace(first, active_time_s=1.0), HALF_KNOWN, PARAMS)
+    second, *_ = explore(replace(first, active_time_s=1.0), HALF_KNOWN)
     kept = second.target_state.active_goal
     assert kept is not None
     assert kept.comparison is not None
@@ -162,20 +171,20 @@ def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
     seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
     state = replace(PlannerState(SEARCH), target_state=TargetState(undetected=seen))
-    state, *_ = explore(state, here, PARAMS)
+    state, *_ = explore(state, here)
     assert state.target_state.active_goal is not None
     assert state.target_state.active_goal.goal.kind is kind
 
 
 def chosen(state: PlannerState) -> Goal:
-    after, *_ = explore(state, SEEN_BEYOND, PARAMS)
+    after, *_ = explore(state, SEEN_BEYOND)
     assert after.target_state.active_goal is not None
     return after.target_state.active_goal.goal
 
 
 def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
     there = replace(candidate(*BEYOND), similarity=0.95)
-    assert find_viewpoint(there, SEEN_BEYOND, PARAMS.explore.bands_m) is None
+    assert find_viewpoint(there, SEEN_BEYOND) is None
     assert chosen(planner_state()).look_xy[0] < 3.0  # the nearest part of the border
     goal = chosen(planner_state(there))
     assert goal.kind is GoalKind.FRONTIER
@@ -190,7 +199,7 @@ def test_a_frontier_that_showed_no_way_is_not_looked_beyond_again() -> None:
     first = chosen(state)
     second = chosen(blacklist(state, first))
     apart_m = math.dist(first.look_xy, second.look_xy)
-    assert apart_m > PARAMS.explore.blacklist_radius_m
+    assert apart_m > BLACKLIST_RADIUS_M
 
 
 def test_what_was_detected_once_draws_by_its_similarity() -> None:
@@ -201,11 +210,11 @@ def test_what_was_detected_once_draws_by_its_similarity() -> None:
 
 
 def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
-    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN)
     goal = state.target_state.active_goal
     assert goal is not None
     late = replace(state, active_time_s=goal.budget_s + 0.1)
-    after, *_ = explore(late, HALF_KNOWN, PARAMS)
+    after, *_ = explore(late, HALF_KNOWN)
     assert goal.goal.look_xy in after.blacklisted_frontiers
     assert goal.goal.look_xy in after.unreached_frontiers
 
@@ -226,7 +235,7 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     since_s = []
     for step in range(12):  # the end of what is known recedes by 0.5 m each second
         state = replace(state, active_time_s=float(step))
-        state, *_ = explore(state, corridor(4.0 + 0.5 * step), PARAMS)
+        state, *_ = explore(state, corridor(4.0 + 0.5 * step))
         goal = state.target_state.active_goal
         assert goal is not None
         since_s.append(goal.since_s)
@@ -237,11 +246,11 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
 
 def test_without_a_goal_the_robot_looks_around_before_it_gives_up() -> None:
     room, state = context(), planner_state()
-    state, *_ = explore(state, room, PARAMS)
-    turning = replace(state, active_time_s=PARAMS.explore.settle_s + 0.1)
-    _, motion, event, _ = explore(turning, room, PARAMS)
+    state, *_ = explore(state, room)
+    turning = replace(state, active_time_s=SETTLE_S + 0.1)
+    _, motion, event, _ = explore(turning, room)
     assert (motion, event) == (Rotate(), None)
-    _, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room, PARAMS)
+    _, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room)
     assert isinstance(event, Exhausted)
 
 
@@ -253,13 +262,13 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
     state = replace(
         state, target_state=replace(state.target_state, rejected=(candidate(2.5, 2.5),))
     )
-    state, motion, event, _ = explore(state, room, PARAMS)
+    state, motion, event, _ = explore(state, room)
     assert (motion, event) == (Rest(), None)
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room, PARAMS)
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room)
     assert event is None
     assert state.target_state.reconsidered
-    state, *_ = explore(state, room, PARAMS)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), room, PARAMS)
+    state, *_ = explore(state, room)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), room)
     assert isinstance(event, Exhausted)
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
@@ -269,10 +278,10 @@ def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
     since_s: float, again: bool
 ) -> None:
     """At 100 s nothing is left but what was given up for the objects before."""
-    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN)
     while state.target_state.active_goal is not None:
         state = blacklist(state, state.target_state.active_goal.goal)
-        state, *_ = explore(state, HALF_KNOWN, PARAMS)
+        state, *_ = explore(state, HALF_KNOWN)
     start = replace(SEARCH.target_start, since_active_time_s=since_s)
     target_state = replace(state.target_state, idle_since_s=None)
     state = replace(
@@ -281,17 +290,19 @@ def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
         target_state=target_state,
         active_time_s=100.0,
     )
-    state, *_ = explore(state, HALF_KNOWN, PARAMS)
+    state, *_ = explore(state, HALF_KNOWN)
     late = replace(state, active_time_s=100.0 + GIVE_UP_S)
-    state, _, event, _ = explore(late, HALF_KNOWN, PARAMS)
+    state, _, event, _ = explore(late, HALF_KNOWN)
     assert (event is None) == again
     assert (state.blacklisted_frontiers == ()) == again
     if again:
-        state, _, event, _ = explore(state, HALF_KNOWN, PARAMS)
+        state, _, event, _ = explore(state, HALF_KNOWN)
         assert state.target_state.active_goal is not None
 
 
-def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> None:
+def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     two_rooms = build_context(
         POSE,
         search_view_of(
@@ -302,16 +313,14 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> 
         params=PARAMS.costmap,
     )
     assert two_rooms.unreachable_m2() > 1.0
-    wary = PARAMS.model_copy(
-        update={"explore": PARAMS.explore.model_copy(update={"cut_off_m2": 1.0})}
-    )
+    monkeypatch.setattr(explore_module, "CUT_OFF_M2", 1.0)
     state = replace(planner_state(), blacklisted_frontiers=((1.9, 1.0),))
-    state, *_ = explore(state, two_rooms, wary)
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), two_rooms, wary)
+    state, *_ = explore(state, two_rooms)
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), two_rooms)
     assert event is None
     assert state.blacklisted_frontiers == ()
-    state, *_ = explore(state, two_rooms, wary)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms, wary)
+    state, *_ = explore(state, two_rooms)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
     assert isinstance(event, Exhausted)
     assert "m² of floor seen that no way leads to" in event.reason
 
@@ -333,7 +342,7 @@ def two_halves() -> PlanningContext:
 def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
     halves = two_halves()
     assert halves.unreachable_m2() > 1.0
-    state, motion, event, candidates = explore(planner_state(), halves, PARAMS)
+    state, motion, event, candidates = explore(planner_state(), halves)
     assert candidates.frontiers == ()
     assert event is None
     assert isinstance(motion, Drive)
@@ -342,10 +351,10 @@ def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
     assert goal.goal.look_xy[1] > 2.8
     for _ in range(2):  # looked into from near and from farther away: it cannot be seen
         state = blacklist(state, goal.goal)
-    state, _, _, _ = explore(state, halves, PARAMS)
+    state, _, _, _ = explore(state, halves)
     assert state.target_state.active_goal is None
     assert not state.crosses_gaps
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), halves, PARAMS)
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), halves)
     assert event is None
     assert state.crosses_gaps
 
@@ -356,15 +365,15 @@ def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
 ) -> None:
     halves = two_halves()
     there = candidate(0.9, 5.0, sightings)
-    state, *_ = explore(planner_state(there), halves, PARAMS)
+    state, *_ = explore(planner_state(there), halves)
     assert not state.crosses_gaps  # the frontier on the way to it is looked at first
     goal = state.target_state.active_goal
     assert goal is not None
     for _ in range(2):
         state = blacklist(state, goal.goal)
-    state, *_ = explore(state, halves, PARAMS)
+    state, *_ = explore(state, halves)
     assert state.crosses_gaps is crosses
     if crosses:
         across = across_gaps(halves)
-        assert select_candidate(state, across, PARAMS) == CandidateSelected(there)
+        assert select_candidate(state, across) == CandidateSelected(there)
     assert across_gaps(halves).unreachable_m2() < 0.1

@@ -48,7 +48,7 @@ def following(run: SimulatedSearch, limit_s: float = 60.0) -> F64:
     """Step until goals need not be compared; the window of that step."""
     while run.now_s < limit_s:
         run.step()
-        window_xy = follow_window(run.state, observed(run), run.config)
+        window_xy = follow_window(run.state, observed(run))
         if window_xy is not None:
             return window_xy
     raise AssertionError("goals were compared in every step")
@@ -76,7 +76,7 @@ def test_the_way_is_that_of_the_whole_map() -> None:
         assert part.map_view.grid.shape <= whole.map_view.grid.shape
         active_goal = run.state.target_state.active_goal
         assert active_goal is not None
-        _, motion, _ = follow_goal(run.state, part, run.config)
+        _, motion, _ = follow_goal(run.state, part)
         expected = whole.drive_to(active_goal.goal.viewpoint_xy, active_goal.goal.look_xy)
         assert isinstance(motion, Drive)
         assert length_m(motion) == pytest.approx(length_m(expected), abs=1e-6)
@@ -101,7 +101,7 @@ def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -
 
     def window_with(changed: ActiveGoal | None) -> F64 | None:
         target_state = replace(state.target_state, active_goal=changed)
-        return follow_window(replace(state, target_state=target_state), observation, run.config)
+        return follow_window(replace(state, target_state=target_state), observation)
 
     assert window_with(active_goal) is not None
     assert window_with(None) is None
@@ -110,16 +110,16 @@ def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -
     assert window_with(replace(active_goal, since_s=-1e3)) is None
     doubtful = replace(candidate(*run.world.pose.xy), supported=False)
     beside = replace(state.target_state, disputed=(doubtful,))
-    assert follow_window(replace(state, target_state=beside), observation, run.config) is None
+    assert follow_window(replace(state, target_state=beside), observation) is None
     later = replace(state, active_time_s=state.active_time_s + 60.0)
-    assert follow_window(later, observation, run.config) is None
+    assert follow_window(later, observation) is None
     there = in_two_rooms()
     x, y = there.pose.xy
     there.pose = Pose2d(x, y + 4.0, np.pi / 2)
     detections = there.detect("bed", there.look())
     assert detections.names
     seen = replace(observation, detections=(detections,))
-    assert follow_window(state, seen, run.config) is None
+    assert follow_window(state, seen) is None
 
 
 def test_without_a_way_in_the_window_the_whole_map_is_planned_on() -> None:
@@ -130,4 +130,4 @@ def test_without_a_way_in_the_window_the_whole_map_is_planned_on() -> None:
     assert not can_follow(run.state, nothing)
     no_goal = replace(run.state, target_state=replace(run.state.target_state, active_goal=None))
     assert not can_follow(no_goal, nothing)
-    assert isinstance(follow_goal(no_goal, nothing, run.config)[1], Rest)
+    assert isinstance(follow_goal(no_goal, nothing)[1], Rest)

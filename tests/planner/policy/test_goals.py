@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.policy.goals import (
+    HALF_VALUE_M,
     MAX_LEFT,
     RETURN_PART,
     Goal,
@@ -18,7 +19,6 @@ from onemap_planner.policy.goals import (
     successor,
     with_left,
 )
-from tests.planner.drawn_maps import PARAMS
 
 
 def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
@@ -26,18 +26,16 @@ def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Go
 
 
 def test_the_best_is_chosen() -> None:
-    assert select_goal([goal(0.1), goal(0.4, 5.0), goal(0.2, 9.0)], None, PARAMS.goal) == goal(
-        0.4, 5.0
-    )
-    assert select_goal([], goal(1.0), PARAMS.goal) is None
+    assert select_goal([goal(0.1), goal(0.4, 5.0), goal(0.2, 9.0)], None) == goal(0.4, 5.0)
+    assert select_goal([], goal(1.0)) is None
 
 
 def test_the_current_goal_is_kept_unless_another_is_clearly_better() -> None:
     current = goal(0.3, 1.0)
     today = goal(0.3, 1.2)
-    assert select_goal([today, goal(0.38, 5.0)], current, PARAMS.goal) == today
-    assert select_goal([today, goal(0.45, 5.0)], current, PARAMS.goal) == goal(0.45, 5.0)
-    assert select_goal([goal(0.1, 5.0)], current, PARAMS.goal) == goal(0.1, 5.0)  # it is gone
+    assert select_goal([today, goal(0.38, 5.0)], current) == today
+    assert select_goal([today, goal(0.45, 5.0)], current) == goal(0.45, 5.0)
+    assert select_goal([goal(0.1, 5.0)], current) == goal(0.1, 5.0)  # it is gone
 
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(-9, 9)), min_size=1, max_size=8), st.data())
@@ -46,13 +44,13 @@ def test_the_choice_does_not_depend_on_the_order(
 ) -> None:
     goals = [goal(u, x) for u, x in values]
     shuffled = data.draw(st.permutations(goals))
-    assert select_goal(goals, None, PARAMS.goal) == select_goal(shuffled, None, PARAMS.goal)
+    assert select_goal(goals, None) == select_goal(shuffled, None)
 
 
 def test_a_way_takes_a_part_of_the_utility() -> None:
-    half_m = PARAMS.goal.half_value_m
+    half_m = HALF_VALUE_M
     totals = [
-        GoalUtility.of(0.5, travel_m, PARAMS.goal, length_m=2.5).total
+        GoalUtility.of(0.5, travel_m, length_m=2.5).total
         for travel_m in (0.0, half_m, 3 * half_m, float("inf"))
     ]
     assert totals == pytest.approx([0.6, 0.3, 0.15, 0.0])
@@ -66,10 +64,10 @@ def test_the_choice_does_not_depend_on_the_scale_of_the_scores(
 
     def chosen(factor: float) -> Goal | None:
         goals = [
-            replace(goal(0.0, float(i)), utility=GoalUtility.of(factor * s, way_m, PARAMS.goal))
+            replace(goal(0.0, float(i)), utility=GoalUtility.of(factor * s, way_m))
             for i, (s, way_m) in enumerate(values)
         ]
-        return select_goal(goals, None, PARAMS.goal)
+        return select_goal(goals, None)
 
     plain, scaled = chosen(1.0), chosen(scale)
     assert plain is not None
@@ -87,36 +85,36 @@ def test_a_border_is_recognised_by_its_cells_though_its_middle_jumps() -> None:
     earlier = border(10, 0, 25, look_x=1.25)
     rest = border(11, 18, 25, look_x=2.15)  # most of it was seen
     other = border(14, 0, 8, total=0.35, look_x=1.0)  # nearer to the middle it had
-    assert successor([other, rest], earlier, PARAMS.goal) == rest
-    assert select_goal([other, rest], earlier, PARAMS.goal) == rest
+    assert successor([other, rest], earlier) == rest
+    assert select_goal([other, rest], earlier) == rest
 
 
 def test_the_piece_that_shares_the_most_cells_is_the_same_goal() -> None:
     earlier = border(10, 0, 20, look_x=1.0)
     pieces = [border(10, 0, 6, look_x=0.3), border(10, 6, 20, look_x=1.3)]
-    assert successor(pieces, earlier, PARAMS.goal) == pieces[1]
-    assert successor(pieces[::-1], earlier, PARAMS.goal) == pieces[1]
+    assert successor(pieces, earlier) == pieces[1]
+    assert successor(pieces[::-1], earlier) == pieces[1]
 
 
 def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
     earlier = border(10, 0, 20, look_x=1.0)
     region = replace(earlier, kind=GoalKind.REGION)
-    assert successor([region, border(10, 40, 50, look_x=4.5)], earlier, PARAMS.goal) is None
+    assert successor([region, border(10, 40, 50, look_x=4.5)], earlier) is None
     jumped = border(16, 0, 20, look_x=1.2)  # beyond its growth, but at the same place
-    assert successor([jumped], earlier, PARAMS.goal) == jumped
+    assert successor([jumped], earlier) == jumped
 
 
 def test_a_goal_that_another_is_preferred_to_is_kept_with_its_seconds() -> None:
     before = LeftGoal(goal(0.2), 6.0)
-    assert with_left((), before, goal(0.2, 5.0), PARAMS.goal) == (before,)
-    assert with_left((), before, goal(0.2, 0.2), PARAMS.goal) == ()  # the same, elsewhere
+    assert with_left((), before, goal(0.2, 5.0)) == (before,)
+    assert with_left((), before, goal(0.2, 0.2)) == ()  # the same, elsewhere
 
 
 def test_a_goal_is_kept_once_and_few_are() -> None:
     before, earlier = LeftGoal(goal(0.2), 6.0), LeftGoal(goal(0.2, 0.1), 2.0)
-    assert with_left((earlier,), before, goal(0.2, 5.0), PARAMS.goal) == (before,)
+    assert with_left((earlier,), before, goal(0.2, 5.0)) == (before,)
     many = tuple(LeftGoal(goal(0.2, 10.0 + 2 * i), 1.0) for i in range(MAX_LEFT))
-    assert with_left(many, before, goal(0.2, 5.0), PARAMS.goal) == (*many[1:], before)
+    assert with_left(many, before, goal(0.2, 5.0)) == (*many[1:], before)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +127,7 @@ def test_a_goal_is_kept_once_and_few_are() -> None:
 )
 def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
     left = (LeftGoal(goal(0.2), 6.0),)
-    assert spent_before_s(left, wanted, PARAMS.goal, base_s=15.0) == pytest.approx(spent_s)
+    assert spent_before_s(left, wanted, base_s=15.0) == pytest.approx(spent_s)
 
 
 def test_two_goals_that_take_turns_are_over_after_a_few_returns() -> None:
@@ -138,7 +136,7 @@ def test_two_goals_that_take_turns_are_over_after_a_few_returns() -> None:
     while before.spent_s <= base_s:
         turns += 1
         wanted = goal(0.2, 5.0 * (turns % 2))
-        left = with_left(left, before, wanted, PARAMS.goal)
-        spent_s = spent_before_s(left, wanted, PARAMS.goal, base_s=base_s)
+        left = with_left(left, before, wanted)
+        spent_s = spent_before_s(left, wanted, base_s=base_s)
         before = LeftGoal(wanted, spent_s + 1.0)
     assert turns < 10

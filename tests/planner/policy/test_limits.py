@@ -13,10 +13,11 @@ from onemap_planner.search.events import Exhausted, SearchFailed, TargetFailed
 from onemap_planner.search.phases import Budget, Exploring, Finished
 from onemap_planner.search.state_machine import transition
 from onemap_shared.messages import FailureCode, SearchState
-from tests.planner.drawn_maps import PARAMS
 from tests.planner.grid_world import in_two_rooms, start
 from tests.planner.one_room import POSE, SEARCH
 from tests.planner.search.test_state_machine import NOW
+
+LIMIT_S = 600.0
 
 
 def observed(now_s: float, odometer_m: float) -> Observation:
@@ -28,17 +29,16 @@ def with_budget(distance_m: float = 0.0, time_s: float = 0.0) -> PlannerState:
 
 
 def test_without_a_budget_only_the_time_for_an_object_counts() -> None:
-    limit_s = PARAMS.explore.object_limit_s
     state = with_budget()
-    assert limit_reached(state, observed(1e4, 1e4), PARAMS) is None
-    event = limit_reached(replace(state, active_time_s=limit_s + 1), observed(0.0, 0.0), PARAMS)
+    assert limit_reached(state, observed(1e4, 1e4), LIMIT_S) is None
+    event = limit_reached(replace(state, active_time_s=LIMIT_S + 1), observed(0.0, 0.0), LIMIT_S)
     assert isinstance(event, TargetFailed)
     assert event.code is FailureCode.TIME_LIMIT
 
 
 def test_the_distance_is_that_of_the_search() -> None:
-    assert limit_reached(with_budget(5.0), observed(9.0, 4.9), PARAMS) is None
-    event = limit_reached(with_budget(5.0), observed(9.0, 5.0), PARAMS)
+    assert limit_reached(with_budget(5.0), observed(9.0, 4.9), LIMIT_S) is None
+    event = limit_reached(with_budget(5.0), observed(9.0, 5.0), LIMIT_S)
     assert event == SearchFailed(
         "drove 5.0 m, and this search may drive 5 m", FailureCode.DISTANCE_LIMIT
     )
@@ -48,8 +48,8 @@ def test_the_time_is_that_of_all_objects() -> None:
     search = replace(SEARCH, objects=("sofa", "bed"), phase=Exploring(), budget=Budget(0.0, 12.0))
     search = transition(search, Exhausted("no sofa"), NOW)  # after 9 s
     state = PlannerState(search)
-    assert limit_reached(state, observed(11.9, 0.0), PARAMS) is None
-    event = limit_reached(state, observed(12.0, 0.0), PARAMS)
+    assert limit_reached(state, observed(11.9, 0.0), LIMIT_S) is None
+    event = limit_reached(state, observed(12.0, 0.0), LIMIT_S)
     assert isinstance(event, SearchFailed)
     assert event.code is FailureCode.TIME_LIMIT
 

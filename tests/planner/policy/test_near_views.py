@@ -76,4 +76,4 @@ def test_the_rank_of_a_candidate(guidance: float, margin: float, rank: float) ->
 
 def test_where_the_map_knows_nothing_it_is_not_the_object() -> None:
     unknown = with_layers(guidance=np.nan, margin=np.inf)
-    assert object_probability(candidate(2.0, 2.0), unknown, PARAMS.acceptance) == 0.0
+    assert object_probability(candidate(2.0, 2.0), unknown) == 0.0

@@ -11,13 +11,15 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy import object_order
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import VIEW_FARTHEST_M, Goal, GoalKind, GoalUtility
 from onemap_planner.policy.object_order import (
+    SIGHTED_PROBABILITY,
+    UNCALIBRATED_PROBABILITY,
+    VIEW_PERIOD_S,
     name_to_ask,
     revise_order,
     with_turn,
 )
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState, TargetState, at_object
 from onemap_planner.search.events import EventStamp, Reordered
 from onemap_planner.search.phases import Exploring, Finished
@@ -56,45 +58,41 @@ def take_in_view(
     view: SearchView,
     frames: tuple[Detections, ...],
     here: PlanningContext,
-    params: PlannerParams,
 ) -> PlannerState:
     """As a planning step takes it in."""
     return object_order.take_in_view(
         state,
         view,
-        lambda there, seen: update_candidates(
-            there, frames, seen, params.consensus, near_m=params.goal.view_farthest_m
-        ),
+        lambda there, seen: update_candidates(there, frames, seen, near_m=VIEW_FARTHEST_M),
         here,
-        params,
     )
 
 
 def revised(state: PlannerState, present: SearchView, *others: SearchView) -> Reordered | None:
     here = context(present)
     for view in others:
-        state = take_in_view(state, view, (), here, PARAMS)
-    return revise_order(state, here, PARAMS)[1]
+        state = take_in_view(state, view, (), here)
+    return revise_order(state, here)[1]
 
 
 def test_waiting_objects_are_asked_for_in_turn() -> None:
     state, asked = state_of("cup", "bed", "sofa"), []
     for step in range(8):
-        state = replace(state, active_time_s=step * PARAMS.order.view_period_s / 2)
-        asked.append(name_to_ask(state, PARAMS.order))
-        state = with_turn(state, PARAMS.order)
+        state = replace(state, active_time_s=step * VIEW_PERIOD_S / 2)
+        asked.append(name_to_ask(state))
+        state = with_turn(state)
     assert asked == ["bed", "", "sofa", "", "bed", "", "sofa", ""]
 
 
 def test_nothing_is_asked_in_a_given_order_for_one_object_or_after_the_end() -> None:
     given = state_of("cup", "bed", order=SearchOrder.GIVEN)
-    assert name_to_ask(given, PARAMS.order) == ""
-    assert with_turn(given, PARAMS.order) is given
-    assert name_to_ask(state_of("cup"), PARAMS.order) == ""
+    assert name_to_ask(given) == ""
+    assert with_turn(given) is given
+    assert name_to_ask(state_of("cup")) == ""
     over = state_of("cup", "bed")
     over = replace(over, search=replace(over.search, phase=Finished(SearchState.CANCELLED)))
-    assert name_to_ask(over, PARAMS.order) == ""
-    assert revise_order(given, context(view_of("cup")), PARAMS) == (given, None)
+    assert name_to_ask(over) == ""
+    assert revise_order(given, context(view_of("cup"))) == (given, None)
 
 
 def test_what_the_map_shows_near_by_is_fetched_first() -> None:
@@ -120,8 +118,8 @@ def test_the_present_object_is_kept_unless_another_is_cheaper(
 ) -> None:
     cup, bed = view_of("cup"), view_of("bed", (x, 2.0, score))
     here = replace(context(cup), pose=Pose2d(6.3, 2.0, 0.0))
-    state = take_in_view(state_of("cup", "bed"), bed, (), here, PARAMS)
-    assert revise_order(state, here, PARAMS)[1] == Reordered(order)
+    state = take_in_view(state_of("cup", "bed"), bed, (), here)
+    assert revise_order(state, here)[1] == Reordered(order)
 
 
 def test_an_equal_alternative_does_not_make_it_alternate() -> None:
@@ -139,19 +137,19 @@ def test_an_equal_alternative_does_not_make_it_alternate() -> None:
 
 def test_it_is_revised_once_a_second() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
-    state, event = revise_order(state, here, PARAMS)
+    state, event = revise_order(state, here)
     assert event is not None
-    state = take_in_view(state, view_of("bed", (8.0, 2.0, 0.9)), (), here, PARAMS)
+    state = take_in_view(state, view_of("bed", (8.0, 2.0, 0.9)), (), here)
     soon = replace(state, active_time_s=0.9)
-    assert revise_order(soon, here, PARAMS) == (soon, None)
+    assert revise_order(soon, here) == (soon, None)
     later = replace(state, active_time_s=1.0)
-    assert revise_order(later, here, PARAMS)[1] == Reordered((1, 0))
+    assert revise_order(later, here)[1] == Reordered((1, 0))
 
 
 def test_an_order_that_is_already_planned_is_no_event() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
     state = replace(state, search=replace(state.search, planned=(0, 1)))
-    assert revise_order(state, here, PARAMS)[1] is None
+    assert revise_order(state, here)[1] is None
 
 
 def looked_at(x: float, y: float) -> Goal:
@@ -164,7 +162,7 @@ def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:
     for looks in range(4):
         known = TargetState(blacklisted=(looked_at(8.0, 2.0),) * looks)
         state = replace(state, other_targets=((1, known),))
-        places = take_in_view(state, bed, (), context(bed), PARAMS).order_memory.of(1)
+        places = take_in_view(state, bed, (), context(bed)).order_memory.of(1)
         probabilities.append(round(sum(place.probability for place in places), 3))
     assert probabilities == [0.9, 0.45, 0.225, 0.0]
 
@@ -173,16 +171,16 @@ def test_a_rejected_candidate_is_no_place() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
     known = TargetState(rejected=(candidate(8.0, 2.0),))
     state = replace(state, other_targets=((1, known),))
-    assert take_in_view(state, bed, (), context(bed), PARAMS).order_memory.of(1) == ()
+    assert take_in_view(state, bed, (), context(bed)).order_memory.of(1) == ()
 
 
 def test_a_best_match_without_calibration_is_less_likely() -> None:
     ranks = np.full(HALL.grid.shape, 100, np.uint8)
     ranks[80:83, 19:22] = 255
     bed = replace(view_of("bed"), calibrated=False, guidance=ranks)
-    state = take_in_view(state_of("cup", "bed"), bed, (), context(bed), PARAMS)
+    state = take_in_view(state_of("cup", "bed"), bed, (), context(bed))
     (place,) = state.order_memory.of(1)
-    assert place.probability == PARAMS.order.uncalibrated_probability
+    assert place.probability == UNCALIBRATED_PROBABILITY
 
 
 def detections_of(name: str, x: float, y: float) -> Detections:
@@ -201,9 +199,9 @@ def detections_of(name: str, x: float, y: float) -> Detections:
 def test_detections_of_a_waiting_object_are_kept_for_it() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.7))
     frames = (detections_of("bed", 8.0, 2.0),) * 3
-    state = take_in_view(state, bed, frames, context(bed), PARAMS)
+    state = take_in_view(state, bed, frames, context(bed))
     best = state.order_memory.of(1)[0]
-    assert best.probability == PARAMS.order.sighted_probability
+    assert best.probability == SIGHTED_PROBABILITY
     taken = at_object(state, 1, keep=True)
     assert taken.target_state.candidates[0].sightings == 3
     assert dict(taken.other_targets) == {0: TargetState()}
@@ -213,12 +211,12 @@ def test_where_an_object_was_searched_before_it_was_put_aside_is_remembered() ->
     cup = view_of("cup", (4.0, 2.0, 0.9))  # searched without a detection
     state = state_of("cup", "bed")
     bed = view_of("bed", (8.0, 2.0, 0.9))
-    state = take_in_view(state, bed, (), context(cup), PARAMS)
-    state, event = revise_order(state, context(cup), PARAMS)
+    state = take_in_view(state, bed, (), context(cup))
+    state, event = revise_order(state, context(cup))
     assert event == Reordered((1, 0))
     search = transition(state.search, event, STAMP)
     state = replace(at_object(state, 1, keep=True), search=search)
-    state = take_in_view(state, cup, (), context(bed), PARAMS)
+    state = take_in_view(state, cup, (), context(bed))
     assert state.order_memory.of(0) == ()
 
 

@@ -9,8 +9,7 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.goals import Goal, GoalKind, GoalParams
-from onemap_planner.policy.place_params import PlaceParams
+from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.ways import (
     MAX_UNREACHED,
     UnreachedPlace,
@@ -51,7 +50,7 @@ def goals(
     x: float, y: float, kind: SearchKind = SearchKind.GO_TO, visited: np.ndarray = NO_POINTS
 ) -> list[Goal]:
     visits = visit_counts(CONTEXT, visited, 0.5)
-    return list(place_goals(Destination(kind, (x, y)), CONTEXT, visits, PlaceParams()))
+    return list(place_goals(Destination(kind, (x, y)), CONTEXT, visits))
 
 
 def away_m(goal: Goal, x: float, y: float) -> float:
@@ -129,7 +128,7 @@ def test_a_place_behind_a_wall_does_not_count_as_reached_from_this_side() -> Non
     )
     visits = visit_counts(context, NO_POINTS, 0.5)
     there = Destination(SearchKind.GO_TO, (0.65, 0.5))
-    assert list(place_goals(there, context, visits, PlaceParams())) == []
+    assert list(place_goals(there, context, visits)) == []
 
 
 def test_without_reachable_floor_the_nearest_is_infinitely_far() -> None:
@@ -139,9 +138,7 @@ def test_without_reachable_floor_the_nearest_is_infinitely_far() -> None:
 
 def ways(*places: UnreachedPlace) -> list[Goal]:
     visits = visit_counts(CONTEXT, NO_POINTS, 0.5)
-    return ways_to_unreached(
-        places, CONTEXT, visits, place_params=PlaceParams(), goal_params=GoalParams()
-    )
+    return ways_to_unreached(places, CONTEXT, visits)
 
 
 def test_ways_are_planned_to_the_most_similar_places_only() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.motion.progress import ProgressMonitor
+from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import (
     ActiveGoal,
@@ -21,7 +21,7 @@ from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, ROOM, SEARCH, candidate, planner_state
 
-LIMIT = PARAMS.recovery.max_stuck_count
+LIMIT = MAX_STUCK_COUNT
 
 
 def stuck_state(phase: Phase, stuck_count: int) -> PlannerState:
@@ -51,12 +51,12 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
 
 def test_below_the_limit_nothing_is_given_up() -> None:
     state = monitored(LIMIT - 1, Exploring())
-    assert handle_stuck(state, PARAMS) == (state, ())
+    assert handle_stuck(state) == (state, ())
 
 
 def test_at_the_limit_the_candidate_is_rejected() -> None:
     target = candidate(2.5, 2.5)
-    after, events = handle_stuck(monitored(LIMIT, Approaching(target)), PARAMS)
+    after, events = handle_stuck(monitored(LIMIT, Approaching(target)))
     assert events == (Rejected(),)
     assert after.target_state.rejected == (target,)
     assert after.target_state.candidates == ()
@@ -68,14 +68,14 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     state = replace(
         state, target_state=TargetState(active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
     )
-    after, events = handle_stuck(state, PARAMS)
+    after, events = handle_stuck(state)
     assert events == ()
     assert after.blacklisted_frontiers == after.unreached_frontiers == (goal.look_xy,)
     assert after.target_state.active_goal is None
 
 
 def test_at_twice_the_limit_the_search_fails() -> None:
-    _, events = handle_stuck(monitored(2 * LIMIT, Exploring()), PARAMS)
+    _, events = handle_stuck(monitored(2 * LIMIT, Exploring()))
     assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)", FailureCode.STUCK),)
 
 
@@ -83,7 +83,7 @@ def test_at_twice_the_limit_the_search_fails() -> None:
     ("count", "x_m", "trapped"), [(3, 1.5, True), (3, 2.5, False), (2, 1, False)]
 )
 def test_a_robot_is_trapped_near_where_it_got_stuck(count: int, x_m: float, trapped: bool) -> None:
-    assert is_trapped(monitored(count, Exploring()), Pose2d(x_m, 1.0, 0.0), PARAMS) == trapped
+    assert is_trapped(monitored(count, Exploring()), Pose2d(x_m, 1.0, 0.0)) == trapped
 
 
 def test_collisions_in_one_place_end_the_search() -> None:

@@ -9,14 +9,21 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.dead_ends import DEAD_END_RETURNS
 from onemap_planner.policy.explore import select_candidate
-from onemap_planner.policy.state import MAX_LOOKS, Doubt, PlannerState, TargetState
+from onemap_planner.policy.state import MAX_LOOKS, SETTLE_S, Doubt, PlannerState, TargetState
 from onemap_planner.policy.tried_viewpoints import doubted_from
-from onemap_planner.policy.verify import approach, confirm
+from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
-from onemap_planner.world.candidates import ObjectCandidate, Sighting, ViewpointTally
+from onemap_planner.world.candidates import (
+    VIEWS_PER_VIEWPOINT,
+    ObjectCandidate,
+    Sighting,
+    ViewpointTally,
+)
+from onemap_planner.world.regions import SIMILAR
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, candidate, context, planner_state
 
@@ -24,10 +31,10 @@ from tests.planner.one_room import POSE, candidate, context, planner_state
 def given_up(state: PlannerState, there: ObjectCandidate, here: PlanningContext) -> PlannerState:
     """The state after waiting for a way to the candidate for as long as it is waited for."""
     began_s = state.active_time_s
-    state, motion, event = approach(state, Approaching(there), here, PARAMS)
+    state, motion, event = approach(state, Approaching(there), here)
     assert (motion, event) == (Rest(), None)
-    state = replace(state, active_time_s=began_s + PARAMS.explore.settle_s + 0.1)
-    state, _, event = approach(state, Approaching(there), here, PARAMS)
+    state = replace(state, active_time_s=began_s + SETTLE_S + 0.1)
+    state, _, event = approach(state, Approaching(there), here)
     assert event == Rejected()
     return state
 
@@ -42,11 +49,11 @@ def in_next_room(door: str) -> PlanningContext:
 def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
     far, opened, closed = candidate(1.2, 3.2), in_next_room("."), in_next_room("#")
     state = planner_state(far)
-    for _ in range(PARAMS.dead_end.returns):
+    for _ in range(DEAD_END_RETURNS):
         state = given_up(state, far, closed)
         assert state.target_state.rejected == ()
-        assert select_candidate(state, closed, PARAMS) is None
-        assert select_candidate(state, opened, PARAMS) == CandidateSelected(far)
+        assert select_candidate(state, closed) is None
+        assert select_candidate(state, opened) == CandidateSelected(far)
     state = given_up(state, far, closed)
     assert state.target_state.rejected == (far,)
     assert state.target_state.candidates == ()
@@ -59,8 +66,8 @@ def test_without_the_map_s_support_it_is_rejected_at_once() -> None:
 
 def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
     near = candidate(1.7, 1.7)
-    bands_m, doubts = PARAMS.explore.bands_m, list[Doubt]()
-    while (xy := find_viewpoint(near, context(), bands_m, [d.from_xy for d in doubts])) is not None:
+    doubts = list[Doubt]()
+    while (xy := find_viewpoint(near, context(), [d.from_xy for d in doubts])) is not None:
         doubts.append(Doubt(xy, near.xyz))
     state = planner_state(near)
     state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
@@ -71,11 +78,11 @@ def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=4 + more)
-    _, _, event = confirm(planner_state(now), Confirming(then, 0.0), context(), PARAMS)
+    _, _, event = confirm(planner_state(now), Confirming(then, 0.0), context())
     assert event == (Confirmed(now) if sure else None)
 
 
-LATE_S = PARAMS.explore.confirm_s + 0.1
+LATE_S = CONFIRM_S + 0.1
 
 
 def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> None:
@@ -84,13 +91,13 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
     here = context()
     while True:
         looks += 1
-        state, _, event = confirm(state, Confirming(then, 0.0), here, PARAMS)
+        state, _, event = confirm(state, Confirming(then, 0.0), here)
         assert len(state.target_state.doubts) == looks
         if event == Rejected():
             break
         assert event == CandidateSelected(then)
-        tried = doubted_from(state, then, PARAMS)
-        viewpoint_xy = find_viewpoint(then, here, PARAMS.explore.bands_m, tried)
+        tried = doubted_from(state, then)
+        viewpoint_xy = find_viewpoint(then, here, tried)
         assert viewpoint_xy is not None
         assert min(np.hypot(*np.subtract(viewpoint_xy, xy)) for xy in tried) > 0.5
         here = replace(here, pose=Pose2d(*viewpoint_xy, 0.0))
@@ -99,9 +106,9 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
 
 
 def test_what_is_hardly_similar_is_rejected_at_once() -> None:
-    then = replace(candidate(1.7, 1.7), similarity=PARAMS.region.threshold - 0.1)
+    then = replace(candidate(1.7, 1.7), similarity=SIMILAR - 0.1)
     waited = planner_state(then, active_time_s=LATE_S)
-    after, _, event = confirm(waited, Confirming(then, 0.0), context(), PARAMS)
+    after, _, event = confirm(waited, Confirming(then, 0.0), context())
     assert event == Rejected()
     assert after.target_state.rejected == (then,)
 
@@ -113,11 +120,11 @@ def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=10, contradictions=contradictions)
     state = planner_state(now)
-    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
+    _, _, event = confirm(state, Confirming(then, 0.0), context())
     assert event == (Confirmed(now) if sure else None)
 
 
-ENOUGH = PARAMS.acceptance.views_per_viewpoint
+ENOUGH = VIEWS_PER_VIEWPOINT
 BEFORE = Confirming(replace(candidate(1.7, 1.7), supported=False), 0.0)
 
 
@@ -143,7 +150,7 @@ def weighed(
     state = replace(
         planner_state(active_time_s=waited_s), target_state=TargetState(disputed=(known,))
     )
-    after, _, event = confirm(state, BEFORE, ranked(rank), PARAMS)
+    after, _, event = confirm(state, BEFORE, ranked(rank))
     return after, event
 
 
@@ -165,26 +172,26 @@ def test_what_is_detected_in_few_of_the_near_views_is_rejected() -> None:
 def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> None:
     known = disputed(20)
     assert weighed(known)[1] is None
-    late_s = PARAMS.explore.confirm_s + 0.1
+    late_s = CONFIRM_S + 0.1
     assert weighed(known, waited_s=late_s)[1] == CandidateSelected(known)
     state = replace(planner_state(), target_state=TargetState(disputed=(known,)))
-    _, motion, _ = approach(state, Approaching(known), ranked(0.95), PARAMS)
+    _, motion, _ = approach(state, Approaching(known), ranked(0.95))
     assert isinstance(motion, Drive)
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
 
 
 def test_more_views_from_where_enough_were_made_do_not_count_as_seen() -> None:
-    enough = PARAMS.acceptance.views_per_viewpoint
+    enough = VIEWS_PER_VIEWPOINT
     before = replace(BEFORE.candidate, near_views=(ViewpointTally((1.0, 1.0), 20, enough),))
     now = replace(before, near_views=(ViewpointTally((1.0, 1.0), 27, enough + 10),))
-    late_s = PARAMS.explore.confirm_s + 0.1
+    late_s = CONFIRM_S + 0.1
     state = replace(planner_state(active_time_s=late_s), target_state=TargetState(disputed=(now,)))
-    _, _, event = confirm(state, Confirming(before, 0.0), ranked(0.95), PARAMS)
+    _, _, event = confirm(state, Confirming(before, 0.0), ranked(0.95))
     assert event == Rejected()
 
 
 def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
-    late_s = PARAMS.explore.confirm_s + 0.1
+    late_s = CONFIRM_S + 0.1
     assert weighed(disputed(), waited_s=late_s)[1] == Rejected()
 
 
@@ -193,7 +200,7 @@ def test_a_sighting_that_the_map_supports_does_not_end_the_weighing() -> None:
     now = replace(candidate(1.7, 1.7, 1), cells=known.cells)
     both = TargetState(candidates=(now,), disputed=(known,))
     state = replace(planner_state(), target_state=both)
-    after, _, event = confirm(state, BEFORE, ranked(0.95), PARAMS)
+    after, _, event = confirm(state, BEFORE, ranked(0.95))
     assert (after, event) == (state, None)
 
 
@@ -202,26 +209,26 @@ def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:
     farther = replace(candidate(3.2, 1.0, 10), cells=frozenset({(20, 10), (32, 10)}))
     edge = Sighting((3.2, 1.0, 0.5), frozenset({(32, 10)}), 0.9, 0.8, (2.2, 1.0))
     farther = replace(farther, recent=(edge,) * 6)
-    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), context(), PARAMS)
+    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), context())
     assert event == CandidateSelected(farther)
     near = replace(context(), pose=Pose2d(2.2, 1.0, 0.0))
-    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), near, PARAMS)
+    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), near)
     assert event == Confirmed(farther)
 
 
 def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None:
     """From here it is sure: it would drive to and fro between the two places for ever."""
     then, now = candidate(2.5, 1.0, 4), candidate(2.5, 1.0, 10)
-    nearer_xy = find_viewpoint(now, context(), PARAMS.explore.bands_m)
+    nearer_xy = find_viewpoint(now, context())
     assert nearer_xy is not None
     state = planner_state(now)
-    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
+    _, _, event = confirm(state, Confirming(then, 0.0), context())
     assert event == CandidateSelected(now)
     doubts = list[Doubt]()
     while nearer_xy is not None:
         doubts.append(Doubt(nearer_xy, now.xyz))
         tried = [doubt.from_xy for doubt in doubts]
-        nearer_xy = find_viewpoint(now, context(), PARAMS.explore.bands_m, tried)
+        nearer_xy = find_viewpoint(now, context(), tried)
     state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
-    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
+    _, _, event = confirm(state, Confirming(then, 0.0), context())
     assert event == Confirmed(now)

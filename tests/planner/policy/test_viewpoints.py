@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.policy.context import build_context
+from onemap_planner.policy.context import (
+    APPROACH_LAST_RESORT_M,
+    APPROACH_LIMIT_M,
+    APPROACH_NEAREST_M,
+    Bands,
+    Camera,
+    build_context,
+)
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
-    Bands,
     SightTarget,
     Viewpoints,
     _occupied_only,
@@ -126,17 +132,17 @@ def test_no_viewpoint_near_a_tried_one_is_returned() -> None:
 
 
 def test_the_viewpoint_is_within_the_band_around_the_surface() -> None:
-    viewpoint = find_viewpoint(candidate(2.5, 2.5), context(), PARAMS.explore.bands_m)
+    viewpoint = find_viewpoint(candidate(2.5, 2.5), context())
     assert viewpoint is not None
     away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
-    assert PARAMS.explore.approach_nearest_m <= away <= PARAMS.explore.approach_farthest_m
+    assert APPROACH_NEAREST_M <= away <= PARAMS.explore.approach_farthest_m
 
 
 def test_an_object_deep_on_furniture_is_approached_as_near_as_possible() -> None:
     behind_the_wall_face = candidate(2.0, 3.9)
-    viewpoint = find_viewpoint(behind_the_wall_face, context(), PARAMS.explore.bands_m)
+    viewpoint = find_viewpoint(behind_the_wall_face, context())
     assert viewpoint is not None
-    assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < PARAMS.explore.approach_last_resort_m
+    assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < APPROACH_LAST_RESORT_M
 
 
 def test_a_stray_cell_before_the_object_does_not_move_the_viewpoint_away() -> None:
@@ -146,7 +152,7 @@ def test_a_stray_cell_before_the_object_does_not_move_the_viewpoint_away() -> No
         Sighting((2.5, 2.5, 0.5), cells, 0.9, 0.8, (1.0, 1.0)) for cells in (stray, *[thing] * 8)
     )
     seen = replace(candidate(2.5, 2.5), cells=stray, recent=recent)
-    viewpoint = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
+    viewpoint = find_viewpoint(seen, context())
     assert viewpoint is not None
     assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
 
@@ -162,17 +168,17 @@ def test_floor_before_an_object_is_not_its_surface() -> None:
 
 def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> None:
     seen = candidate(2.5, 2.5)
-    first = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
+    first = find_viewpoint(seen, context())
     assert first is not None
-    other = find_viewpoint(seen, context(), PARAMS.explore.bands_m, [first])
+    other = find_viewpoint(seen, context(), [first])
     assert other is not None
     assert np.hypot(other[0] - first[0], other[1] - first[1]) > TRIED_M
     doubtful = replace(seen, supported=False)
-    side = find_viewpoint(doubtful, context(), PARAMS.explore.bands_m, [first])
+    side = find_viewpoint(doubtful, context(), [first])
     assert side is not None
     assert np.hypot(side[0] - first[0], side[1] - first[1]) > SAME_SIDE_M
     inside_the_wall = candidate(2.0, 3.9)
-    hidden = find_viewpoint(inside_the_wall, context(), PARAMS.explore.bands_m, [first])
+    hidden = find_viewpoint(inside_the_wall, context(), [first])
     assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M
 
 
@@ -190,15 +196,15 @@ def test_beyond_the_bands_there_is_another_view_too() -> None:
     recent = (Sighting((2.0, 3.6, 0.5), cells, 0.9, 0.8, (2.0, 2.0)),)
     seen = replace(candidate(2.0, 3.6), cells=cells, recent=recent)
     tried = list[tuple[float, float]]()
-    while (viewpoint := find_viewpoint(seen, here, PARAMS.explore.bands_m, tried)) is not None:
-        assert 3.75 - viewpoint[1] <= PARAMS.explore.approach_limit_m
-        assert 3.75 - viewpoint[1] > PARAMS.explore.approach_last_resort_m
+    while (viewpoint := find_viewpoint(seen, here, tried)) is not None:
+        assert 3.75 - viewpoint[1] <= APPROACH_LIMIT_M
+        assert 3.75 - viewpoint[1] > APPROACH_LAST_RESORT_M
         away = [np.hypot(*np.subtract(viewpoint, before)) for before in tried]
         assert min(away, default=np.inf) > TRIED_M - 0.01
         tried.append(viewpoint)
     assert len(tried) > 1
     doubtful = replace(seen, supported=False)
-    assert find_viewpoint(doubtful, here, PARAMS.explore.bands_m) is None
+    assert find_viewpoint(doubtful, here) is None
 
 
 @pytest.mark.parametrize(
@@ -226,13 +232,13 @@ def test_what_was_detected_over_low_things_is_looked_at_from_there(
     recent = (Sighting(seen.xyz, seen.cells, 0.9, 0.8, seen_from),)
     seen = replace(seen, recent=recent, seen_from=(seen_from,))
     hidden = [*tried, (3.0, 1.0)]
-    viewpoint = find_viewpoint(seen, here, PARAMS.explore.bands_m, hidden)
+    viewpoint = find_viewpoint(seen, here, hidden)
     assert (viewpoint is not None) == there
     if viewpoint is not None:
         assert viewpoint == pytest.approx(seen_from, abs=0.1)
 
 
-BANDS = Bands(((0.7, 1.1), (0.7, 1.25)), 1.5, camera_m=1.0, down_deg=45.0, up_deg=20.0)
+BANDS = Bands(camera=Camera(down_deg=45.0))
 
 
 @pytest.mark.parametrize(
@@ -260,7 +266,7 @@ def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
     away = []
     for height_m in (0.7, 0.0):
         near = replace(candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
-        viewpoint = find_viewpoint(near, context(), BANDS)
+        viewpoint = find_viewpoint(near, replace(context(), bands=BANDS))
         assert viewpoint is not None
         away.append(np.hypot(viewpoint[0] - 1.55, viewpoint[1] - 1.55))
     assert away[0] < 0.85
@@ -268,11 +274,11 @@ def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
 
 
 def test_the_camera_that_is_taken_for_granted_is_the_simulators() -> None:
-    camera, bands = CameraParams(), PARAMS.explore.bands_m
+    camera, taken = CameraParams(), Camera()
     half_deg = np.degrees(np.arctan(camera.height / 2 / camera.intrinsics.fy))
-    assert bands.camera_m == camera.height_m
-    assert bands.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
-    assert bands.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
+    assert taken.height_m == camera.height_m
+    assert taken.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
+    assert taken.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
 
 
 @pytest.mark.parametrize(("supported", "reached"), [(True, True), (False, False)])
@@ -285,7 +291,7 @@ def test_where_the_robot_fits_nowhere_nearer_it_looks_from_as_near_as_it_can(
     pose = Pose2d(1.4, 1.0, 0.0)
     here = build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
     seen = replace(candidate(1.45, 3.15), supported=supported, seen_from=((1.4, 1.0),))
-    viewpoint = find_viewpoint(seen, here, PARAMS.explore.bands_m)
+    viewpoint = find_viewpoint(seen, here)
     assert (viewpoint is not None) is reached
     if viewpoint is not None:
         assert 1.25 <= np.hypot(viewpoint[0] - 1.45, viewpoint[1] - 3.15) <= 1.5

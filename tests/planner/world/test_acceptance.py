@@ -9,14 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.world.candidates import (
+    CERTAIN,
+    DETECTED,
+    LOOKS_DIFFERENT,
+    MISTAKEN,
+    MISTAKEN_THINGS,
+    RANK_SCALE,
     SAME_SIDE_M,
-    AcceptanceParams,
     ViewpointTally,
     probability,
     with_view,
 )
-
-PARAMS = AcceptanceParams()
 
 
 def sides(hits: int, frames: int, number: int) -> list[ViewpointTally]:
@@ -37,25 +40,25 @@ def sides(hits: int, frames: int, number: int) -> list[ViewpointTally]:
 def test_what_outweighs_a_map_that_does_not_agree(
     hits: int, number: int, rank: float, sure: bool
 ) -> None:
-    assert (probability(sides(hits, 30, number), rank, PARAMS) >= PARAMS.certain) is sure
+    assert (probability(sides(hits, 30, number), rank) >= CERTAIN) is sure
 
 
 def test_it_is_bayes_rule_with_the_stated_rates() -> None:
-    is_object = PARAMS.looks_different * math.exp(-0.1 / PARAMS.rank_scale) / PARAMS.rank_scale
-    is_object *= PARAMS.detected**3 * (1 - PARAMS.detected)
-    is_other = PARAMS.mistaken_things * PARAMS.mistaken**3 * (1 - PARAMS.mistaken)
+    is_object = LOOKS_DIFFERENT * math.exp(-0.1 / RANK_SCALE) / RANK_SCALE
+    is_object *= DETECTED**3 * (1 - DETECTED)
+    is_other = MISTAKEN_THINGS * MISTAKEN**3 * (1 - MISTAKEN)
     expected = is_object / (is_object + is_other)
-    assert probability(sides(3, 4, 1), 0.9, PARAMS) == pytest.approx(expected)
+    assert probability(sides(3, 4, 1), 0.9) == pytest.approx(expected)
 
 
 @given(st.integers(0, 30), st.floats(0.8, 1))
 def test_more_frames_from_one_place_change_nothing(hits: int, rank: float) -> None:
-    once = probability(sides(hits, 30, 1), rank, PARAMS)
-    assert probability(sides(7 * hits, 210, 1), rank, PARAMS) == pytest.approx(once)
+    once = probability(sides(hits, 30, 1), rank)
+    assert probability(sides(7 * hits, 210, 1), rank) == pytest.approx(once)
 
 
 def test_without_knowledge_of_the_map_it_is_nothing() -> None:
-    assert probability(sides(30, 30, 3), math.nan, PARAMS) == 0.0
+    assert probability(sides(30, 30, 3), math.nan) == 0.0
 
 
 def test_views_from_about_one_place_are_counted_together() -> None:

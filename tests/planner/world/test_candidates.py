@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from onemap_planner.world.candidates import (
     MAX_CANDIDATES,
     RECENT_SIGHTINGS,
+    Consensus,
     ObjectCandidate,
     PictureOfObject,
     Sighting,
@@ -20,7 +21,7 @@ from onemap_planner.world.candidates import (
 )
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
-from tests.planner.drawn_maps import PARAMS, drawn_map
+from tests.planner.drawn_maps import drawn_map
 from tests.reference.planning import top_cells
 
 HERE = (0.0, 0.0)
@@ -41,7 +42,7 @@ def detections(points: list[tuple[float, float, float]], name: str = "sofa") -> 
 
 def sighted(similarity: F32, message: Detections) -> tuple[Sighting, ...]:
     map_view = replace(drawn_map(*["." * 20] * 20), similarity=similarity)
-    return sightings_of("sofa", message, map_view, seen_from=HERE, params=PARAMS.consensus)
+    return sightings_of("sofa", message, map_view, seen_from=HERE)
 
 
 def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sighting:
@@ -57,8 +58,7 @@ def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sight
     st.sampled_from([0.0, 50.0, 90.0, 95.0, 100.0]),
 )
 def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -> None:
-    params = PARAMS.consensus.model_copy(update={"percentile": percentile, "floor": 0.0})
-    threshold = similarity_threshold(similarity, params)
+    threshold = similarity_threshold(similarity, Consensus(percentile, floor=0.0))
     distinct = ~np.isclose(similarity, threshold, atol=1e-5)  # rounding decides about the others
     expected = top_cells(similarity, percentile)
     assert (similarity >= threshold)[distinct].tolist() == expected[distinct].tolist()
@@ -66,7 +66,7 @@ def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -
 
 def test_an_empty_map_supports_no_detection() -> None:
     empty = np.full((20, 20), np.nan, np.float32)
-    assert similarity_threshold(empty, PARAMS.consensus) == float("inf")
+    assert similarity_threshold(empty, Consensus()) == float("inf")
     assert sighted(empty, detections([(0.55, 0.55, 0.5)])) == ()
 
 
@@ -127,9 +127,9 @@ def test_a_candidate_keeps_its_best_view(
         for stamp_ns, (score, picture) in enumerate(scores_and_pictures)
     ]
     seen = [replace(sighting(0.0), view=view) for view in views]
-    (candidate,) = merge_sightings((), seen, PARAMS.consensus)
+    (candidate,) = merge_sightings((), seen)
     assert candidate.best_view == views[best]
-    (after,) = merge_sightings((candidate,), [sighting(0.0)], PARAMS.consensus)
+    (after,) = merge_sightings((candidate,), [sighting(0.0)])
     assert after.best_view == views[best]
 
 
@@ -151,7 +151,7 @@ def test_other_names_and_detections_without_points_are_passed_over() -> None:
 def test_sightings_in_one_place_become_one_candidate() -> None:
     found: tuple[ObjectCandidate, ...] = ()
     for x in (1.0, 1.2, 1.1):
-        found = merge_sightings(found, [sighting(x)], PARAMS.consensus)
+        found = merge_sightings(found, [sighting(x)])
     (candidate,) = found
     assert candidate.sightings == 3
     assert candidate.xyz[0] == pytest.approx(1.1, abs=0.02)
@@ -160,9 +160,9 @@ def test_sightings_in_one_place_become_one_candidate() -> None:
 def test_a_sighting_from_near_outweighs_those_from_afar() -> None:
     far = [replace(sighting(1.0), seen_from=(5.0, 0.0)) for _ in range(8)]
     near = replace(sighting(1.4), seen_from=(2.4, 0.0))
-    (candidate,) = merge_sightings((), [*far, near], PARAMS.consensus)
+    (candidate,) = merge_sightings((), [*far, near])
     assert candidate.xyz[0] > 1.28
-    (other,) = merge_sightings((), [near, *far], PARAMS.consensus)
+    (other,) = merge_sightings((), [near, *far])
     assert other.xyz[0] > 1.2  # what is seen again from afar does not undo it
 
 
@@ -171,26 +171,26 @@ def test_cells_seen_from_afar_alone_are_not_the_surface() -> None:
     thing = frozenset((x, 10) for x in range(10, 13))
     far = [replace(sighting(1.2, smeared), seen_from=(6.2, 0.0)) for _ in range(6)]
     near = [replace(sighting(1.1, thing), seen_from=(2.1, 0.0)) for _ in range(2)]
-    (candidate,) = merge_sightings((), [*far, *near], PARAMS.consensus)
+    (candidate,) = merge_sightings((), [*far, *near])
     assert candidate.surface == thing
 
 
 def test_a_detection_without_the_map_s_support_has_the_obstacles_it_covers() -> None:
     map_view = drawn_map(*["." * 20] * 10, *["#" * 20] * 10)
     message = detections([(0.55, 0.55, 0.4), (1.55, 0.55, 0.6), (1.65, 0.55, 0.6)])
-    (found,) = sightings_of("sofa", message, map_view, seen_from=HERE, params=PARAMS.consensus)
+    (found,) = sightings_of("sofa", message, map_view, seen_from=HERE)
     assert not found.supported
     assert found.cells == {(15, 5), (16, 5)}
     assert found.xyz == pytest.approx((1.6, 0.55, 0.6))
-    (candidate,) = merge_sightings((), [found], PARAMS.consensus)
+    (candidate,) = merge_sightings((), [found])
     assert not candidate.supported
 
 
 def test_far_sightings_are_others_unless_they_share_cells() -> None:
-    apart = merge_sightings((), [sighting(0.0), sighting(1.0)], PARAMS.consensus)
+    apart = merge_sightings((), [sighting(0.0), sighting(1.0)])
     assert [candidate.sightings for candidate in apart] == [1, 1]
     bed = frozenset({(1, 1), (2, 1)})
-    joined = merge_sightings((), [sighting(0.0, bed), sighting(1.0, bed)], PARAMS.consensus)
+    joined = merge_sightings((), [sighting(0.0, bed), sighting(1.0, bed)])
     assert [candidate.sightings for candidate in joined] == [2]
 
 
@@ -200,24 +200,22 @@ def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
     found: tuple[ObjectCandidate, ...] = ()
     for number in range(RECENT_SIGHTINGS):
         cells = thing | {stray} if number == 0 else thing
-        found = merge_sightings(found, [sighting(1.2, cells)], PARAMS.consensus)
+        found = merge_sightings(found, [sighting(1.2, cells)])
     assert stray in found[0].cells
     assert found[0].surface == thing
     moved = frozenset((x + 1, y) for x, y in thing)  # the last sightings, from near, decide
     for _ in range(RECENT_SIGHTINGS):
-        found = merge_sightings(found, [sighting(1.3, moved)], PARAMS.consensus)
+        found = merge_sightings(found, [sighting(1.3, moved)])
     assert found[0].surface == moved
 
 
 def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
-    (found,) = merge_sightings((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))], PARAMS.consensus)
+    (found,) = merge_sightings((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))])
     assert found.surface == found.cells
 
 
 def test_the_number_of_candidates_is_bounded() -> None:
-    found = merge_sightings((), [sighting(0.0), sighting(0.0)], PARAMS.consensus)
-    found = merge_sightings(
-        found, [sighting(5.0 + i) for i in range(2 * MAX_CANDIDATES)], PARAMS.consensus
-    )
+    found = merge_sightings((), [sighting(0.0), sighting(0.0)])
+    found = merge_sightings(found, [sighting(5.0 + i) for i in range(2 * MAX_CANDIDATES)])
     assert len(found) == MAX_CANDIDATES
     assert found[0].sightings == 2

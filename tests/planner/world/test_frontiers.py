@@ -5,14 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.frontiers import Frontier, find_frontiers
+from onemap_planner.world import frontiers
+from onemap_planner.world.frontiers import (
+    DECAY_PER_M,
+    HINT_WEIGHT,
+    MAX_LENGTH_M,
+    MOST_EXPECTED,
+    UNKNOWN_PRIOR,
+    Frontier,
+    find_frontiers,
+)
 from onemap_shared.geometry import F32
-from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
+from tests.planner.drawn_maps import costmap_of, drawn_map
 
 
 def frontiers_of(*rows: str, similarity: F32 | None = None) -> tuple[Frontier, ...]:
     map_view = drawn_map(*rows, scale=5, similarity=similarity)
-    return find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)), PARAMS.frontier)
+    return find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)))
 
 
 def test_a_closed_room_has_none() -> None:
@@ -22,7 +31,7 @@ def test_a_closed_room_has_none() -> None:
 def test_a_door_to_the_unknown_is_one() -> None:
     (found,) = frontiers_of("#####  ", "#....  ", "#...#  ", "#####  ")
     assert found.unknown
-    assert PARAMS.frontier.unknown_prior < found.score <= PARAMS.frontier.most_expected
+    assert UNKNOWN_PRIOR < found.score <= MOST_EXPECTED
     assert found.beyond_xy[1] > 2.5  # it looks outward
     assert {int(y) for _, y in found.cells} == {24}
 
@@ -34,7 +43,7 @@ def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() 
     similarity[7, 7] = 0.9  # in E: no reason to cross the border
     (found,) = frontiers_of(*rows, similarity=similarity)
     assert not found.unknown
-    assert found.score == pytest.approx(0.7 - PARAMS.frontier.decay_per_m * 1.3, abs=0.05)
+    assert found.score == pytest.approx(0.7 - DECAY_PER_M * 1.3, abs=0.05)
 
 
 def test_similarity_beyond_counts_less_the_farther_the_way_to_it() -> None:
@@ -43,7 +52,7 @@ def test_similarity_beyond_counts_less_the_farther_the_way_to_it() -> None:
     similarity[7, 15 + 10] = 0.9  # 1 m beyond the border
     similarity[7, 15 + 50] = 1.0  # 5 m beyond
     (found,) = frontiers_of(*rows, similarity=similarity)
-    assert found.score == pytest.approx(0.9 - PARAMS.frontier.decay_per_m * 1.0, abs=0.02)
+    assert found.score == pytest.approx(0.9 - DECAY_PER_M * 1.0, abs=0.02)
 
 
 def test_the_way_to_what_is_similar_does_not_lead_through_walls() -> None:
@@ -68,7 +77,7 @@ def test_small_gaps_and_spots_are_noise() -> None:
     map_view = drawn_map("#####", "#...#", "#...#", "#####", scale=5)
     map_view.occupancy[8:10, 8:10] = 0
     map_view.explored[12:14, 8:10] = False
-    assert find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)), PARAMS.frontier) == ()
+    assert find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75))) == ()
 
 
 def test_the_camera_s_blind_spot_is_no_frontier_but_a_hidden_corner_is() -> None:
@@ -90,7 +99,11 @@ def test_a_pocket_is_worth_less_than_a_door() -> None:
     assert pocket.score < 0.5 * door.score
 
 
-def test_of_two_doors_the_one_beside_related_things_is_expected_to_show_more() -> None:
+def test_of_two_doors_the_one_beside_related_things_is_expected_to_show_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(frontiers, "HINT_M", 1.0)  # half the room
+    monkeypatch.setattr(frontiers, "MOST_EXPECTED", 1.0)
     rows = ("       ", "##...##", "#.....#", "#.....#", "#.....#", "#.....#", "##...##", "       ")
     map_view = drawn_map(*rows, scale=5)
     low, high = 0.1, 0.9
@@ -99,22 +112,23 @@ def test_of_two_doors_the_one_beside_related_things_is_expected_to_show_more() -
     found = find_frontiers(
         replace(map_view, guidance=guidance),
         costmap_of(map_view, (0.75, 0.75)),
-        PARAMS.frontier.model_copy(update={"hint_m": 1.0, "most_expected": 1.0}),  # half the room
     )
     beside = {f.beyond_xy[0] > 2.0: f.score for f in found}
-    weight = PARAMS.frontier.hint_weight
+    weight = HINT_WEIGHT
     assert beside[True] / beside[False] == pytest.approx(
         (1 + weight * 0.8) / (1 - weight * 0.8), rel=0.2
     )
 
 
-def test_twice_the_unknown_area_in_view_lets_expect_twice_as_much() -> None:
+def test_twice_the_unknown_area_in_view_lets_expect_twice_as_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def expected(depth: int, most_expected: float) -> float:
         """Beyond a wide opening, of unknown cells up to a wall."""
         rows = ("######", *["#....#"] * 3, *["#    #"] * depth, "######")
         map_view = drawn_map(*rows, scale=5)
-        params = PARAMS.frontier.model_copy(update={"most_expected": most_expected})
-        found = find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)), params)
+        monkeypatch.setattr(frontiers, "MOST_EXPECTED", most_expected)
+        found = find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)))
         return max(frontier.score for frontier in found)
 
     assert expected(4, 1.0) == pytest.approx(2 * expected(2, 1.0), rel=0.1)
@@ -130,7 +144,7 @@ def test_what_the_camera_missed_along_the_way_is_looked_at_last() -> None:
         costmap = costmap_of(map_view, (3.0, 3.0), trail_xy=np.array(trail).reshape(-1, 2))
         return max(
             f.score
-            for f in find_frontiers(map_view, costmap, PARAMS.frontier)
+            for f in find_frontiers(map_view, costmap)
             if 1.8 < f.beyond_xy[0] < 2.7 and 1.3 < f.beyond_xy[1] < 2.7
         )
 
@@ -143,4 +157,4 @@ def test_long_frontiers_are_cut() -> None:
     found = frontiers_of("#" * 12, "." * 12, " " * 12, " " * 12)
     along = [f for f in found if f.beyond_xy[0] > 1.0]
     assert len(along) >= 2
-    assert all(len(f.cells) * 0.1 <= PARAMS.frontier.max_length_m + 0.1 for f in along)
+    assert all(len(f.cells) * 0.1 <= MAX_LENGTH_M + 0.1 for f in along)

@@ -26,7 +26,7 @@ def test_the_building_is_connected_and_seen_in_part() -> None:
     known = float((view.occupancy != Occupancy.UNKNOWN).mean())
     assert 0.4 < known < 0.95
     assert float(np.isfinite(context.cost_to_go.cost_m).sum()) * 0.01 > 100  # m2: many rooms
-    assert len(find_frontiers(context.map_view, context.costmap, params.frontier)) > 10
+    assert len(find_frontiers(context.map_view, context.costmap)) > 10
 
 
 def test_the_robot_drives_through_the_building_while_steps_are_timed() -> None:

@@ -282,8 +282,9 @@ class LockstepSimulation:
             creeps=self._controller.creeps(self._config.planner.drive),
         )
         self._detections.clear()
+        method = self._method
         self.state, decision = step(
-            state, observation, self._config.planner, self._method.exploration
+            state, observation, self._config.planner, method.exploration, method.consensus
         )
         ended = len(self.state.search.results) > len(self.ends)
         if ended and isinstance(self.robot, SimulatedRobot):
@@ -315,7 +316,7 @@ class LockstepSimulation:
 
     def _other_view(self, state: PlannerState) -> PlanningView | None:
         """The view for a waiting object, if one is due."""
-        name = name_to_ask(state, self._config.planner.order)
+        name = name_to_ask(state)
         return self._changed(self._view_of(name, state), None) if name else None
 
     def _view_of(self, name: str, state: PlannerState) -> AssembledView:

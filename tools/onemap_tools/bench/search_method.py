@@ -8,6 +8,7 @@ from typing import Protocol
 
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.step import Exploration
+from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
 
 
@@ -26,11 +27,13 @@ class ValueMap(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class SearchMethod:
-    """exploration: where to drive while nothing is approached; view: changes what the planner
+    """exploration: where to drive while nothing is approached; consensus: when detector and map
+    agree; view: changes what the planner
     sees of the map, None: nothing; value_map: scores cells in place of the belief map; forgets:
     the map and what the planner knows of it are cleared for each object."""
 
     exploration: Exploration = explore
+    consensus: Consensus = CONSENSUS
     view: Callable[[SearchView], SearchView] | None = None
     value_map: ValueMap | None = None
     forgets: bool = False

@@ -55,13 +55,12 @@ class Walkers:
     here_m: float
 
     @classmethod
-    def of(cls, pose: Pose2d, costmap: Costmap, params: DriveParams, seen_s: float) -> Walkers:
-        """Those of a costmap; nobody if ``walker_mps`` is 0."""
+    def of(cls, pose: Pose2d, costmap: Costmap, seen_s: float) -> Walkers:
+        """Those of a costmap."""
         cells = costmap.grid.centres(np.argwhere(costmap.appeared))
-        cells = cells if params.walker_mps > 0 else cells[:0]
         size_m = costmap.grid.cell_size_m
         here_m = float(edge_distance(np.array([pose.xy]), cells, size_m)[0])
-        return cls(cells, size_m, costmap.params.radius_m, params.walker_mps, seen_s, here_m)
+        return cls(cells, size_m, costmap.params.radius_m, WALKER_MPS, seen_s, here_m)
 
     def allow(self, points: F64, step_s: float) -> bool:
         """Whether nobody can have come to the robot's disc on a path (N, 2), a point a step.
@@ -75,6 +74,9 @@ class Walkers:
         return bool((away_m >= np.minimum(self.radius_m + come_m, self.here_m - NOT_WORSE_M)).all())
 
 
+# m/s at which what has just appeared on free floor may come nearer until the robot stands: a walk
+# at home.
+WALKER_MPS = 1.0
 FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the same arc
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
 CORNER_M = 0.02  # by which a path cuts corners: of known cells, and creeping of obstacles
@@ -140,7 +142,7 @@ def monitored(
     if previous.speed_mps == command.speed_mps == 0.0:
         return command
     surroundings = _Surroundings.of(pose, costmap, _reach_m(command, previous, params))
-    walkers = Walkers.of(pose, costmap, params, times.map_age_s)
+    walkers = Walkers.of(pose, costmap, times.map_age_s)
     v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
     parts = (*FRACTIONS, min(params.unseen_mps / max(command.speed_mps, params.unseen_mps), 1.0))
     slower = [Velocity2d(v * part, w * part, left * part) for part in sorted(parts, reverse=True)]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_shared.geometry import F64, Velocity2d, wrap_angle
@@ -19,35 +17,24 @@ COMMANDED_MPS = 0.04  # smaller commands are the last corrections at a goal
 COMMANDED_RADPS = 0.15
 
 
+BACK_UP_M = 0.2  # metres to back up: one radius
+BACK_UP_S = 2.5  # seconds after which backing up ends anyway
+# Seconds that an obstacle which the robot ran into, but no map shows, stays on the costmap:
+# long enough to take another way, short enough for a door that opens.
+VIRTUAL_OBSTACLE_S = 60.0
+# Times stuck in one place after which the goal is given up; after twice as many the search
+# fails, unless the map shows what is in the way.
+MAX_STUCK_COUNT = 3
+# Metres within which two places where it got stuck are one.
+STUCK_RADIUS_M = 1.0
+
+
 class RecoveryParams(Params):
     """When the robot counts as stuck, and how it backs up."""
-
-    former_keys: ClassVar[Mapping[str, str]] = {
-        "block_s": "virtual_obstacle_s",
-        "max_bumps": "max_stuck_count",
-        "bump_area_m": "stuck_radius_m",
-    }
 
     stuck_s: PositiveFloat = Field(
         default=3.0,
         description="Seconds without moving although commanded: well above any start-up.",
-    )
-    back_up_m: PositiveFloat = Field(default=0.2, description="Metres to back up: one radius.")
-    back_up_s: PositiveFloat = Field(
-        default=2.5, description="Seconds after which backing up ends anyway."
-    )
-    virtual_obstacle_s: PositiveFloat = Field(
-        default=60.0,
-        description="Seconds that an obstacle which the robot ran into, but no map shows, stays "
-        "on the costmap: long enough to take another way, short enough for a door that opens.",
-    )
-    max_stuck_count: PositiveInt = Field(
-        default=3,
-        description="Times stuck in one place after which the goal is given up; after twice as "
-        "many the search fails, unless the map shows what is in the way.",
-    )
-    stuck_radius_m: PositiveFloat = Field(
-        default=1.0, description="Metres within which two places where it got stuck are one."
     )
 
 
@@ -106,8 +93,8 @@ class ProgressMonitor:
         valid = tuple(o for o in self.virtual_obstacles if o.until_s > now_s)
         monitor = replace(self, virtual_obstacles=valid)
         if monitor.backing_from is not None:
-            done = pose.distance_to(monitor.backing_from.xy) >= params.back_up_m
-            if done or now_s - monitor.backing_since_s >= params.back_up_s:
+            done = pose.distance_to(monitor.backing_from.xy) >= BACK_UP_M
+            if done or now_s - monitor.backing_since_s >= BACK_UP_S:
                 return replace(monitor, backing_from=None, moved_at=pose, moved_s=now_s)
             return monitor
         driving = sample.command.speed_mps > COMMANDED_MPS
@@ -116,8 +103,8 @@ class ProgressMonitor:
             monitor = replace(monitor, moved_at=pose, moved_s=now_s)
         if (sample.collided and driving) or now_s - monitor.moved_s > params.stuck_s:
             if driving and not sample.blocked:
-                monitor = _with_obstacle(monitor, sample, params, front_m)
-            return _backing_up(monitor, sample, params)
+                monitor = _with_obstacle(monitor, sample, front_m)
+            return _backing_up(monitor, sample)
         return monitor
 
 
@@ -127,20 +114,18 @@ def _moved(before: Pose2d, pose: Pose2d) -> bool:
 
 
 def _with_obstacle(
-    monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams, front_m: float
+    monitor: ProgressMonitor, sample: MotionSample, front_m: float
 ) -> ProgressMonitor:
     """The monitor with a virtual obstacle ``front_m`` ahead, or to where the robot drove."""
     command = sample.command
     towards = sample.pose.yaw_rad + float(np.arctan2(command.lateral_mps, abs(command.linear_mps)))
     x = sample.pose.x_m + front_m * float(np.cos(towards))
     y = sample.pose.y_m + front_m * float(np.sin(towards))
-    obstacle = VirtualObstacle((x, y), sample.now_s + params.virtual_obstacle_s)
+    obstacle = VirtualObstacle((x, y), sample.now_s + VIRTUAL_OBSTACLE_S)
     return replace(monitor, virtual_obstacles=(*monitor.virtual_obstacles, obstacle))
 
 
-def _backing_up(
-    monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams
-) -> ProgressMonitor:
+def _backing_up(monitor: ProgressMonitor, sample: MotionSample) -> ProgressMonitor:
     """The monitor that starts backing up here, and counts how often it got stuck here.
 
     What the map shows in the way ends no search: somebody may stand there. It only counts up to
@@ -148,11 +133,11 @@ def _backing_up(
     """
     again = (
         monitor.stuck_at is not None
-        and sample.pose.distance_to(monitor.stuck_at.xy) < params.stuck_radius_m
+        and sample.pose.distance_to(monitor.stuck_at.xy) < STUCK_RADIUS_M
     )
     earlier = monitor.stuck_count if again else 0
     if sample.blocked:
-        earlier %= params.max_stuck_count
+        earlier %= MAX_STUCK_COUNT
     return replace(
         monitor,
         backing_from=sample.pose,

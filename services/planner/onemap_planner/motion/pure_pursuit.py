@@ -7,6 +7,8 @@ direction but backwards, and turns to it while it drives.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from pydantic import Field, PositiveFloat
 
@@ -19,6 +21,14 @@ MIN_SPEED_MPS = 0.05  # so that the last centimetres of a path are driven too
 SIDEWAYS_RAD = np.pi / 2  # from the heading: a holonomic robot turns before it drives backwards
 TURN_TO_LOOK_M = 0.8  # before the end of the path a holonomic robot begins to face its goal
 IN_VIEW_RAD = 0.6  # between heading and way then: the camera still sees where it drives
+
+
+# Metres from the path's end that count as there: about one map cell.
+ARRIVE_M = 0.12
+# Radians from the wanted heading: a tenth of the camera's view.
+ARRIVE_RAD = 0.15
+# rad/s of a look around: every direction is seen for 1.4 s.
+LOOK_AROUND_RADPS = 1.0
 
 
 class DriveParams(Params):
@@ -39,65 +49,31 @@ class DriveParams(Params):
     max_linear_mps2: PositiveFloat = Field(
         default=1.0, description="Acceleration in m/s^2: stops from top speed within 0.25 m."
     )
-    max_angular_radps2: PositiveFloat = Field(
-        default=3.0, description="Turning acceleration in rad/s^2."
-    )
-    max_lateral_mps2: PositiveFloat = Field(
-        default=0.5,
-        description="Acceleration sideways on an arc in m/s^2, half of that along it: 0.7 m/s on a "
-        "radius of 1 m, 0.4 m/s on one of 0.3 m, so that it does not leave the path in a turn.",
-    )
-    reaction_s: PositiveFloat = Field(
-        default=0.15,
-        description="Seconds that a command still acts before a later one stops the robot: a "
-        "control period of 0.05 s, the age of the odometry and the transport.",
-    )
-    walker_mps: float = Field(
-        default=1.0,
-        ge=0,
-        description="m/s at which what has just appeared on free floor may come nearer until the "
-        "robot stands: a walk at home. 0: nothing moves.",
-    )
     unseen_stop_m: PositiveFloat = Field(
         default=0.9,
         description="Metres within which the robot comes to stand, from what its map shows: the "
         "age of the map times the speed, and braking. A camera at 1 m sees the floor from 1.1 m "
         "on, 0.9 m before the robot's front. Top speed up to an age of 0.9 s.",
     )
-    look_around_radps: PositiveFloat = Field(
-        default=1.0, description="rad/s of a look around: every direction is seen for 1.4 s."
-    )
-    reverse_mps: PositiveFloat = Field(
-        default=0.15, description="m/s backwards: no camera looks there."
-    )
-    unseen_mps: PositiveFloat = Field(
-        default=0.045,
-        description="m/s at which the robot's body comes over cells that no camera saw, and on its "
-        "own trail nearer than its radius to obstacles: slow enough to touch them without harm.",
-    )
-    lookahead_m: PositiveFloat = Field(
-        default=0.4,
-        description="Metres; the smallest pursuit distance that does not weave at 0.7 m/s.",
-    )
-    turn_in_place_rad: PositiveFloat = Field(
-        default=0.7,
-        description="Heading error in radians above which the robot turns before it drives.",
-    )
-    slow_clearance_m: PositiveFloat = Field(
-        default=0.5, description="Clearance in metres below which it slows down."
-    )
-    slow_fraction: PositiveFloat = Field(
-        default=0.4,
-        le=1,
-        description="Part of the top speed at which it passes the narrowest places.",
-    )
-    arrive_m: PositiveFloat = Field(
-        default=0.12,
-        description="Metres from the path's end that count as there: about one map cell.",
-    )
-    arrive_rad: PositiveFloat = Field(
-        default=0.15, description="Radians from the wanted heading: a tenth of the camera's view."
-    )
+
+    max_angular_radps2: ClassVar[float] = 3.0  # turning acceleration in rad/s^2
+    # Acceleration sideways on an arc in m/s^2, half of that along it: 0.7 m/s on a radius of 1 m,
+    # 0.4 m/s on one of 0.3 m, so that it does not leave the path in a turn.
+    max_lateral_mps2: ClassVar[float] = 0.5
+    # Seconds that a command still acts before a later one stops the robot: a control period of 0.05
+    # s, the age of the odometry and the transport.
+    reaction_s: ClassVar[float] = 0.15
+    reverse_mps: ClassVar[float] = 0.15  # m/s backwards: no camera looks there
+    # m/s at which the robot's body comes over cells that no camera saw, and on its own trail nearer
+    # than its radius to obstacles: slow enough to touch them without harm.
+    unseen_mps: ClassVar[float] = 0.045
+    # Metres; the smallest pursuit distance that does not weave at 0.7 m/s.
+    lookahead_m: ClassVar[float] = 0.4
+    # Heading error in radians above which the robot turns before it drives.
+    turn_in_place_rad: ClassVar[float] = 0.7
+    slow_clearance_m: ClassVar[float] = 0.5  # clearance in metres below which it slows down
+    # Part of the top speed at which it passes the narrowest places.
+    slow_fraction: ClassVar[float] = 0.4
 
 
 def target_velocity(
@@ -117,12 +93,12 @@ def target_velocity(
         case Rest():
             return STOP
         case Rotate():
-            return Velocity2d(0.0, params.look_around_radps)
+            return Velocity2d(0.0, LOOK_AROUND_RADPS)
         case Reverse():
             return Velocity2d(-params.reverse_mps, 0.0)
         case Drive(points_xy, look_xy):
             to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
-            if to_end_m <= params.arrive_m:
+            if to_end_m <= ARRIVE_M:
                 return _rotate_by(_heading_error(pose, look_xy), params)
             if params.max_lateral_mps > 0:
                 return _holonomic_pursuit(motion, pose, costmap, params, lookahead_part)
@@ -139,13 +115,13 @@ def speed_on_map_mps(map_age_s: float, params: DriveParams) -> float:
     return min(root - braking, params.max_linear_mps)
 
 
-def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
+def arrived(motion: Motion, pose: Pose2d) -> bool:
     """Whether the robot is at the end of the path and faces ``look_xy``."""
     if not isinstance(motion, Drive):
         return False
     end = motion.points_xy[-1]
-    near = pose.distance_to((float(end[0]), float(end[1]))) <= 1.2 * params.arrive_m
-    return near and abs(_heading_error(pose, motion.look_xy)) <= params.arrive_rad
+    near = pose.distance_to((float(end[0]), float(end[1]))) <= 1.2 * ARRIVE_M
+    return near and abs(_heading_error(pose, motion.look_xy)) <= ARRIVE_RAD
 
 
 def limit_acceleration(
@@ -192,11 +168,7 @@ def _pure_pursuit(
 
 
 def _holonomic_pursuit(
-    motion: Drive,
-    pose: Pose2d,
-    costmap: Costmap | None,
-    params: DriveParams,
-    lookahead_part: float,
+    motion: Drive, pose: Pose2d, costmap: Costmap | None, params: DriveParams, lookahead_part: float
 ) -> Velocity2d:
     """Velocity towards the lookahead point, in any direction but backwards.
 

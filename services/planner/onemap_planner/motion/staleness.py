@@ -105,10 +105,7 @@ def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
 
 
 def ages(
-    odometry: Arrival | None,
-    revision: Arrival | None,
-    now_s: float,
-    map_period_s: float = math.inf,
+    odometry: Arrival | None, revision: Arrival | None, now_s: float, map_period_s: float = math.inf
 ) -> InputAges:
     """Ages at ``now_s``. The lag is 0 where stamps cannot be compared."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf

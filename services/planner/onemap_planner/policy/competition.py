@@ -11,12 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.world.candidates import (
-    ConsensusParams,
-    ObjectCandidate,
-    Sighting,
-    is_same_object,
-)
+from onemap_planner.world.candidates import ObjectCandidate, Sighting, is_same_object
 from onemap_planner.world.map_view import MapView, WorldCells
 from onemap_shared.geometry import F64
 from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
@@ -110,7 +105,6 @@ def count_contradictions(
     *,
     target: str,
     map_view: MapView,
-    params: ConsensusParams,
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates, with the frames counted in which another name was detected there.
 
@@ -125,7 +119,7 @@ def count_contradictions(
     return tuple(
         replace(candidate, contradictions=candidate.contradictions + 1)
         if any(_overlap(cells, candidate.cells) for cells in others)
-        and not any(is_same_object(candidate, sighting, params) for sighting in sightings)
+        and not any(is_same_object(candidate, sighting) for sighting in sightings)
         else candidate
         for candidate in candidates
     )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import isfinite, radians, tan
 
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
+from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import (
     NOTHING,
     Appeared,
@@ -22,7 +25,62 @@ from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.messages import Coverage, Occupancy
 
+APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
+# Metres tried when nothing nearer can be reached; success is 1.5 m (paper), and what the map takes
+# for the surface may lie two cells before it.
+APPROACH_LAST_RESORT_M = 1.25
+# Metres from which what detector and map agree on is confirmed if the robot fits nowhere nearer, as
+# before a bathtub behind a washbasin: success (paper).
+APPROACH_LIMIT_M = 1.5
+BEYOND_M = 0.1  # width of the bands beyond the farthest: a cell of the default size
+LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """What the camera has in its image: from which height (metres), how far below the horizontal
+    and above it. The defaults are the simulator's: a field of view of 63 degrees, pitched by 12."""
+
+    height_m: float = 1.0
+    down_deg: float = 43.0
+    up_deg: float = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Bands:
+    """Distances from a target's surface to look at it from, by its height."""
+
+    farthest_m: float = 1.1
+    camera: Camera = Camera()
+
+    @property
+    def distances_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Nearest and farthest of each band, in the order in which they are tried."""
+        nearest_m = APPROACH_NEAREST_M
+        return (nearest_m, self.farthest_m), (nearest_m, APPROACH_LAST_RESORT_M)
+
+    def at(self, height_m: float) -> tuple[tuple[float, float], ...]:
+        """The bands for a target at this height, NaN if it is not known.
+
+        Nearer than where the camera has that height in its image, it looks over the target, or
+        under it: such places are left out, but for the farthest ones.
+        """
+        if not isfinite(height_m):
+            return self.distances_m
+        below_m = self.camera.height_m - height_m
+        reach_deg = self.camera.down_deg if below_m > 0 else self.camera.up_deg
+        shown_m = abs(below_m) / tan(radians(reach_deg))
+        return tuple(
+            (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
+            for nearest_m, farthest_m in self.distances_m
+        )
+
+    @property
+    def beyond_m(self) -> tuple[tuple[float, float], ...]:
+        """The bands from the farthest distance up to the limit, the nearest first."""
+        edges_m = np.arange(APPROACH_LAST_RESORT_M, APPROACH_LIMIT_M, BEYOND_M).tolist()
+        return tuple(pairwise([*edges_m, APPROACH_LIMIT_M]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +88,8 @@ class PlanningContext:
     """What the map offers from the pose of the robot; params: those of the costmap.
 
     whole: whether all of the known map is in it, or the part around the way to the goal only;
-    appeared: what has just appeared on it.
+    appeared: what has just appeared on it; bands: from how far things are looked at;
+    consensus: when detector and map agree.
     """
 
     pose: Pose2d
@@ -40,6 +99,8 @@ class PlanningContext:
     params: CostmapParams
     whole: bool = True
     appeared: Appeared = NOTHING
+    bands: Bands = Bands()
+    consensus: Consensus = CONSENSUS
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
@@ -80,6 +141,7 @@ def build_context(
     obstacles_xy: F64,
     params: CostmapParams,
     window_xy: F64 | None = None,
+    bands: Bands = Bands(),
 ) -> PlanningContext:
     """The context at this pose.
 
@@ -95,7 +157,9 @@ def build_context(
         params=params,
     )
     cost_to_go = _cost_to_go(costmap, pose)
-    return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
+    return PlanningContext(
+        pose, map_view, costmap, cost_to_go, params, window_xy is None, bands=bands
+    )
 
 
 def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:

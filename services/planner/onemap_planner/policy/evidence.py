@@ -20,8 +20,7 @@ from onemap_planner.policy.viewpoints import own_cells, seen_from_side
 from onemap_planner.search.events import Confirmed, Event
 from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import (
-    AcceptanceParams,
-    ConsensusParams,
+    MERGE_M,
     ObjectCandidate,
     Sighting,
     is_same_object,
@@ -64,11 +63,9 @@ def with_near_view(
     return replace(candidate, near_views=with_view(candidate.near_views, pose.xy, hit=hit))
 
 
-def object_probability(
-    candidate: ObjectCandidate, context: PlanningContext, params: AcceptanceParams
-) -> float:
+def object_probability(candidate: ObjectCandidate, context: PlanningContext) -> float:
     """Probability that a candidate without the map's support is the object."""
-    return probability(candidate.near_views, map_rank(candidate, context), params)
+    return probability(candidate.near_views, map_rank(candidate, context))
 
 
 def map_rank(candidate: ObjectCandidate, context: PlanningContext) -> float:
@@ -150,19 +147,14 @@ OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 
 
 
 def update_candidates(
-    state: PlannerState,
-    frames: tuple[Detections, ...],
-    context: PlanningContext,
-    params: ConsensusParams,
-    *,
-    near_m: float,
+    state: PlannerState, frames: tuple[Detections, ...], context: PlanningContext, *, near_m: float
 ) -> PlannerState:
     """The state with the new sightings merged, without candidates that are a found object.
 
     near_m: metres within which a frame that does not show a candidate counts against it.
     """
     for detections in frames:
-        state = replace(state, target_state=_with_frame(state, detections, context, params, near_m))
+        state = replace(state, target_state=_with_frame(state, detections, context, near_m))
     target_state = state.target_state
     others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
     free, disputed = (
@@ -173,11 +165,7 @@ def update_candidates(
 
 
 def _with_frame(
-    state: PlannerState,
-    detections: Detections,
-    context: PlanningContext,
-    params: ConsensusParams,
-    near_m: float,
+    state: PlannerState, detections: Detections, context: PlanningContext, near_m: float
 ) -> TargetState:
     """The target state after one frame.
 
@@ -186,35 +174,34 @@ def _with_frame(
     """
     target_state, target = state.target_state, state.search.target
     seen = sightings_of(
-        target, detections, context.map_view, seen_from=context.pose.xy, params=params
+        target,
+        detections,
+        context.map_view,
+        seen_from=context.pose.xy,
+        consensus=context.consensus,
     )
-    supported = [s for s in seen if s.supported and not _is_rejected(s, target_state, params)]
+    supported = [s for s in seen if s.supported and not _is_rejected(s, target_state)]
     candidates = count_contradictions(
-        merge_sightings(target_state.candidates, supported, params),
+        merge_sightings(target_state.candidates, supported),
         detections,
         supported,
         target=target,
         map_view=context.map_view,
-        params=params,
     )
     undetected = with_frame(
         target_state.undetected,
         context,
         [sighting.cells for sighting in seen],
-        threshold=params.floor,
+        threshold=context.consensus.floor,
     )
     target_state = replace(target_state, candidates=candidates, undetected=undetected)
     if not detections.independent:
         return target_state
-    return replace(target_state, disputed=_disputed(target_state, seen, context, params, near_m))
+    return replace(target_state, disputed=_disputed(target_state, seen, context, near_m))
 
 
 def _disputed(
-    target_state: TargetState,
-    seen: Sequence[Sighting],
-    context: PlanningContext,
-    params: ConsensusParams,
-    near_m: float,
+    target_state: TargetState, seen: Sequence[Sighting], context: PlanningContext, near_m: float
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates without the map's support after a frame of an independent detector.
 
@@ -225,48 +212,46 @@ def _disputed(
         sighting
         for sighting in seen
         if not sighting.supported
-        and not _is_rejected(sighting, target_state, params)
+        and not _is_rejected(sighting, target_state)
         and (
-            _is_any(sighting, target_state.disputed, params)
-            or not _is_any(sighting, target_state.candidates, params)
+            _is_any(sighting, target_state.disputed)
+            or not _is_any(sighting, target_state.candidates)
         )
     ]
     return tuple(
         with_near_view(
             candidate,
             context,
-            hit=any(is_same_object(candidate, sighting, params) for sighting in seen),
+            hit=any(is_same_object(candidate, sighting) for sighting in seen),
             near_m=near_m,
         )
-        for candidate in merge_sightings(target_state.disputed, doubtful, params)
+        for candidate in merge_sightings(target_state.disputed, doubtful)
     )
 
 
-def _is_rejected(sighting: Sighting, target_state: TargetState, params: ConsensusParams) -> bool:
+def _is_rejected(sighting: Sighting, target_state: TargetState) -> bool:
     """Rejected candidates stay rejected, those with the map's support and those without.
 
     A supported one is taken up again when it is seen from a side from which it was not looked at.
     """
     same = (c for c in target_state.rejected if c.supported == sighting.supported)
-    if not _is_any(sighting, same, params):
+    if not _is_any(sighting, same):
         return False
     if not sighting.supported:
         return True
-    if _is_any(sighting, target_state.candidates, params):
+    if _is_any(sighting, target_state.candidates):
         return False
     looks = [
         doubt.from_xy
         for doubt in target_state.doubts
-        if dist(doubt.place_xyz, sighting.xyz) <= params.merge_m
+        if dist(doubt.place_xyz, sighting.xyz) <= MERGE_M
     ]
     elsewhere = all(dist(xy, sighting.seen_from) > OTHER_SIDE_M for xy in looks)
     return not (elsewhere and 0 < len(looks) < MAX_LOOKS)
 
 
-def _is_any(
-    sighting: Sighting, candidates: Iterable[ObjectCandidate], params: ConsensusParams
-) -> bool:
-    return any(is_same_object(candidate, sighting, params) for candidate in candidates)
+def _is_any(sighting: Sighting, candidates: Iterable[ObjectCandidate]) -> bool:
+    return any(is_same_object(candidate, sighting) for candidate in candidates)
 
 
 def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:

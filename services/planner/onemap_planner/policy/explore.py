@@ -8,11 +8,12 @@ from math import pi
 import numpy as np
 
 from onemap_planner.motion.motions import Motion, Rest, Rotate
-from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS, arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
 from onemap_planner.policy.evidence import object_probability
 from onemap_planner.policy.goals import (
+    SAME_GOAL_M,
     Goal,
     GoalCandidates,
     GoalKind,
@@ -27,8 +28,12 @@ from onemap_planner.policy.goals import (
     successor,
     with_left,
 )
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
+    BLACKLIST_RADIUS_M,
+    GOAL_BASE_S,
+    GOAL_S_PER_M,
+    LINGER_S,
+    SETTLE_S,
     ActiveGoal,
     GoalComparison,
     Observation,
@@ -50,12 +55,16 @@ from onemap_planner.policy.ways import (
 )
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.search.phases import Destination, Exploring
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import CERTAIN, MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import Coverage, SearchKind
+
+# Square metres of free floor that no path leads to, from which on all frontiers are visited once
+# more before the object counts as not found: a small room.
+CUT_OFF_M2 = 2.0
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
@@ -63,118 +72,103 @@ LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
 
 
-def select_candidate(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> Event | None:
+def select_candidate(state: PlannerState, context: PlanningContext) -> Event | None:
     """The event that selects a candidate seen often enough and reachable, if there is one."""
     for candidate in state.target_state.candidates[:MAX_CANDIDATES_TRIED]:
-        if candidate.sightings < params.consensus.min_sightings:
+        if candidate.sightings < MIN_SIGHTINGS:
             continue
         if candidate.contradictions > candidate.sightings:
             continue  # more often detected under another name
-        if next_viewpoint(state, candidate, context, params) is not None:
+        if next_viewpoint(state, candidate, context) is not None:
             return CandidateSelected(candidate)
     return None
 
 
 def with_candidate_choice(
-    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext
 ) -> PlannerState:
     """The state whose search explains why the robot walks up to the selected candidate."""
     goals = detection_goals(
         ((candidate, candidate.similarity),),
         context,
-        viewpoint_of=lambda thing: next_viewpoint(state, thing, context, params),
-        params=params.goal,
+        viewpoint_of=lambda thing: next_viewpoint(state, thing, context),
     )
     if not goals:
         return state
-    enough = params.consensus.min_sightings
+    enough = MIN_SIGHTINGS
     search = explain_candidate(state.search, goals[0], candidate.sightings, enough)
     return replace(state, search=search)
 
 
 def explore(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
+    state: PlannerState, context: PlanningContext
 ) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
     """Drive to the best goal; without one after a look around the object counts as not found."""
     believed = discounted(context.map_view, state.target_state.undetected)
     goal_candidates = GoalCandidates(
-        find_frontiers(believed, context.costmap, params.frontier),
-        find_regions(believed, params.region),
+        find_frontiers(believed, context.costmap), find_regions(believed)
     )
-    state = abandon_finished(state, params.explore.linger_s)
-    ways = _ways_to_unreached(state, context, params)
-    state = _with_gaps(state, ways, context, params)
-    options = _options(state, context, goal_candidates, ways, params)
+    state = abandon_finished(state, LINGER_S)
+    ways = _ways_to_unreached(state, context)
+    state = _with_gaps(state, ways, context)
+    options = _options(state, context, goal_candidates, ways)
     goal = select_goal(
-        options,
-        state.target_state.active_goal.goal if state.target_state.active_goal else None,
-        params.goal,
+        options, state.target_state.active_goal.goal if state.target_state.active_goal else None
     )
     if goal is None:
-        return *_idle(state, context, params), goal_candidates
+        return *_idle(state, context), goal_candidates
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-    active_goal = _activate(state, goal, params)
-    left = _left_goals(state, goal, params)
+    active_goal = _activate(state, goal)
+    left = _left_goals(state, goal)
     if is_new_goal(state, active_goal):
-        state = replace(state, search=explain_goal(state.search, goal, options, params.goal))
-    if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
+        state = replace(state, search=explain_goal(state.search, goal, options))
+    if active_goal.arrived_s is None and arrived(motion, context.pose):
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
     active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)
     target_state = replace(
         state.target_state, active_goal=active_goal, idle_since_s=None, left=left
     )
-    event = _candidate_reached(state, active_goal, params)
+    event = _candidate_reached(state, active_goal)
     return replace(state, target_state=target_state), motion, event, goal_candidates
 
 
-def _candidate_reached(
-    state: PlannerState, active_goal: ActiveGoal, params: PlannerParams
-) -> Event | None:
+def _candidate_reached(state: PlannerState, active_goal: ActiveGoal) -> Event | None:
     """Selects the disputed candidate that the robot has come to look at."""
     goal = active_goal.goal
     if goal.kind is not GoalKind.DETECTION or active_goal.arrived_s is None:
         return None
     for candidate in state.target_state.disputed:
-        if goal.looks_at((candidate.xyz[0], candidate.xyz[1]), params.consensus.merge_m):
+        if goal.looks_at((candidate.xyz[0], candidate.xyz[1]), MERGE_M):
             return CandidateSelected(candidate)
     return None
 
 
 def _options(
-    state: PlannerState,
-    context: PlanningContext,
-    goal_candidates: GoalCandidates,
-    ways: list[Goal],
-    params: PlannerParams,
+    state: PlannerState, context: PlanningContext, goal_candidates: GoalCandidates, ways: list[Goal]
 ) -> list[Goal]:
     """The goals to choose from; ways: those on the ways to candidates without a viewpoint."""
     costmap, cost_to_go = context.costmap, context.cost_to_go
-    goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go, params=params.goal)
-    goals += _region_goals(state, context, goal_candidates.regions, params)
+    goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go)
+    goals += _region_goals(state, context, goal_candidates.regions)
     goals += detection_goals(
-        _unconfirmed(state, context, params),
+        _unconfirmed(state, context),
         context,
-        viewpoint_of=lambda thing: next_viewpoint(state, thing, context, params),
-        params=params.goal,
+        viewpoint_of=lambda thing: next_viewpoint(state, thing, context),
     )
-    worthwhile = ways + _without_blacklisted(state, goals, params)
+    worthwhile = ways + _without_blacklisted(state, goals)
     if worthwhile:
         return worthwhile
-    for look in looks_at_closed_ways(context, _tried_xy(state, GoalKind.LOOK_AT), params.place):
-        if not is_blacklisted(state, look, params.explore.blacklist_radius_m):
+    for look in looks_at_closed_ways(context, _tried_xy(state, GoalKind.LOOK_AT)):
+        if not is_blacklisted(state, look, BLACKLIST_RADIUS_M):
             return [look]
-    way_out = _way_to_cut_off(state, context, params)
+    way_out = _way_to_cut_off(state, context)
     if way_out is not None:
         return [way_out]
-    remaining = remaining_regions(context.map_view, params.region)
-    return _without_blacklisted(state, _region_goals(state, context, remaining, params), params)
+    remaining = remaining_regions(context.map_view)
+    return _without_blacklisted(state, _region_goals(state, context, remaining))
 
 
-def _way_to_cut_off(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> Goal | None:
+def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | None:
     """A look into the unknown gap before the largest part of the floor that no path leads to.
 
     The gap may be too narrow for a frontier, such as floor that the camera missed in a doorway.
@@ -187,66 +181,53 @@ def _way_to_cut_off(
     here = grid.cells(np.asarray(context.pose.xy))
     nearest = largest[np.hypot(*(largest - here).T).argmin()]
     x, y = grid.centres(nearest)
-    visits = _visits(state, context, params)
+    visits = _visits(state, context)
     there = Destination(SearchKind.GO_TO, (float(x), float(y)))
-    return frontier_goal(there, context, visits, params.place)
+    return frontier_goal(there, context, visits)
 
 
-def _ways_to_unreached(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> list[Goal]:
+def _ways_to_unreached(state: PlannerState, context: PlanningContext) -> list[Goal]:
     """The ways to candidates without a viewpoint: seen through a door, or over a table."""
-    agreed = [(candidate, candidate.similarity) for candidate in _agreed(state, params)]
+    agreed = [(candidate, candidate.similarity) for candidate in _agreed(state)]
     places = [
         UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
-        for candidate, score in agreed + _unconfirmed(state, context, params)
-        if next_viewpoint(state, candidate, context, params) is None
+        for candidate, score in agreed + _unconfirmed(state, context)
+        if next_viewpoint(state, candidate, context) is None
     ]
     if not places:
         return []
-    visits = _visits(state, context, params)
-    goals = ways_to_unreached(
-        places, context, visits, place_params=params.place, goal_params=params.goal
-    )
-    return _without_blacklisted(state, goals, params)
+    visits = _visits(state, context)
+    goals = ways_to_unreached(places, context, visits)
+    return _without_blacklisted(state, goals)
 
 
-def _with_gaps(
-    state: PlannerState, ways: list[Goal], context: PlanningContext, params: PlannerParams
-) -> PlannerState:
+def _with_gaps(state: PlannerState, ways: list[Goal], context: PlanningContext) -> PlannerState:
     """The state that crosses narrow unknown gaps, if what detector and map agree on stands beyond
     one and no frontier is left on the way to it."""
-    agreed, bands_m = _agreed(state, params), params.explore.bands_m
-    if ways or state.crosses_gaps or not lies_across_gap(agreed, context, bands_m):
+    agreed = _agreed(state)
+    if ways or state.crosses_gaps or not lies_across_gap(agreed, context):
         return state
     return replace(state, crosses_gaps=True)
 
 
-def _agreed(state: PlannerState, params: PlannerParams) -> list[ObjectCandidate]:
+def _agreed(state: PlannerState) -> list[ObjectCandidate]:
     """What was detected often enough where the map agrees."""
-    least = params.consensus.min_sightings
+    least = MIN_SIGHTINGS
     often = [c for c in state.target_state.candidates if c.sightings >= least]
     return often[:MAX_CANDIDATES_TRIED]
 
 
-def _visits(state: PlannerState, context: PlanningContext, params: PlannerParams) -> I64:
+def _visits(state: PlannerState, context: PlanningContext) -> I64:
     """(nx, ny): how many frontiers near each cell were visited or given up."""
     visited_xy = np.array(state.blacklisted_frontiers, np.float64).reshape(-1, 2)
-    return visit_counts(context, visited_xy, params.explore.blacklist_radius_m)
+    return visit_counts(context, visited_xy, BLACKLIST_RADIUS_M)
 
 
 def _region_goals(
-    state: PlannerState,
-    context: PlanningContext,
-    regions: tuple[SimilarRegion, ...],
-    params: PlannerParams,
+    state: PlannerState, context: PlanningContext, regions: tuple[SimilarRegion, ...]
 ) -> list[Goal]:
     return region_goals(
-        regions,
-        context.costmap,
-        context.cost_to_go,
-        tried_xy=_tried_xy(state, GoalKind.REGION),
-        params=params.goal,
+        regions, context.costmap, context.cost_to_go, tried_xy=_tried_xy(state, GoalKind.REGION)
     )
 
 
@@ -256,34 +237,30 @@ def _tried_xy(state: PlannerState, kind: GoalKind) -> F64:
     return np.array(tried, np.float64).reshape(-1, 2)
 
 
-def _without_blacklisted(
-    state: PlannerState, goals: list[Goal], params: PlannerParams
-) -> list[Goal]:
-    return [
-        goal for goal in goals if not is_blacklisted(state, goal, params.explore.blacklist_radius_m)
-    ]
+def _without_blacklisted(state: PlannerState, goals: list[Goal]) -> list[Goal]:
+    return [goal for goal in goals if not is_blacklisted(state, goal, BLACKLIST_RADIUS_M)]
 
 
 def _unconfirmed(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
+    state: PlannerState, context: PlanningContext
 ) -> list[tuple[ObjectCandidate, float]]:
     """Candidates worth a closer look, with their scores.
 
     Those seen, but not often enough to be approached; and those that the map does not support,
     while they are not certainly something else.
     """
-    least = params.consensus.min_sightings
+    least = MIN_SIGHTINGS
     seldom = [(c, c.similarity) for c in state.target_state.candidates if c.sightings < least]
     often = [c for c in state.target_state.disputed if c.sightings >= least]
     disputed = [
-        (candidate, object_probability(candidate, context, params.acceptance))
+        (candidate, object_probability(candidate, context))
         for candidate in often[:MAX_CANDIDATES_TRIED]
     ]
-    unlikely = 1 - params.acceptance.certain
+    unlikely = 1 - CERTAIN
     return seldom[:MAX_CANDIDATES_TRIED] + [(c, p) for c, p in disputed if p > unlikely]
 
 
-def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
+def _activate(state: PlannerState, goal: Goal) -> ActiveGoal:
     """The active goal: the present one if the goal is the same, else a new one.
 
     A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere; one
@@ -292,26 +269,26 @@ def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveG
     active_goal = state.target_state.active_goal
     if (
         active_goal is not None
-        and successor([goal], active_goal.goal, params.goal) is not None
-        and goal.looks_at(active_goal.budget_xy, 2 * params.goal.same_goal_m)
+        and successor([goal], active_goal.goal) is not None
+        and goal.looks_at(active_goal.budget_xy, 2 * SAME_GOAL_M)
     ):
         return replace(active_goal, goal=goal)
-    budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
-    left, base_s = state.target_state.left, params.explore.goal_base_s
-    spent_s = spent_before_s(left, goal, params.goal, base_s=base_s)
+    budget_s = GOAL_BASE_S + GOAL_S_PER_M * goal.utility.travel_m
+    left, base_s = state.target_state.left, GOAL_BASE_S
+    spent_s = spent_before_s(left, goal, base_s=base_s)
     return ActiveGoal(goal, state.active_time_s - spent_s, budget_s, goal.look_xy)
 
 
-def _left_goals(state: PlannerState, chosen: Goal, params: PlannerParams) -> tuple[LeftGoal, ...]:
+def _left_goals(state: PlannerState, chosen: Goal) -> tuple[LeftGoal, ...]:
     left, before = state.target_state.left, state.target_state.active_goal
     if before is None:
         return left
     spent_s = state.active_time_s - before.since_s
-    return with_left(left, LeftGoal(before.goal, spent_s), chosen, params.goal)
+    return with_left(left, LeftGoal(before.goal, spent_s), chosen)
 
 
 def _idle(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
+    state: PlannerState, context: PlanningContext
 ) -> tuple[PlannerState, Motion, Event | None]:
     since_s = state.target_state.idle_since_s
     if since_s is None:
@@ -320,25 +297,25 @@ def _idle(
         state, target_state=replace(state.target_state, active_goal=None, idle_since_s=since_s)
     )
     idle_s = state.active_time_s - since_s
-    if idle_s < params.explore.settle_s:
+    if idle_s < SETTLE_S:
         return state, Rest(), None
-    if idle_s < params.explore.settle_s + 2 * pi / params.drive.look_around_radps:
+    if idle_s < SETTLE_S + 2 * pi / LOOK_AROUND_RADPS:
         return state, Rotate(), None  # whoever stood in a doorway may have left
     cut_off_m2 = context.unreachable_m2()
     beyond_m2 = cut_off_m2 - across_gaps(context).unreachable_m2()
     if not state.crosses_gaps and beyond_m2 >= LEAST_CUT_OFF_M2:
         target_state = replace(state.target_state, idle_since_s=None)
         return replace(state, target_state=target_state, crosses_gaps=True), Rest(), None
-    cut_off = cut_off_m2 >= params.explore.cut_off_m2
+    cut_off = cut_off_m2 >= CUT_OFF_M2
     began_s = state.search.target_start.since_active_time_s
-    untried = since_s - began_s < params.explore.settle_s  # no goal since the object's turn came
+    untried = since_s - began_s < SETTLE_S  # no goal since the object's turn came
     again = (
         state.target_state.rejected
         or state.target_state.closed_off
         or state.unreached_frontiers
         or ((cut_off or untried) and state.blacklisted_frontiers)
     )
-    doubtful = _doubtful(state, context, params)
+    doubtful = _doubtful(state, context)
     if (again or doubtful) and not state.target_state.reconsidered:
         looks = tuple(candidate for _, candidate in doubtful[:MAX_LAST_LOOKS])
         return reconsider(state, frontiers=cut_off or untried, doubtful=looks), Rest(), None
@@ -348,19 +325,17 @@ def _idle(
     return state, Rest(), Exhausted(covered + named, coverage)
 
 
-def _doubtful(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> list[tuple[float, ObjectCandidate]]:
+def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[float, ObjectCandidate]]:
     """What was detected, but not accepted because the map did not agree, the most probable first.
 
     Each with its probability; what is certainly something else is left out.
     """
     weighed = [
-        (object_probability(candidate, context, params.acceptance), candidate)
+        (object_probability(candidate, context), candidate)
         for candidate in (*state.target_state.disputed, *state.target_state.rejected)
-        if not candidate.supported and candidate.sightings >= params.consensus.min_sightings
+        if not candidate.supported and candidate.sightings >= MIN_SIGHTINGS
     ]
-    likely = [pair for pair in weighed if pair[0] > 1 - params.acceptance.certain]
+    likely = [pair for pair in weighed if pair[0] > 1 - CERTAIN]
     return sorted(likely, key=lambda pair: -pair[0])
 
 
@@ -396,9 +371,7 @@ COMPARE_S_PER_M2 = 0.0025  # beyond it: 2 s for 1000 m2, in which a robot drives
 AROUND_M = 3.0  # of the way; obstacles farther than the inflation radius cost it nothing
 
 
-def follow_window(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> F64 | None:
+def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
     """Corners (2, 2) in metres of the part of the map that this step needs; None: all of it.
 
     All of it is needed to compare goals, for detections, and to approach a candidate.
@@ -410,7 +383,7 @@ def follow_window(
         return None
     if _is_over(state, active_goal, active_goal.comparison):
         return None
-    least = params.consensus.min_sightings
+    least = MIN_SIGHTINGS
     if any(found.names for found in observation.detections) or any(
         candidate.sightings >= least for candidate in state.target_state.candidates
     ):
@@ -434,7 +407,7 @@ def can_follow(state: PlannerState, context: PlanningContext) -> bool:
 
 
 def follow_goal(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
+    state: PlannerState, context: PlanningContext
 ) -> tuple[PlannerState, Motion, GoalCandidates]:
     """Drive on to the active goal, which ``can_follow``."""
     active_goal = state.target_state.active_goal
@@ -442,7 +415,7 @@ def follow_goal(
         return state, Rest(), GoalCandidates()
     goal, comparison = active_goal.goal, active_goal.comparison
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-    if arrived(motion, context.pose, params.drive):
+    if arrived(motion, context.pose):
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
     target_state = replace(state.target_state, active_goal=active_goal)
     return replace(state, target_state=target_state), motion, comparison.candidates

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import isfinite
-from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear
@@ -30,7 +28,6 @@ from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
-from onemap_shared.params import Params
 
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 
@@ -52,40 +49,17 @@ class GoalKind(str, Enum):
         return self.value
 
 
-class GoalParams(Params):
-    """How goals are weighed against each other."""
-
-    former_keys: ClassVar[Mapping[str, str]] = {
-        "keep_margin": "hysteresis",
-        "stand_within_m": "viewpoint_within_m",
-    }
-
-    half_value_m: PositiveFloat = Field(
-        default=4.0,
-        description="Metres of path at which a goal is worth half as much as here: a room. Far "
-        "goals go by likeness per metre, whatever the encoder's scores are.",
-    )
-    size_weight_per_m: float = Field(
-        default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
-    )
-    hysteresis: float = Field(
-        default=0.3,
-        ge=0,
-        description="Part of the current goal's utility by which another must exceed it to "
-        "replace it: what turning round costs, and borders change with every view.",
-    )
-    same_goal_m: PositiveFloat = Field(
-        default=0.8, description="Metres a goal may shift between two maps and still be the same."
-    )
-    viewpoint_within_m: PositiveFloat = Field(
-        default=0.8, description="Metres from which a frontier counts as reached."
-    )
-    view_nearest_m: PositiveFloat = Field(
-        default=0.8, description="Metres; nearer, the camera looks over low things."
-    )
-    view_farthest_m: PositiveFloat = Field(
-        default=1.5, description="Metres; farther, small things are too few pixels."
-    )
+# Metres of path at which a goal is worth half as much as here: a room. Far goals go by likeness per
+# metre, whatever the encoder's scores are.
+HALF_VALUE_M = 4.0
+SIZE_WEIGHT_PER_M = 0.04  # bonus per metre of frontier: wide openings show more
+# Part of the current goal's utility by which another must exceed it to replace it: what turning
+# round costs, and borders change with every view.
+HYSTERESIS = 0.3
+SAME_GOAL_M = 0.8  # metres a goal may shift between two maps and still be the same
+VIEWPOINT_WITHIN_M = 0.8  # metres from which a frontier counts as reached
+VIEW_NEAREST_M = 0.8  # nearer, the camera looks over low things
+VIEW_FARTHEST_M = 1.5  # farther, small things are too few pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,15 +85,13 @@ class GoalUtility:
         return cls(score=0.0, size_bonus=0.0, travel_m=travel_m, travel_share=1.0)
 
     @classmethod
-    def of(
-        cls, score: float, travel_m: float, params: GoalParams, *, length_m: float = 0.0
-    ) -> GoalUtility:
+    def of(cls, score: float, travel_m: float, *, length_m: float = 0.0) -> GoalUtility:
         """Utility of a similarity, ``travel_m`` away, at a frontier of ``length_m``."""
         return cls(
             score=score,
-            size_bonus=params.size_weight_per_m * length_m,
+            size_bonus=SIZE_WEIGHT_PER_M * length_m,
             travel_m=float(travel_m),
-            travel_share=1.0 / (1.0 + float(travel_m) / params.half_value_m),
+            travel_share=1.0 / (1.0 + float(travel_m) / HALF_VALUE_M),
         )
 
 
@@ -150,7 +122,7 @@ class GoalCandidates:
     regions: tuple[SimilarRegion, ...] = ()
 
 
-def select_goal(options: Iterable[Goal], current: Goal | None, params: GoalParams) -> Goal | None:
+def select_goal(options: Iterable[Goal], current: Goal | None) -> Goal | None:
     """The best option; the current goal's new version unless the best exceeds it by hysteresis."""
     ranked = sorted(options, key=lambda goal: (-goal.utility.total, goal.look_xy))
     if not ranked:
@@ -158,13 +130,13 @@ def select_goal(options: Iterable[Goal], current: Goal | None, params: GoalParam
     best = ranked[0]
     if current is None:
         return best
-    same = successor(ranked, current, params)
-    if same is not None and best.utility.total < same.utility.total * (1 + params.hysteresis):
+    same = successor(ranked, current)
+    if same is not None and best.utility.total < same.utility.total * (1 + HYSTERESIS):
         return same
     return best
 
 
-def successor(goals: Iterable[Goal], earlier: Goal, params: GoalParams) -> Goal | None:
+def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:
     """Which of the goals is the earlier one on a newer map; None if it is gone.
 
     The goal of its kind that shares the most cells with it, since the middle of a border jumps
@@ -176,7 +148,7 @@ def successor(goals: Iterable[Goal], earlier: Goal, params: GoalParams) -> Goal 
     shared = [len(goal.cells & around) for goal in alike]
     if max(shared, default=0) > 0:
         return alike[shared.index(max(shared))]
-    near = (goal for goal in alike if goal.looks_at(earlier.look_xy, params.same_goal_m))
+    near = (goal for goal in alike if goal.looks_at(earlier.look_xy, SAME_GOAL_M))
     return next(near, None)
 
 
@@ -194,40 +166,36 @@ class LeftGoal:
     spent_s: float
 
 
-def with_left(
-    left: tuple[LeftGoal, ...], before: LeftGoal, chosen: Goal, params: GoalParams
-) -> tuple[LeftGoal, ...]:
+def with_left(left: tuple[LeftGoal, ...], before: LeftGoal, chosen: Goal) -> tuple[LeftGoal, ...]:
     """The goals that were left, with the one before if ``chosen`` replaces it.
 
     Two goals may take turns for ever: one that is seen only from some places is preferred there
     and gone elsewhere. What was spent on a goal is therefore kept when another one is preferred.
     """
-    if successor([chosen], before.goal, params) is not None:
+    if successor([chosen], before.goal) is not None:
         return left
-    others = tuple(each for each in left if not _about_the_same(each.goal, before.goal, params))
+    others = tuple(each for each in left if not _about_the_same(each.goal, before.goal))
     return (*others, before)[-MAX_LEFT:]
 
 
-def spent_before_s(
-    left: tuple[LeftGoal, ...], goal: Goal, params: GoalParams, *, base_s: float
-) -> float:
+def spent_before_s(left: tuple[LeftGoal, ...], goal: Goal, *, base_s: float) -> float:
     """Seconds that count as spent on a goal that is taken up: what was, and a part of the base
     time for each return; 0 for a new one."""
     for each in left:
-        if _about_the_same(each.goal, goal, params):
+        if _about_the_same(each.goal, goal):
             return each.spent_s + RETURN_PART * base_s
     return 0.0
 
 
-def _about_the_same(a: Goal, b: Goal, params: GoalParams) -> bool:
-    return a.kind is b.kind and a.looks_at(b.look_xy, params.same_goal_m)
+def _about_the_same(a: Goal, b: Goal) -> bool:
+    return a.kind is b.kind and a.looks_at(b.look_xy, SAME_GOAL_M)
 
 
 MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards
 
 
 def frontier_goals(
-    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo, *, params: GoalParams
+    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo
 ) -> list[Goal]:
     """A goal for each frontier with a reachable viewpoint."""
     reachable_mask = reachable(costmap, cost_to_go)
@@ -238,26 +206,20 @@ def frontier_goals(
     visible: list[tuple[Frontier, I64]] = []
     for frontier in frontiers:
         cells = frontier.cells
-        near = away[cells[:, 0], cells[:, 1]] * size <= params.viewpoint_within_m
+        near = away[cells[:, 0], cells[:, 1]] * size <= VIEWPOINT_WITHIN_M
         viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
         if viewpoint is not None:
             visible.append((frontier, viewpoint))
     ways_m = cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
     return [
-        _frontier_goal(frontier, viewpoint, travel_m, costmap.grid, params)
+        _frontier_goal(frontier, viewpoint, travel_m, costmap.grid)
         for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
     ]
 
 
-def _frontier_goal(
-    frontier: Frontier,
-    viewpoint: I64,
-    travel_m: float,
-    grid: GridSpec,
-    params: GoalParams,
-) -> Goal:
+def _frontier_goal(frontier: Frontier, viewpoint: I64, travel_m: float, grid: GridSpec) -> Goal:
     length_m = len(frontier.cells) * grid.cell_size_m
-    utility = GoalUtility.of(frontier.score, travel_m, params, length_m=length_m)
+    utility = GoalUtility.of(frontier.score, travel_m, length_m=length_m)
     what = "unknown space" if frontier.unknown else "a place seen only from afar"
     reason = (
         f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
@@ -268,16 +230,11 @@ def _frontier_goal(
 
 
 def region_goals(
-    regions: tuple[SimilarRegion, ...],
-    costmap: Costmap,
-    cost_to_go: CostToGo,
-    *,
-    tried_xy: F64,
-    params: GoalParams,
+    regions: tuple[SimilarRegion, ...], costmap: Costmap, cost_to_go: CostToGo, *, tried_xy: F64
 ) -> list[Goal]:
     """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
     goals = []
-    band_m = (params.view_nearest_m, params.view_farthest_m)
+    band_m = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
     tried = costmap.grid.cells(tried_xy)
     for region in regions:
         target = SightTarget(region.cells)
@@ -287,7 +244,7 @@ def region_goals(
             viewpoint = least_occluded(around)
         if viewpoint is None:
             continue
-        utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint), params)
+        utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint))
         reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
         cells = _world_cells(region.cells, costmap.grid)
         look_xy = _pair(region.peak_xy)
@@ -302,7 +259,6 @@ def detection_goals(
     context: PlanningContext,
     *,
     viewpoint_of: Callable[[ObjectCandidate], tuple[float, float] | None],
-    params: GoalParams,
 ) -> list[Goal]:
     """A closer look at each candidate that is not sure enough to be approached.
 
@@ -315,7 +271,7 @@ def detection_goals(
         if viewpoint_xy is None:
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-        utility = GoalUtility.of(score, _travel_m(context.cost_to_go, cell), params)
+        utility = GoalUtility.of(score, _travel_m(context.cost_to_go, cell))
         kind = "similarity" if candidate.supported else "the map does not agree, probability"
         reason = (
             f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
@@ -361,9 +317,9 @@ def _pair(xy: F64) -> tuple[float, float]:
 LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
 
 
-def explain_goal(search: Search, goal: Goal, options: Sequence[Goal], params: GoalParams) -> Search:
+def explain_goal(search: Search, goal: Goal, options: Sequence[Goal]) -> Search:
     """The search with the reasons for a goal that was chosen anew among the options."""
-    return _numbered(search, explain(goal, options, params))
+    return _numbered(search, explain(goal, options))
 
 
 def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -> Search:
@@ -375,7 +331,7 @@ def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -
     return _numbered(search, GoalChoice(0, sentence, _options([goal], goal)))
 
 
-def explain(goal: Goal, options: Sequence[Goal], params: GoalParams) -> GoalChoice:
+def explain(goal: Goal, options: Sequence[Goal]) -> GoalChoice:
     """The choice of ``goal`` among these options, numbered 0."""
     finite = [option for option in options if isfinite(option.utility.travel_m)]
     ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
@@ -383,7 +339,7 @@ def explain(goal: Goal, options: Sequence[Goal], params: GoalParams) -> GoalChoi
     if goal in ranked and goal not in shown:
         shown[-1] = goal
     others = [option for option in ranked if option != goal]
-    sentence = _sentence(goal, others[0] if others else None, params)
+    sentence = _sentence(goal, others[0] if others else None)
     return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
 
 
@@ -405,7 +361,7 @@ def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
     )
 
 
-def _sentence(goal: Goal, rival: Goal | None, params: GoalParams) -> str:
+def _sentence(goal: Goal, rival: Goal | None) -> str:
     """Why the goal won against the best of the others."""
     if rival is None:
         return f"the only goal: {goal.reason}"
@@ -414,7 +370,7 @@ def _sentence(goal: Goal, rival: Goal | None, params: GoalParams) -> str:
     if ahead < 0:
         return (
             f"kept although {other} has {-ahead:.2f} more utility: the robot turns away from its "
-            f"goal only for {100 * params.hysteresis:.0f} % more"
+            f"goal only for {100 * HYSTERESIS:.0f} % more"
         )
     gains = _gains(goal.utility, rival.utility)
     why = f": {' and '.join(gains)}" if gains else ""

@@ -11,15 +11,22 @@ from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
 from onemap_planner.policy.dead_ends import DeadEnd
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, LeftGoal
-from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
-from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
+from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
 from onemap_planner.world.costmap import NOTHING, Appeared, Costmap
 from onemap_planner.world.map_view import PlanningView, WorldCells
-from onemap_planner.world.regions import UndetectedViews
+from onemap_planner.world.regions import LikelyPlace, UndetectedViews
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import Detections, ObjectFind
 from onemap_shared.trail import extended
+
+LINGER_S = 1.0  # seconds at a goal, so that the map fuses it; it is blacklisted afterwards
+# Seconds without any goal before the robot looks around for one; without one after that the object
+# counts as not found.
+SETTLE_S = 2.0
+GOAL_BASE_S = 15.0  # seconds allowed for any goal, turning included
+GOAL_S_PER_M = 5.0  # seconds allowed per metre of path: three times a slow drive
+BLACKLIST_RADIUS_M = 0.5  # metres around a goal viewed without result in which no other is taken
 
 TRAIL_STEP_M = 0.1  # points closer together than this cover the same floor
 MAX_LOOKS = 3  # views of one region or uncertain candidate, from different viewpoints
@@ -63,6 +70,25 @@ class Doubt:
 
     from_xy: tuple[float, float]
     place_xyz: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class OrderMemory:
+    """places: of the objects that the map was asked about, by their indices; turn: the last turn
+    of asking; decided_s: active time of the last revision, None before the first."""
+
+    places: tuple[tuple[int, tuple[LikelyPlace, ...]], ...] = ()
+    turn: int = -1
+    decided_s: float | None = None
+
+    def of(self, index: int) -> tuple[LikelyPlace, ...]:
+        """The places of an object."""
+        return next((places for known, places in self.places if known == index), ())
+
+    def updated(self, index: int, places: tuple[LikelyPlace, ...]) -> OrderMemory:
+        """The memory with these places of an object."""
+        others = tuple(entry for entry in self.places if entry[0] != index)
+        return OrderMemory((*others, (index, places)), self.turn, self.decided_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,16 +310,14 @@ def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
     return len(tries) >= MAX_LOOKS
 
 
-def latest_candidate(
-    state: PlannerState, candidate: ObjectCandidate, params: ConsensusParams
-) -> ObjectCandidate:
+def latest_candidate(state: PlannerState, candidate: ObjectCandidate) -> ObjectCandidate:
     """The candidate as it is known now: on common cells, else within ``merge_m``, else as given."""
     target_state = state.target_state
     all_known = target_state.candidates if candidate.supported else target_state.disputed
     for known in all_known:
         if not known.cells.isdisjoint(candidate.cells):
             return known
-    near = [c for c in all_known if c.distance_m(candidate.xyz) <= params.merge_m]
+    near = [c for c in all_known if c.distance_m(candidate.xyz) <= MERGE_M]
     return near[0] if near else candidate
 
 

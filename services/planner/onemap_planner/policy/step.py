@@ -10,9 +10,20 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
-from onemap_planner.motion.progress import MotionSample, ProgressMonitor
+from onemap_planner.motion.progress import (
+    MAX_STUCK_COUNT,
+    STUCK_RADIUS_M,
+    MotionSample,
+    ProgressMonitor,
+)
 from onemap_planner.policy.competition import with_found_object
-from onemap_planner.policy.context import PlanningContext, across_gaps, build_context, with_change
+from onemap_planner.policy.context import (
+    Bands,
+    PlanningContext,
+    across_gaps,
+    build_context,
+    with_change,
+)
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import finds_of, update_candidates
 from onemap_planner.policy.explore import (
@@ -23,14 +34,14 @@ from onemap_planner.policy.explore import (
     select_candidate,
     with_candidate_choice,
 )
-from onemap_planner.policy.goals import GoalCandidates
+from onemap_planner.policy.goals import VIEW_FARTHEST_M, GoalCandidates
 from onemap_planner.policy.object_order import revise_order, take_in_view, with_turn
-from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.reopening import without_changed
 from onemap_planner.policy.state import (
     Decision,
     Observation,
+    OrderMemory,
     PlannerState,
     TargetState,
     at_object,
@@ -65,9 +76,14 @@ from onemap_planner.search.phases import (
     Starting,
 )
 from onemap_planner.search.state_machine import driven_m, elapsed_s, transition
+from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import FailureCode
+
+# Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
+# in a corner 45 percent can be known.
+KNOWN_AROUND = 0.4
 
 
 def check_progress(
@@ -92,19 +108,17 @@ def check_progress(
     return replace(state, progress=progress), stuck
 
 
-def handle_stuck(
-    state: PlannerState, params: PlannerParams
-) -> tuple[PlannerState, tuple[Event, ...]]:
+def handle_stuck(state: PlannerState) -> tuple[PlannerState, tuple[Event, ...]]:
     """Stuck ``max_stuck_count`` times in one place: give up the goal; twice as often: fail."""
     assert state.progress is not None
     stuck_count = state.progress.stuck_count
-    if stuck_count >= 2 * params.recovery.max_stuck_count:
+    if stuck_count >= 2 * MAX_STUCK_COUNT:
         return state, (stuck_failure(state),)
-    if stuck_count % params.recovery.max_stuck_count:
+    if stuck_count % MAX_STUCK_COUNT:
         return state, ()
     match state.search.phase:
         case Approaching(candidate) | Confirming(candidate, _):
-            latest = latest_candidate(state, candidate, params.consensus)
+            latest = latest_candidate(state, candidate)
             # The way failed, not the candidate: detected from elsewhere, it is taken up again.
             state = with_doubt(state, latest, state.progress.moved_at.xy)
             return reject_candidate(state, latest), (Rejected(),)
@@ -114,14 +128,14 @@ def handle_stuck(
             return state, ()
 
 
-def is_trapped(state: PlannerState, pose: Pose2d, params: PlannerParams) -> bool:
+def is_trapped(state: PlannerState, pose: Pose2d) -> bool:
     """Whether the robot is still near the place where it got stuck too often."""
     progress = state.progress
     return (
         progress is not None
         and progress.stuck_at is not None
-        and progress.stuck_count >= params.recovery.max_stuck_count
-        and pose.distance_to(progress.stuck_at.xy) < params.recovery.stuck_radius_m
+        and progress.stuck_count >= MAX_STUCK_COUNT
+        and pose.distance_to(progress.stuck_at.xy) < STUCK_RADIUS_M
     )
 
 
@@ -132,9 +146,7 @@ def stuck_failure(state: PlannerState) -> SearchFailed:
     return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
 
 
-def limit_reached(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> Event | None:
+def limit_reached(state: PlannerState, observation: Observation, limit_s: float) -> Event | None:
     """The event that ends the search, or the object, whose limit is reached; None without."""
     search, budget = state.search, state.search.budget
     driven = driven_m(search, observation.odometer_m)
@@ -148,7 +160,6 @@ def limit_reached(
             f"not done within {budget.max_time_s:g} s, the limit for this search",
             FailureCode.TIME_LIMIT,
         )
-    limit_s = params.explore.object_limit_s
     if state.active_time_s - search.target_start.since_active_time_s > limit_s:
         missed = "not found" if search.target else "not reached"
         return TargetFailed(
@@ -163,7 +174,7 @@ MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was b
 
 # Chooses where to drive while no candidate is approached, as ``explore`` does.
 Exploration = Callable[
-    [PlannerState, PlanningContext, PlannerParams],
+    [PlannerState, PlanningContext],
     tuple[PlannerState, Motion, Event | None, GoalCandidates],
 ]
 
@@ -173,30 +184,32 @@ def step(
     observation: Observation,
     params: PlannerParams,
     exploration: Exploration = explore,
+    consensus: Consensus = CONSENSUS,
 ) -> tuple[PlannerState, Decision | None]:
     """The next state and what to do; no decision while the inputs are stale or missing.
 
-    exploration: that of another method, which a benchmark compares.
+    exploration and consensus: those of another method, which a benchmark compares.
     """
-    state = _advance_clock(with_turn(state, params.order), observation, params)
+    state = _advance_clock(with_turn(state), observation, params)
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
     before = state.pose or observation.pose
     state = with_pose(state, observation.pose)
     state, stuck = check_progress(state, observation, params)
     context = _context(
-        state, observation.pose, observation.view, params, follow_window(state, observation, params)
+        state, observation.pose, observation.view, params, follow_window(state, observation)
     )
     if not context.whole and not can_follow(state, context):
         context = _context(state, observation.pose, observation.view, params, None)
     state = replace(state, appeared=context.appeared)
-    state = _take_in_map(state, observation, context, params)
+    context = replace(context, consensus=consensus)
+    state = _take_in_map(state, observation, context)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
-    state, decision, events = _run_phase(state, context, turned_rad, params, exploration)
+    state, decision, events = _run_phase(state, context, turned_rad, exploration)
     if stuck:
-        state, more = handle_stuck(state, params)
+        state, more = handle_stuck(state)
         events = (*more, *events)
-    limit = limit_reached(state, observation, params)
+    limit = limit_reached(state, observation, params.explore.object_limit_s)
     if limit is not None:
         events = (limit,)
     decision = replace(decision, finds=finds_of(state.search, events, context.map_view.grid))
@@ -221,6 +234,7 @@ def _context(
         obstacles_xy=state.obstacles_xy,
         params=params.costmap,
         window_xy=window_xy,
+        bands=Bands(params.explore.approach_farthest_m),
     )
     context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
     return across_gaps(context) if state.crosses_gaps else context
@@ -266,7 +280,7 @@ def _wait_for_inputs(
 
 
 def _take_in_map(
-    state: PlannerState, observation: Observation, context: PlanningContext, params: PlannerParams
+    state: PlannerState, observation: Observation, context: PlanningContext
 ) -> PlannerState:
     """The state with the new detections; a map that was begun again resets what came from it."""
     known_m2 = known_area_m2(observation.view) if observation.view is not None else 0.0
@@ -290,25 +304,19 @@ def _take_in_map(
         state = take_in_view(
             state,
             observation.other_view,
-            lambda there, seen: update_candidates(
-                there, frames, seen, params.consensus, near_m=params.goal.view_farthest_m
-            ),
+            lambda there, seen: update_candidates(there, frames, seen, near_m=VIEW_FARTHEST_M),
             context,
-            params,
         )
     if not context.whole:
         return state
-    state = without_changed(state, context.map_view, params.dead_end)
-    return update_candidates(
-        state, frames, context, params.consensus, near_m=params.goal.view_farthest_m
-    )
+    state = without_changed(state, context.map_view)
+    return update_candidates(state, frames, context, near_m=VIEW_FARTHEST_M)
 
 
 def _run_phase(
     state: PlannerState,
     context: PlanningContext,
     turned_rad: float,
-    params: PlannerParams,
     exploration: Exploration,
 ) -> tuple[PlannerState, Decision, tuple[Event, ...]]:
     """The state, the decision and the events of the present phase."""
@@ -318,30 +326,30 @@ def _run_phase(
     goal_candidates = GoalCandidates()
     match state.search.phase:
         case Starting():
-            event = MapReady(context.known_fraction_around() < params.explore.known_around)
+            event = MapReady(context.known_fraction_around() < KNOWN_AROUND)
         case LookingAround():
             motion = Rotate()
-            event = select_candidate(state, context, params) or Rotated(turned_rad)
+            event = select_candidate(state, context) or Rotated(turned_rad)
         case Exploring() if not context.whole:
-            state, motion, goal_candidates = follow_goal(state, context, params)
+            state, motion, goal_candidates = follow_goal(state, context)
         case Exploring():
-            event = select_candidate(state, context, params)
+            event = select_candidate(state, context)
             if event is None:
-                state, revised = revise_order(state, context, params)
+                state, revised = revise_order(state, context)
             if event is None and (revised is None or revised.indices[0] == state.search.index):
-                state, motion, event, goal_candidates = exploration(state, context, params)
+                state, motion, event, goal_candidates = exploration(state, context)
         case Approaching() as phase:
-            state, motion, event = approach(state, phase, context, params)
+            state, motion, event = approach(state, phase, context)
         case Confirming() as phase:
-            state, motion, event = confirm(state, phase, context, params)
+            state, motion, event = confirm(state, phase, context)
         case Driving(destination):
-            state, motion, event = drive_to_place(state, destination, context, params)
+            state, motion, event = drive_to_place(state, destination, context)
         case _:
             pass
-    if isinstance(event, Exhausted) and is_trapped(state, context.pose, params):
+    if isinstance(event, Exhausted) and is_trapped(state, context.pose):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
     if isinstance(event, CandidateSelected):
-        state = with_candidate_choice(state, event.candidate, context, params)
+        state = with_candidate_choice(state, event.candidate, context)
     goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
     decision = Decision(motion, context.costmap, goal, goal_candidates)
     return state, decision, tuple(each for each in (revised, event) if each is not None)

@@ -4,52 +4,45 @@ from __future__ import annotations
 
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GoalKind
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import MERGE_M, VIEWS_PER_VIEWPOINT, ObjectCandidate
 
 
 def next_viewpoint(
-    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext
 ) -> tuple[float, float] | None:
     """The viewpoint (metres) of a candidate that was not tried yet; None if none can be reached."""
     tried = [
-        *exhausted_viewpoints(candidate, params),
-        *doubted_from(state, candidate, params),
-        *_looked_from(state, candidate, params),
+        *exhausted_viewpoints(candidate),
+        *doubted_from(state, candidate),
+        *_looked_from(state, candidate),
     ]
-    return find_viewpoint(candidate, context, params.explore.bands_m, tried)
+    return find_viewpoint(candidate, context, tried)
 
 
-def exhausted_viewpoints(
-    candidate: ObjectCandidate, params: PlannerParams
-) -> list[tuple[float, float]]:
+def exhausted_viewpoints(candidate: ObjectCandidate) -> list[tuple[float, float]]:
     """Places, in metres, from which more views of a candidate show nothing new."""
     if candidate.supported:
         return []
-    enough = params.acceptance.views_per_viewpoint
+    enough = VIEWS_PER_VIEWPOINT
     return [tally.xy for tally in candidate.near_views if tally.frames >= enough]
 
 
-def doubted_from(
-    state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
-) -> list[tuple[float, float]]:
+def doubted_from(state: PlannerState, candidate: ObjectCandidate) -> list[tuple[float, float]]:
     """Viewpoints, metres, from which the candidate was not confirmed."""
     return [
         doubt.from_xy
         for doubt in state.target_state.doubts
-        if candidate.distance_m(doubt.place_xyz) <= params.consensus.merge_m
+        if candidate.distance_m(doubt.place_xyz) <= MERGE_M
     ]
 
 
-def _looked_from(
-    state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
-) -> list[tuple[float, float]]:
+def _looked_from(state: PlannerState, candidate: ObjectCandidate) -> list[tuple[float, float]]:
     """Viewpoints, metres, of the looks at it before it was detected often enough."""
     there = (candidate.xyz[0], candidate.xyz[1])
     return [
         goal.viewpoint_xy
         for goal in state.target_state.blacklisted
-        if goal.kind is GoalKind.DETECTION and goal.looks_at(there, params.consensus.merge_m)
+        if goal.kind is GoalKind.DETECTION and goal.looks_at(there, MERGE_M)
     ]

@@ -4,60 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
-from math import isfinite, radians, tan
 
 import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
-from onemap_planner.policy.context import PlanningContext, across_gaps
+from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext, across_gaps
 from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8
 from onemap_shared.geometry import F64, I64, Bool
-
-BEYOND_M = 0.1  # width of the bands beyond the farthest: a cell of the default size
-LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
-
-
-@dataclass(frozen=True, slots=True)
-class Bands:
-    """Distances from a target's surface to look at it from, tried in this order.
-
-    distances_m: nearest and farthest of each; limit_m: farthest, where none of these can be
-    reached; camera_m: height of the camera above the floor; down_deg, up_deg: how far below and
-    above the horizontal its image reaches.
-    """
-
-    distances_m: tuple[tuple[float, float], ...]
-    limit_m: float
-    camera_m: float
-    down_deg: float
-    up_deg: float
-
-    def at(self, height_m: float) -> tuple[tuple[float, float], ...]:
-        """The bands for a target at this height, NaN if it is not known.
-
-        Nearer than where the camera has that height in its image, it looks over the target, or
-        under it: such places are left out, but for the farthest ones.
-        """
-        if not isfinite(height_m):
-            return self.distances_m
-        below_m = self.camera_m - height_m
-        shown_m = abs(below_m) / tan(radians(self.down_deg if below_m > 0 else self.up_deg))
-        return tuple(
-            (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
-            for nearest_m, farthest_m in self.distances_m
-        )
-
-    @property
-    def beyond_m(self) -> tuple[tuple[float, float], ...]:
-        """The bands from the farthest distance up to the limit, the nearest first."""
-        _, farthest_m = self.distances_m[-1]
-        edges_m = [*np.arange(farthest_m, self.limit_m, BEYOND_M).tolist(), self.limit_m]
-        return tuple(pairwise(edges_m))
-
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
@@ -163,12 +119,11 @@ def least_occluded(around: Viewpoints) -> I64 | None:
 def find_viewpoint(
     candidate: ObjectCandidate,
     context: PlanningContext,
-    bands_m: Bands,
     tried_xy: Sequence[tuple[float, float]] = (),
 ) -> tuple[float, float] | None:
     """The viewpoint (metres) of a candidate; None if none can be reached.
 
-    bands_m: distances from its surface, by its height; tried_xy: metres, none near these, and
+    tried_xy: metres, none near these, and
     none from which it is hidden, if there are any. Of a candidate that the map does not support,
     only another side shows anything new. One that it supports is seen from farther away, where
     the robot does not fit nearer, or where it was detected from.
@@ -181,26 +136,24 @@ def find_viewpoint(
     target = SightTarget(_occupied_only(cells, costmap), seen_from)
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
-    viewpoint = _in_bands(target, context, bands_m.at(candidate.xyz[2]), tried, apart_m)
+    viewpoint = _in_bands(target, context, context.bands.at(candidate.xyz[2]), tried, apart_m)
     if viewpoint is None and candidate.supported:
-        viewpoint = _beyond_bands(target, context, bands_m, tried)
+        viewpoint = _beyond_bands(target, context, tried)
         if viewpoint is None:
-            viewpoint = _where_detected(target, context, bands_m.limit_m, tried)
+            viewpoint = _where_detected(target, context, APPROACH_LIMIT_M, tried)
     if viewpoint is None:
         return None
     x, y = costmap.grid.centres(viewpoint)
     return float(x), float(y)
 
 
-def lies_across_gap(
-    candidates: Iterable[ObjectCandidate], context: PlanningContext, bands_m: Bands
-) -> bool:
+def lies_across_gap(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> bool:
     """Whether one of the candidates can be looked at only if paths cross narrow unknown gaps."""
-    unreached = [c for c in candidates if find_viewpoint(c, context, bands_m) is None]
+    unreached = [c for c in candidates if find_viewpoint(c, context) is None]
     if not unreached:
         return False
     across = across_gaps(context)
-    return any(find_viewpoint(c, across, bands_m) is not None for c in unreached)
+    return any(find_viewpoint(c, across) is not None for c in unreached)
 
 
 def _in_bands(
@@ -222,13 +175,11 @@ def _in_bands(
     return None if len(tried) else least_occluded(around)
 
 
-def _beyond_bands(
-    target: SightTarget, context: PlanningContext, bands_m: Bands, tried: I64
-) -> I64 | None:
+def _beyond_bands(target: SightTarget, context: PlanningContext, tried: I64) -> I64 | None:
     """The nearest cell (2,) beyond the bands with a clear line of sight; None without any."""
     # Not over whatever it was seen over: somebody may stand in that door by now.
     target = SightTarget(target.cells)
-    for band_m in bands_m.beyond_m:
+    for band_m in context.bands.beyond_m:
         around = viewpoints_around(
             target, context.costmap, context.cost_to_go, band_m=band_m, tried=tried
         )

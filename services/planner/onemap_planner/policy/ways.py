@@ -10,8 +10,7 @@ from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
-from onemap_planner.policy.place_params import PlaceParams
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     SightTarget,
@@ -26,6 +25,18 @@ from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cel
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy, SearchKind, subject_of
+
+# Metres from a place where the robot cannot stand that still count as there: from its centre to
+# what an arm or a voice reaches.
+PLACE_TOLERANCE_M = 0.5
+# Metres from which a place is looked at, at least: nearer, the camera looks over low things.
+PLACE_NEAREST_M = 0.8
+# Metres from which a place is looked at, at most: farther, the floor is seen at less than 20
+# degrees from a camera at 1 m.
+PLACE_FARTHEST_M = 3.0
+# Cost of a metre of unknown floor, in metres of known floor, when the way is planned: a known way
+# is preferred if it is at most half as long again. The robot drives on known floor only.
+UNKNOWN_COST = 1.5
 
 PAD_CELLS = 10  # unknown cells around the map, so that a way may lead around what is known
 LOOK_AHEAD_M = 0.5  # the robot faces the way this far beyond the last known cell
@@ -144,9 +155,7 @@ class UnreachedPlace:
     score: float
 
 
-def place_goals(
-    destination: Destination, context: PlanningContext, visits: I64, params: PlaceParams
-) -> Iterator[Goal]:
+def place_goals(destination: Destination, context: PlanningContext, visits: I64) -> Iterator[Goal]:
     """The goals of a drive to a place, the best first.
 
     A place that the map knows is reached or seen from known floor; otherwise the way to it is
@@ -155,24 +164,22 @@ def place_goals(
     well as possible.
     """
     look = destination.kind is SearchKind.LOOK_AT
-    final = _seeing(destination.xy, context, params) if look else None
+    final = _seeing(destination.xy, context) if look else None
     if not look and _known(destination.xy, context):
-        final = _standing(destination.xy, context, params)
+        final = _standing(destination.xy, context)
     if final is not None:
         yield _goal(destination, final, context)
-    frontier = frontier_goal(destination, context, visits, params)
+    frontier = frontier_goal(destination, context, visits)
     if frontier is not None:
         yield frontier
     if final is None:
         find = _seeing_into if look else _standing
-        final = find(destination.xy, context, params)
+        final = find(destination.xy, context)
         if final is not None:
             yield _goal(destination, final, context)
 
 
-def frontier_goal(
-    destination: Destination, context: PlanningContext, visits: I64, params: PlaceParams
-) -> Goal | None:
+def frontier_goal(destination: Destination, context: PlanningContext, visits: I64) -> Goal | None:
     """The frontier on the way; None if the way is known, or none leads there.
 
     On the second visit the robot looks from farther away, because the camera does not see the
@@ -183,14 +190,14 @@ def frontier_goal(
         destination.xy,
         context,
         visits >= MAX_VISITS,
-        within_m=params.view_farthest_m if look else params.tolerance_m,
-        unknown_cost=params.unknown_cost,
+        within_m=PLACE_FARTHEST_M if look else PLACE_TOLERANCE_M,
+        unknown_cost=UNKNOWN_COST,
     )
     if frontier is None:
         return None
     viewpoint: I64 | None = None
     if visits[tuple(frontier.ahead)]:
-        band_m = (context.params.escape_radius_m, params.view_farthest_m)
+        band_m = (context.params.escape_radius_m, PLACE_FARTHEST_M)
         around = viewpoints_around(
             SightTarget(frontier.ahead[None]),
             context.costmap,
@@ -209,12 +216,7 @@ def frontier_goal(
 
 
 def ways_to_unreached(
-    places: Iterable[UnreachedPlace],
-    context: PlanningContext,
-    visits: I64,
-    *,
-    place_params: PlaceParams,
-    goal_params: GoalParams,
+    places: Iterable[UnreachedPlace], context: PlanningContext, visits: I64
 ) -> list[Goal]:
     """The frontiers on the ways to the most similar places, as if unknown floor were free.
 
@@ -226,11 +228,11 @@ def ways_to_unreached(
     goals = []
     for place in best:
         there = Destination(SearchKind.LOOK_AT, place.xy)
-        goal = frontier_goal(there, context, visits, place_params)
+        goal = frontier_goal(there, context, visits)
         if goal is None:
             continue
         left_m = float(np.hypot(*np.subtract(goal.look_xy, place.xy)))
-        utility = GoalUtility.of(place.score, goal.utility.travel_m + left_m, goal_params)
+        utility = GoalUtility.of(place.score, goal.utility.travel_m + left_m)
         reason = f"{goal.reason}, similarity {place.score:.2f} there"
         goals.append(replace(goal, utility=utility, reason=reason))
     return goals
@@ -251,7 +253,7 @@ def _known(xy: tuple[float, float], context: PlanningContext) -> bool:
     return bool(costmap.free[tuple(cell)] | costmap.occupied[tuple(cell)])
 
 
-def _standing(xy: tuple[float, float], context: PlanningContext, params: PlaceParams) -> I64 | None:
+def _standing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     """The reachable cell (2,) nearest to a place, within the tolerance; None without any.
 
     No obstacle lies between, so that the robot does not stop behind a wall; except for the
@@ -264,7 +266,7 @@ def _standing(xy: tuple[float, float], context: PlanningContext, params: PlacePa
     own = (distance_cells(grid, cell) <= BLUR_CELLS) & ~costmap.free[tuple(cell)]
     cells = np.argwhere(reachable(costmap, context.cost_to_go))
     away_m = np.hypot(*(grid.centres(cells) - np.asarray(xy)).T)
-    near = np.flatnonzero(away_m <= params.tolerance_m)
+    near = np.flatnonzero(away_m <= PLACE_TOLERANCE_M)
     for index in near[np.argsort(away_m[near], kind="stable")]:
         if line_is_clear(~costmap.occupied | own, cells[index], cell):
             found: I64 = cells[index]
@@ -272,21 +274,19 @@ def _standing(xy: tuple[float, float], context: PlanningContext, params: PlacePa
     return None
 
 
-def _seeing(xy: tuple[float, float], context: PlanningContext, params: PlaceParams) -> I64 | None:
+def _seeing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     """The cheapest reachable cell (2,) from which a known place is in sight; None without any."""
     if not _known(xy, context):
         return None
-    around = _around(xy, context, (params.view_nearest_m, params.view_farthest_m))
+    around = _around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M))
     return first_visible(around)
 
 
-def _seeing_into(
-    xy: tuple[float, float], context: PlanningContext, params: PlaceParams
-) -> I64 | None:
+def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     """The reachable cell (2,) near a place from which the least hides it; None without any."""
     if not context.costmap.grid.contains(context.costmap.grid.cells(np.asarray(xy))):
         return None
-    return least_occluded(_around(xy, context, (params.view_nearest_m, INTO_M)))
+    return least_occluded(_around(xy, context, (PLACE_NEAREST_M, INTO_M)))
 
 
 def _around(
@@ -326,9 +326,7 @@ def _xy(cell: I64, context: PlanningContext) -> tuple[float, float]:
 LEAST_CLOSED_M2 = 1.0  # less floor out of reach is the rim of furniture
 
 
-def looks_at_closed_ways(
-    context: PlanningContext, tried_xy: F64, params: PlaceParams
-) -> Iterator[Goal]:
+def looks_at_closed_ways(context: PlanningContext, tried_xy: F64) -> Iterator[Goal]:
     """Views of what closes the ways to floor that no path leads to, the largest part first.
 
     From where the camera sees the floor there, so that the map follows what it shows; tried_xy
@@ -341,21 +339,19 @@ def looks_at_closed_ways(
         if len(part) * size_m2 < LEAST_CLOSED_M2:
             return
         obstacle = _closing_obstacle(context, part)
-        goal = _look_at(obstacle, context, tried, params) if len(obstacle) else None
+        goal = _look_at(obstacle, context, tried) if len(obstacle) else None
         if goal is not None:
             yield goal
 
 
-def _look_at(
-    obstacle: I64, context: PlanningContext, tried: I64, params: PlaceParams
-) -> Goal | None:
+def _look_at(obstacle: I64, context: PlanningContext, tried: I64) -> Goal | None:
     """The nearest view of an obstacle's cells (K, 2), not from tried ones (T, 2); None without."""
     grid = context.costmap.grid
     around = viewpoints_around(
         SightTarget(obstacle),
         context.costmap,
         context.cost_to_go,
-        band_m=(context.params.escape_radius_m, params.view_farthest_m),
+        band_m=(context.params.escape_radius_m, PLACE_FARTHEST_M),
         tried=tried,
     )
     cell = first_visible(around)

@@ -11,66 +11,37 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.world.map_view import MapView, WorldCells
 from onemap_shared.geometry import F32, F64, I64
 from onemap_shared.messages import Detections, Occupancy
 from onemap_shared.names import same_name
-from onemap_shared.params import Params
 
 SAME_SIDE_M = 0.8  # views from places nearer to each other are of one side: 45 degrees at 1 m
 MOST_SCALES = 3.0  # within which 95 percent of an exponential distribution lie
 
 
-class AcceptanceParams(Params):
-    """Rates of the detector's and of the map's errors, by which they outweigh each other."""
-
-    detected: float = Field(
-        default=0.7,
-        gt=0,
-        lt=1,
-        description="Share of the near views in which the detector finds an object that is there: "
-        "of an open-vocabulary detector in homes, roughly.",
-    )
-    mistaken: float = Field(
-        default=0.5,
-        gt=0,
-        lt=1,
-        description="The same of another thing that it takes for the object for good: its scores "
-        "lie near the threshold, so that it flickers.",
-    )
-    mistaken_things: PositiveFloat = Field(
-        default=0.65,
-        description="Such things in a flat, for each object that is there: 130 things, of which "
-        "the detector takes 0.5 percent for a given name.",
-    )
-    looks_different: float = Field(
-        default=0.06,
-        gt=0,
-        lt=1,
-        description="Share of the objects that the map takes for something else: that of the "
-        "simulated encoder; mini gets 0.09 of the pixels wrong.",
-    )
-    rank_scale: float = Field(
-        default=0.1,
-        gt=0,
-        le=1,
-        description="How far below the most similar cells the rank of such an object lies, as a "
-        "part of the map, on average: what is confused is similar. Any other thing has any rank.",
-    )
-    certain: float = Field(
-        default=0.95,
-        gt=0.5,
-        lt=1,
-        description="Probability from which it is the object, and its complement from which it is "
-        "not: one wrong in twenty of those that the map does not support.",
-    )
-    views_per_viewpoint: PositiveInt = Field(
-        default=30,
-        description="Frames from one place that count, 7.5 s at 4 Hz: more show the same again, "
-        "and the robot looks from another side.",
-    )
+# Share of the near views in which the detector finds an object that is there: of an open-vocabulary
+# detector in homes, roughly.
+DETECTED = 0.7
+# The same of another thing that it takes for the object for good: its scores lie near the
+# threshold, so that it flickers.
+MISTAKEN = 0.5
+# Such things in a flat, for each object that is there: 130 things, of which the detector takes 0.5
+# percent for a given name.
+MISTAKEN_THINGS = 0.65
+# Share of the objects that the map takes for something else: that of the simulated encoder; mini
+# gets 0.09 of the pixels wrong.
+LOOKS_DIFFERENT = 0.06
+# How far below the most similar cells the rank of such an object lies, as a part of the map, on
+# average: what is confused is similar. Any other thing has any rank.
+RANK_SCALE = 0.1
+# Probability from which it is the object, and its complement from which it is not: one wrong in
+# twenty of those that the map does not support.
+CERTAIN = 0.95
+# Frames from one place that count, 7.5 s at 4 Hz: more show the same again, and the robot looks
+# from another side.
+VIEWS_PER_VIEWPOINT = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,26 +64,26 @@ def with_view(
     return (*tallies, ViewpointTally(xy, int(hit), 1))
 
 
-def probability(tallies: Iterable[ViewpointTally], rank: float, params: AcceptanceParams) -> float:
+def probability(tallies: Iterable[ViewpointTally], rank: float) -> float:
     """Probability that it is the object, in [0, 1].
 
     rank: of its cells' cosine on the map, 1 the most similar; NaN (nothing is known) gives 0, and
     so does a rank lower than that of 95 percent of the objects that look different: a map that
     says clearly that it is something else is not outweighed by any number of views.
     """
-    if not 1 - rank <= MOST_SCALES * params.rank_scale:  # also refuses NaN
+    if not 1 - rank <= MOST_SCALES * RANK_SCALE:  # also refuses NaN
         return 0.0
-    odds = np.log(params.looks_different / params.rank_scale) - (1 - rank) / params.rank_scale
-    odds -= np.log(params.mistaken_things)
-    odds += sum(_evidence(tally, params) for tally in tallies)
+    odds = np.log(LOOKS_DIFFERENT / RANK_SCALE) - (1 - rank) / RANK_SCALE
+    odds -= np.log(MISTAKEN_THINGS)
+    odds += sum(_evidence(tally) for tally in tallies)
     return float(1 / (1 + np.exp(-odds)))
 
 
-def _evidence(tally: ViewpointTally, params: AcceptanceParams) -> float:
+def _evidence(tally: ViewpointTally) -> float:
     """Logarithm of the likelihood ratio of the views from one place."""
-    hit = np.log(params.detected / params.mistaken)
-    miss = np.log((1 - params.detected) / (1 - params.mistaken))
-    counted = min(1.0, params.views_per_viewpoint / tally.frames)
+    hit = np.log(DETECTED / MISTAKEN)
+    miss = np.log((1 - DETECTED) / (1 - MISTAKEN))
+    counted = min(1.0, VIEWS_PER_VIEWPOINT / tally.frames)
     return float(counted * (tally.hits * hit + (tally.frames - tally.hits) * miss))
 
 
@@ -125,30 +96,9 @@ LEAST_DISTANCE_M = 0.7  # nearer, a sighting is not more exact
 FORGETTING = 0.9  # of earlier sightings for the mean position: that of the last ten counts
 
 
-class ConsensusParams(Params):
-    """When a detection and the map agree."""
-
-    percentile: float = Field(
-        default=95.0, ge=0, le=100, description="Cells must be in the top 5 percent (paper)."
-    )
-    floor: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="Cells must have this similarity too: every map has a top 5 percent.",
-    )
-    support_fraction: float = Field(
-        default=0.25,
-        ge=0,
-        le=1,
-        description="Part of a detection's cells that must agree; boxes hold background too.",
-    )
-    merge_m: PositiveFloat = Field(
-        default=0.5, description="Metres between two detections of one object; or they share cells."
-    )
-    min_sightings: PositiveInt = Field(
-        default=3, description="Agreeing detections before the robot drives up: one frame may err."
-    )
+SUPPORT_FRACTION = 0.25  # part of a detection's cells that must agree; boxes hold background too
+MERGE_M = 0.5  # metres between two detections of one object; or they share cells
+MIN_SIGHTINGS = 3  # agreeing detections before the robot drives up: one frame may err
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,7 +202,19 @@ class ObjectCandidate:
         return float(np.hypot(self.xyz[0] - xyz[0], self.xyz[1] - xyz[1]))
 
 
-def similarity_threshold(similarity: F32, params: ConsensusParams) -> float:
+@dataclass(frozen=True, slots=True)
+class Consensus:
+    """Cells of a detection must be in the top 5 percent of the map (paper), and have the
+    similarity ``floor`` too: every map has a top 5 percent."""
+
+    percentile: float = 95.0
+    floor: float = 0.3
+
+
+CONSENSUS = Consensus()
+
+
+def similarity_threshold(similarity: F32, consensus: Consensus) -> float:
     """The similarity that a cell must have: the percentile of observed cells, at least the floor.
 
     similarity (nx, ny), NaN where not observed; infinity if nothing was observed.
@@ -260,7 +222,7 @@ def similarity_threshold(similarity: F32, params: ConsensusParams) -> float:
     observed = similarity[np.isfinite(similarity)]
     if observed.size == 0:
         return float("inf")
-    return max(float(np.percentile(observed, params.percentile)), params.floor)
+    return max(float(np.percentile(observed, consensus.percentile)), consensus.floor)
 
 
 def sightings_of(
@@ -269,13 +231,13 @@ def sightings_of(
     map_view: MapView,
     *,
     seen_from: tuple[float, float],
-    params: ConsensusParams,
+    consensus: Consensus = CONSENSUS,
 ) -> tuple[Sighting, ...]:
     """The detections of ``name``: those that pass the consensus test are supported.
 
     One that does not has the cells of obstacles that it covers, and is left out without any.
     """
-    threshold = similarity_threshold(map_view.similarity, params)
+    threshold = similarity_threshold(map_view.similarity, consensus)
     found = []
     for index, detected in enumerate(detections.names):
         if not same_name(detected, name):
@@ -289,7 +251,7 @@ def sightings_of(
         backed = (map_view.similarity[x, y] >= threshold) & (map_view.margin[x, y] >= 0)
         covered = len(np.unique(cells, axis=0))
         backing = len(np.unique(cells[backed], axis=0))
-        supported = covered > 0 and backing >= max(1.0, params.support_fraction * covered)
+        supported = covered > 0 and backing >= max(1.0, SUPPORT_FRACTION * covered)
         own = backed if supported else map_view.occupancy[x, y] == Occupancy.OCCUPIED
         if own.any():
             sighting = _sighting(points[own], cells[own], map_view)
@@ -314,13 +276,13 @@ def _sighting(points: F64, cells: I64, map_view: MapView) -> Sighting:
 
 
 def merge_sightings(
-    candidates: tuple[ObjectCandidate, ...], sightings: Iterable[Sighting], params: ConsensusParams
+    candidates: tuple[ObjectCandidate, ...], sightings: Iterable[Sighting]
 ) -> tuple[ObjectCandidate, ...]:
     """Merge each sighting with the candidate of the same object, or start a candidate."""
     known = list(candidates)
     for sighting in sightings:
         for index, candidate in enumerate(known):
-            if is_same_object(candidate, sighting, params):
+            if is_same_object(candidate, sighting):
                 known[index] = _merged(candidate, sighting)
                 break
         else:
@@ -342,9 +304,9 @@ def merge_sightings(
     return tuple(known[:MAX_CANDIDATES])
 
 
-def is_same_object(candidate: ObjectCandidate, sighting: Sighting, params: ConsensusParams) -> bool:
+def is_same_object(candidate: ObjectCandidate, sighting: Sighting) -> bool:
     """Whether they are one object: within ``merge_m``, or on common cells."""
-    return candidate.distance_m(sighting.xyz) <= params.merge_m or not candidate.cells.isdisjoint(
+    return candidate.distance_m(sighting.xyz) <= MERGE_M or not candidate.cells.isdisjoint(
         sighting.cells
     )
 

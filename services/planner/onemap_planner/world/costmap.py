@@ -5,7 +5,6 @@ And what has just appeared where the floor was free: somebody who walks about, m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -28,62 +27,35 @@ RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot cou
 class CostmapParams(Params):
     """How the robot's size turns occupancy into the navigable map and its costs."""
 
-    former_keys: ClassVar[Mapping[str, str]] = {
-        "comfort_m": "inflation_radius_m",
-        "comfort_weight": "inflation_weight",
-    }
-
     radius_m: PositiveFloat = Field(
         default=0.2, description="Robot's radius seen from above, metres."
     )
-    margin_m: float = Field(
-        default=0.05,
-        ge=0,
-        description="Metres kept from obstacles besides the radius: half a map cell.",
-    )
-    unknown_overlap_m: float = Field(
-        default=0.17,
-        ge=0,
-        description="Metres by which the footprint may reach over unknown cells. 0.17 of 0.2: the "
-        "centre stays on known floor; with 0 a door that was seen in part is closed.",
-    )
-    inflation_radius_m: PositiveFloat = Field(
-        default=0.55,
-        description="Clearance in metres from which on more is no better: half a wide door.",
-    )
-    inflation_weight: float = Field(
-        default=3.0,
-        ge=0,
-        description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
-    )
-    unseen_weight: float = Field(
-        default=6.0,
-        ge=0,
-        description="Extra cost per metre on the border of what no camera saw, less with distance: "
-        "the robot creeps where its body comes over that.",
-    )
-    escape_radius_m: PositiveFloat = Field(
-        default=1.2,
-        description="Metres around a robot outside the navigable map through which it may leave: "
-        "a level camera at 1 m sees the floor only from about that far.",
-    )
-    escape_unknown_m: PositiveFloat = Field(
-        default=0.5,
-        description="Metres from floor that was seen, up to which such a robot may cross unknown "
-        "floor, at the speed of driving backwards: where the robot was put down, its camera missed "
-        "a ring about that wide.",
-    )
-    gap_m: float = Field(
-        default=0.7,
-        ge=0,
-        description="Widest gap of unknown floor, metres, that a search crosses, creeping, when "
-        "nothing else is left and floor was seen beyond it: narrower than a stair. 0: none.",
-    )
-    escape_below_m2: PositiveFloat = Field(
-        default=1.0,
-        description="Square metres: a navigable pocket smaller than this is left by escaping; "
-        "nothing worth finding fits in it.",
-    )
+
+    # Metres kept from obstacles besides the radius: half a map cell.
+    margin_m: ClassVar[float] = 0.05
+    # Metres by which the footprint may reach over unknown cells. 0.17 of 0.2: the centre stays on
+    # known floor; with 0 a door that was seen in part is closed.
+    unknown_overlap_m: ClassVar[float] = 0.17
+    # Clearance in metres from which on more is no better: half a wide door.
+    inflation_radius_m: ClassVar[float] = 0.55
+    # Extra cost per metre at the least clearance; 3 keeps to the middle of doors.
+    inflation_weight: ClassVar[float] = 3.0
+    # Extra cost per metre on the border of what no camera saw, less with distance: the robot creeps
+    # where its body comes over that.
+    unseen_weight: ClassVar[float] = 6.0
+    # Metres around a robot outside the navigable map through which it may leave: a level camera at
+    # 1 m sees the floor only from about that far.
+    escape_radius_m: ClassVar[float] = 1.2
+    # Metres from floor that was seen, up to which such a robot may cross unknown floor, at the
+    # speed of driving backwards: where the robot was put down, its camera missed a ring about that
+    # wide.
+    escape_unknown_m: ClassVar[float] = 0.5
+    # Widest gap of unknown floor, metres, that a search crosses, creeping, when nothing else is
+    # left and floor was seen beyond it: narrower than a stair. 0: none.
+    gap_m: ClassVar[float] = 0.7
+    # Square metres: a navigable pocket smaller than this is left by escaping; nothing worth finding
+    # fits in it.
+    escape_below_m2: ClassVar[float] = 1.0
 
     @property
     def dearest(self) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydantic import Field, PositiveFloat
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
@@ -18,74 +17,37 @@ from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, components
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
-from onemap_shared.params import Params
 
-
-class FrontierParams(Params):
-    """What counts as a frontier."""
-
-    min_length_m: PositiveFloat = Field(
-        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
-    )
-    max_length_m: PositiveFloat = Field(
-        default=2.5,
-        description="Metres; longer borders are cut, so that each piece has a middle near it.",
-    )
-    min_beyond_m2: PositiveFloat = Field(
-        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
-    )
-    blind_spot_m2: PositiveFloat = Field(
-        default=3.0,
-        description="Square metres of unknown floor amid known floor that are no frontier: a "
-        "camera at 1 m does not see a circle of 1.1 m around the robot.",
-    )
-    unknown_prior: float = Field(
-        default=0.2,
-        ge=0,
-        le=1,
-        description="Similarity expected in ``view_scale_m2`` of unknown space: above the usual "
-        "0.1 of other objects, so that the unknown is preferred to a second look at them.",
-    )
-    most_expected: float = Field(
-        default=0.6,
-        ge=0,
-        le=1,
-        description="Similarity that no unknown space exceeds, however large: what is clearly "
-        "like the object comes first.",
-    )
-    view_m: PositiveFloat = Field(
-        default=4.0,
-        description="Metres of unknown space in view from a frontier that count for what it may "
-        "show: the depth of a room.",
-    )
-    view_scale_m2: PositiveFloat = Field(
-        default=16.0,
-        description="Square metres of unknown space in view for which the prior is expected: a "
-        "room. More counts in proportion: a pocket behind a chair shows 0.3.",
-    )
-    hint_m: PositiveFloat = Field(
-        default=2.5,
-        description="Metres around a frontier, to each side, whose likeness to the object says "
-        "what may be beyond: a small room.",
-    )
-    hint_weight: float = Field(
-        default=1.0,
-        ge=0,
-        le=1,
-        description="Part of the prior that the surroundings may add or take: with 1, between "
-        "nothing beside what is least like the object and twice the prior beside what is most "
-        "like it.",
-    )
-    blind_radius_m: PositiveFloat = Field(
-        default=1.2,
-        description="Metres around the robot's way within which unknown floor tells nothing: a "
-        "camera at 1 m sees the floor from 1.1 m on, but what stands there it saw above it.",
-    )
-    decay_per_m: PositiveFloat = Field(
-        default=0.3,
-        description="Similarity that a cell beyond the border loses per metre of way from it: a "
-        "certain match counts for 2.7 m, one below the prior of the unknown sooner.",
-    )
+MIN_LENGTH_M = 0.4  # shorter borders are gaps that the robot cannot pass
+MAX_LENGTH_M = 2.5  # longer borders are cut, so that each piece has a middle near it
+MIN_BEYOND_M2 = 0.15  # smaller unknown or unexplored spots are noise
+# Square metres of unknown floor amid known floor that are no frontier: a camera at 1 m does not see
+# a circle of 1.1 m around the robot.
+BLIND_SPOT_M2 = 3.0
+# Similarity expected in ``view_scale_m2`` of unknown space: above the usual 0.1 of other objects,
+# so that the unknown is preferred to a second look at them.
+UNKNOWN_PRIOR = 0.2
+# Similarity that no unknown space exceeds, however large: what is clearly like the object comes
+# first.
+MOST_EXPECTED = 0.6
+# Metres of unknown space in view from a frontier that count for what it may show: the depth of a
+# room.
+VIEW_M = 4.0
+# Square metres of unknown space in view for which the prior is expected: a room. More counts in
+# proportion: a pocket behind a chair shows 0.3.
+VIEW_SCALE_M2 = 16.0
+# Metres around a frontier, to each side, whose likeness to the object says what may be beyond: a
+# small room.
+HINT_M = 2.5
+# Part of the prior that the surroundings may add or take: with 1, between nothing beside what is
+# least like the object and twice the prior beside what is most like it.
+HINT_WEIGHT = 1.0
+# Metres around the robot's way within which unknown floor tells nothing: a camera at 1 m sees the
+# floor from 1.1 m on, but what stands there it saw above it.
+BLIND_RADIUS_M = 1.2
+# Similarity that a cell beyond the border loses per metre of way from it: a certain match counts
+# for 2.7 m, one below the prior of the unknown sooner.
+DECAY_PER_M = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,21 +94,19 @@ LEAST_SIMILARITY = 0.05  # less is worth no metre of way
 CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)
 
 
-def find_frontiers(
-    map_view: MapView, costmap: Costmap, params: FrontierParams
-) -> tuple[Frontier, ...]:
+def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     """All frontiers on known free floor, long ones cut; in a fixed order."""
     area_m2 = map_view.cell_area_m2
     unexplored = _without_small_parts(
-        map_view.observed & ~map_view.explored, params.min_beyond_m2, area_m2
+        map_view.observed & ~map_view.explored, MIN_BEYOND_M2, area_m2
     )
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
-    unknown = _without_small_parts(hidden, params.min_beyond_m2, area_m2)
-    unknown &= ~_blind_spots(hidden, costmap.occupied, params.blind_spot_m2, area_m2)
+    unknown = _without_small_parts(hidden, MIN_BEYOND_M2, area_m2)
+    unknown &= ~_blind_spots(hidden, costmap.occupied, BLIND_SPOT_M2, area_m2)
     telling = (map_view.occupancy == Occupancy.UNKNOWN) & (
-        costmap.trail_distance_m > params.blind_radius_m
+        costmap.trail_distance_m > BLIND_RADIUS_M
     )
-    similarity_beyond = _similarity_beyond(map_view, unexplored, params.decay_per_m)
+    similarity_beyond = _similarity_beyond(map_view, unexplored, DECAY_PER_M)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
     for beyond, on_this_side, is_unknown in (
@@ -154,10 +114,10 @@ def find_frontiers(
         (unexplored, floor & map_view.explored, False),
     ):
         border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
-        for cells in _segments(border, map_view.grid.cell_size_m, params):
+        for cells in _segments(border, map_view.grid.cell_size_m):
             score = _score(similarity_beyond, cells)
             found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
-    return tuple(_with_prior(found, map_view, telling, params))
+    return tuple(_with_prior(found, map_view, telling))
 
 
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
@@ -225,14 +185,14 @@ def _adjacent(mask: Bool) -> tuple[I64, I64, F64]:
     return np.concatenate(first), np.concatenate(second), np.concatenate(steps)
 
 
-def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[I64]:
+def _segments(border: Bool, cell_size_m: float) -> list[I64]:
     """Cells (K, 2) of each component that is long enough, cut to the longest allowed."""
     segments: list[I64] = []
     for cells in components(border):
         length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
-        if length_m < params.min_length_m:
+        if length_m < MIN_LENGTH_M:
             continue
-        pieces = int(np.ceil(len(cells) * cell_size_m / params.max_length_m))
+        pieces = int(np.ceil(len(cells) * cell_size_m / MAX_LENGTH_M))
         along = cells[np.argsort(_principal(cells), kind="stable")]
         segments.extend(np.array_split(along, pieces))
     return segments
@@ -258,25 +218,23 @@ def _score(similarity_beyond: F64, cells: I64) -> float:
     return float(similarity_beyond[around[:, 0], around[:, 1]].max())
 
 
-def _hints(map_view: MapView, params: FrontierParams) -> F64:
+def _hints(map_view: MapView) -> F64:
     """(nx, ny): factor of the prior, by how much the surroundings are like the object.
 
     The mean rank of the observed cells around, 0.5 where there are none: what stands near is
     often of the same room.
     """
     known = np.isfinite(map_view.guidance)
-    reach = 2 * int(params.hint_m / map_view.grid.cell_size_m) + 1
+    reach = 2 * int(HINT_M / map_view.grid.cell_size_m) + 1
     rank = np.where(known, map_view.guidance, 0.0).astype(np.float64)
     total = ndimage.uniform_filter(rank, reach, mode="constant")
     share = ndimage.uniform_filter(known.astype(np.float64), reach, mode="constant")
     mean = np.where(share > 1e-9, total / np.maximum(share, 1e-9), 0.5)
-    factor: F64 = 1.0 + params.hint_weight * (2.0 * mean - 1.0)
+    factor: F64 = 1.0 + HINT_WEIGHT * (2.0 * mean - 1.0)
     return factor
 
 
-def _with_prior(
-    frontiers: list[Frontier], map_view: MapView, telling: Bool, params: FrontierParams
-) -> list[Frontier]:
+def _with_prior(frontiers: list[Frontier], map_view: MapView, telling: Bool) -> list[Frontier]:
     """Those of the unknown score at least what may be expected there.
 
     In proportion to the telling area in view from the middle of the frontier, which is the chance
@@ -286,11 +244,11 @@ def _with_prior(
     if not asked:
         return frontiers
     middles = np.array([_middle(cells) for cells in asked])
-    area_m2 = area_in_view(map_view, telling, middles, params.view_m)
-    hints = _hints(map_view, params)
+    area_m2 = area_in_view(map_view, telling, middles, VIEW_M)
+    hints = _hints(map_view)
     near = np.array([hints[cells[:, 0], cells[:, 1]].mean() for cells in asked])
-    expected = params.unknown_prior * near * area_m2 / params.view_scale_m2
-    priors = iter(np.minimum(expected, params.most_expected).tolist())
+    expected = UNKNOWN_PRIOR * near * area_m2 / VIEW_SCALE_M2
+    priors = iter(np.minimum(expected, MOST_EXPECTED).tolist())
     return [
         replace(frontier, score=max(frontier.score, next(priors))) if frontier.unknown else frontier
         for frontier in frontiers

@@ -5,35 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.world.map_view import MapView, WorldCells, components
 from onemap_shared.geometry import F32, F64, I64, Bool
-from onemap_shared.params import Params
 
-
-class SimilarRegionParams(Params):
-    """What counts as a region worth a second look."""
-
-    threshold: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="Similarity from which a cell may show the object.",
-    )
-    last_threshold: float = Field(
-        default=0.1,
-        ge=0,
-        le=1,
-        description="The same when everything has been searched: the best match of an object that "
-        "was there, but badly seen, was 0.2 to 0.5 on the map of a weak encoder.",
-    )
-    last_looks: PositiveInt = Field(
-        default=5, description="Places to look at again then, the best ones: a minute of driving."
-    )
-    min_area_m2: PositiveFloat = Field(
-        default=0.01, description="Square metres: one map cell of 10 cm; a cup is not larger."
-    )
+SIMILAR = 0.3  # similarity from which a cell may show the object
+# The same when everything has been searched: the best match of an object that was there, but badly
+# seen, was 0.2 to 0.5 on the map of a weak encoder.
+LAST_SIMILAR = 0.1
+LAST_LOOKS = 5  # places to look at again then, the best ones: a minute of driving
+MIN_REGION_M2 = 0.01  # square metres: one map cell of 10 cm; a cup is not larger
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,26 +26,24 @@ class SimilarRegion:
     score: float
 
 
-def find_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
+def find_regions(map_view: MapView) -> tuple[SimilarRegion, ...]:
     """Components of similarity above the threshold in O, best first."""
-    return _clusters(map_view, params.threshold, params)
+    return _clusters(map_view, SIMILAR)
 
 
-def remaining_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
+def remaining_regions(map_view: MapView) -> tuple[SimilarRegion, ...]:
     """The best ``last_looks`` regions from ``last_threshold`` on.
 
     Before an object counts as not found, what looks a little like it is viewed from nearby.
     """
-    return _clusters(map_view, params.last_threshold, params)[: params.last_looks]
+    return _clusters(map_view, LAST_SIMILAR)[:LAST_LOOKS]
 
 
-def _clusters(
-    map_view: MapView, threshold: float, params: SimilarRegionParams
-) -> tuple[SimilarRegion, ...]:
+def _clusters(map_view: MapView, threshold: float) -> tuple[SimilarRegion, ...]:
     similar = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
     regions = []
     for cells in components(similar & map_view.observed):
-        if len(cells) * map_view.cell_area_m2 < params.min_area_m2:
+        if len(cells) * map_view.cell_area_m2 < MIN_REGION_M2:
             continue
         scores = map_view.similarity[cells[:, 0], cells[:, 1]]
         peak = cells[int(np.argmax(scores))]

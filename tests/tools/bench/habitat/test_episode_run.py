@@ -123,4 +123,3 @@ def test_the_system_has_the_frame_rate_and_the_method_s_planner(setup: HabitatSe
     system = replace(setup, method=Method.NEAREST_FRONTIER).system
     assert system.simulator.rgbd_hz == 4.0
     assert system.planner.explore.object_limit_s == 40.0
-    assert system.planner.consensus.floor == 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.state import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.events import Exhausted
 from onemap_tools.bench.navigation.frontier_exploration import (
     NEAREST_FRONTIER,
@@ -26,55 +26,55 @@ def seen(*rows: str) -> PlanningContext:
 
 
 def utility(travel_m: float) -> GoalUtility:
-    return GoalUtility.of(0.0, travel_m, PARAMS.goal)
+    return GoalUtility.of(0.0, travel_m)
 
 
 BOTH_ENDS = seen(*["   .........      "] * 10)
 
 
 def test_the_nearest_frontier_is_chosen_and_kept() -> None:
-    state, motion, event, candidates = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS, PARAMS)
+    state, motion, event, candidates = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS)
     assert isinstance(motion, Drive)
     assert event is None
     assert len(candidates.frontiers) >= 2
     goal = state.target_state.active_goal
     assert goal is not None
-    again, *_ = NEAREST_FRONTIER(replace(state, active_time_s=1.0), BOTH_ENDS, PARAMS)
+    again, *_ = NEAREST_FRONTIER(replace(state, active_time_s=1.0), BOTH_ENDS)
     assert again.target_state.active_goal == goal
     farthest = FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
-    other, *_ = farthest(state, BOTH_ENDS, PARAMS)
+    other, *_ = farthest(state, BOTH_ENDS)
     assert other.target_state.active_goal is not None
     away_m = other.target_state.active_goal.goal.utility.travel_m
     assert away_m > goal.goal.utility.travel_m
 
 
 def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
-    state, *_ = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS, PARAMS)
+    state, *_ = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS)
     goal = state.target_state.active_goal
     assert goal is not None
     late = replace(state, active_time_s=goal.budget_s + 0.1)
-    after, *_ = NEAREST_FRONTIER(late, BOTH_ENDS, PARAMS)
+    after, *_ = NEAREST_FRONTIER(late, BOTH_ENDS)
     assert goal.goal.look_xy in after.blacklisted_frontiers
     there = replace(state.target_state, active_goal=replace(goal, arrived_s=0.0))
-    lingered = replace(state, target_state=there, active_time_s=PARAMS.explore.linger_s)
-    after, *_ = NEAREST_FRONTIER(lingered, BOTH_ENDS, PARAMS)
+    lingered = replace(state, target_state=there, active_time_s=LINGER_S)
+    after, *_ = NEAREST_FRONTIER(lingered, BOTH_ENDS)
     assert goal.goal.look_xy in after.blacklisted_frontiers
 
 
 def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> None:
-    settle_s = PARAMS.explore.settle_s
+    settle_s = SETTLE_S
     state = planner_state()
     rejected = replace(state.target_state, rejected=(candidate(2.5, 2.5),))
     state = replace(state, target_state=rejected, blacklisted_frontiers=((1.0, 1.0),))
-    state, motion, event, _ = NEAREST_FRONTIER(state, context(), PARAMS)
+    state, motion, event, _ = NEAREST_FRONTIER(state, context())
     assert (motion, event) == (Rest(), None)
-    state, *_ = NEAREST_FRONTIER(replace(state, active_time_s=settle_s + 0.1), context(), PARAMS)
+    state, *_ = NEAREST_FRONTIER(replace(state, active_time_s=settle_s + 0.1), context())
     assert state.target_state.reconsidered
     assert state.target_state.rejected == ()
     assert state.blacklisted_frontiers == ()
-    state, *_ = NEAREST_FRONTIER(state, context(), PARAMS)
+    state, *_ = NEAREST_FRONTIER(state, context())
     late = replace(state, active_time_s=2 * settle_s + 0.2)
-    _, _, event, _ = NEAREST_FRONTIER(late, context(), PARAMS)
+    _, _, event, _ = NEAREST_FRONTIER(late, context())
     assert isinstance(event, Exhausted)
     assert "no frontier is left on" in event.reason
 

@@ -7,6 +7,7 @@ import pytest
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.policy.explore import explore
+from onemap_planner.world.candidates import Consensus
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import SearchView
 from onemap_tools.bench.navigation.choices import Method
@@ -24,16 +25,14 @@ def test_onemap_is_what_the_planner_does() -> None:
     assert search_method(Method.ONEMAP, 0.1).exploration is explore
     assert not search_method(Method.ONEMAP, 0.1).forgets
     assert search_method(Method.ONEMAP_RESET, 0.1).forgets
-    config = planner_config(PlannerConfig(), Method.ONEMAP, 120.0)
+    config = planner_config(PlannerConfig(), 120.0)
     assert config.explore.object_limit_s == 120.0
-    assert config.consensus == PlannerConfig().consensus
+    assert search_method(Method.ONEMAP, 0.1).consensus == Consensus()
 
 
 @pytest.mark.parametrize("method", sorted(NO_CONSENSUS))
 def test_without_consensus_any_detection_counts(method: Method) -> None:
-    config = planner_config(PlannerConfig(), method, 120.0)
-    assert (config.consensus.percentile, config.consensus.floor) == (0.0, 0.0)
-    assert config.explore.confirm_sightings == PlannerConfig().explore.confirm_sightings
+    assert search_method(method, 0.1).consensus == Consensus(0.0, 0.0)
 
 
 def test_a_value_map_is_each_episode_s_own() -> None:

@@ -55,7 +55,7 @@ class HabitatSetup:
     def system(self) -> SystemConfig:
         """The configuration with the benchmark's frame rate and the method's planner."""
         simulator = self.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
-        planner = planner_config(self.config.planner, self.method, self.limit_s)
+        planner = planner_config(self.config.planner, self.limit_s)
         return replace(self.config, simulator=simulator, planner=planner)
 
 

@@ -186,7 +186,7 @@ def system_config(setup: EpisodeSetup) -> SystemConfig:
         width, height = SIMULATED_CAMERA_PX
         camera = simulator.camera.model_copy(update={"width": width, "height": height})
         simulator = simulator.model_copy(update={"camera": camera})
-    planner = planner_config(setup.config.planner, setup.method, setup.limit_s)
+    planner = planner_config(setup.config.planner, setup.limit_s)
     return replace(setup.config, simulator=simulator, planner=planner)
 
 

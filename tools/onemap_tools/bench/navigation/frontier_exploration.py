@@ -15,9 +15,13 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalCandidates, frontier_goals
-from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
 from onemap_planner.policy.state import (
+    BLACKLIST_RADIUS_M,
+    GOAL_BASE_S,
+    GOAL_S_PER_M,
+    LINGER_S,
+    SETTLE_S,
     ActiveGoal,
     PlannerState,
     TargetState,
@@ -41,45 +45,33 @@ class FrontierExploration:
     rank: Callable[[Goal, PlanningContext], float]
     margin: float
 
-    def __call__(
-        self, state: PlannerState, context: PlanningContext, params: PlannerParams
-    ) -> Step:
+    def __call__(self, state: PlannerState, context: PlanningContext) -> Step:
         """See ``Exploration``."""
-        state = _without_finished(state, params)
-        candidates = GoalCandidates(
-            find_frontiers(context.map_view, context.costmap, params.frontier)
-        )
+        state = _without_finished(state)
+        candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
         goals = [
             goal
-            for goal in frontier_goals(
-                candidates.frontiers, context.costmap, context.cost_to_go, params=params.goal
-            )
-            if not is_blacklisted(state, goal, params.explore.blacklist_radius_m)
+            for goal in frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
+            if not is_blacklisted(state, goal, BLACKLIST_RADIUS_M)
         ]
         if not goals:
-            return *_idle(state, params), candidates
-        goal = self._choose(goals, state, context, params)
+            return *_idle(state), candidates
+        goal = self._choose(goals, state, context)
         motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-        active = _active(state, goal, params)
-        if active.arrived_s is None and arrived(motion, context.pose, params.drive):
+        active = _active(state, goal)
+        if active.arrived_s is None and arrived(motion, context.pose):
             active = replace(active, arrived_s=state.active_time_s)
         target = replace(state.target_state, active_goal=active, idle_since_s=None)
         return replace(state, target_state=target), motion, None, candidates
 
-    def _choose(
-        self,
-        goals: list[Goal],
-        state: PlannerState,
-        context: PlanningContext,
-        params: PlannerParams,
-    ) -> Goal:
+    def _choose(self, goals: list[Goal], state: PlannerState, context: PlanningContext) -> Goal:
         ranks = [self.rank(goal, context) for goal in goals]
         best = int(np.argmax(ranks))
         active = state.target_state.active_goal
         if active is None:
             return goals[best]
         place = active.goal.look_xy
-        same = [i for i, g in enumerate(goals) if g.looks_at(place, params.goal.same_goal_m)]
+        same = [i for i, g in enumerate(goals) if g.looks_at(place, SAME_GOAL_M)]
         if not same:
             return goals[best]
         kept = max(same, key=lambda i: ranks[i])
@@ -103,31 +95,30 @@ NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
 VLFM = FrontierExploration(frontier_value, margin=0.005)  # 0.01 of the cosine, as the authors'
 
 
-def _without_finished(state: PlannerState, params: PlannerParams) -> PlannerState:
+def _without_finished(state: PlannerState) -> PlannerState:
     active = state.target_state.active_goal
     if active is None:
         return state
     arrived_s, now_s = active.arrived_s, state.active_time_s
-    visited = arrived_s is not None and now_s - arrived_s >= params.explore.linger_s
+    visited = arrived_s is not None and now_s - arrived_s >= LINGER_S
     late = now_s - active.since_s > active.budget_s
     return blacklist(state, active.goal) if visited or late else state
 
 
-def _active(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
+def _active(state: PlannerState, goal: Goal) -> ActiveGoal:
     active = state.target_state.active_goal
-    if active is not None and goal.looks_at(active.goal.look_xy, params.goal.same_goal_m):
+    if active is not None and goal.looks_at(active.goal.look_xy, SAME_GOAL_M):
         return replace(active, goal=goal)
-    explore = params.explore
-    budget_s = explore.goal_base_s + explore.goal_s_per_m * goal.utility.travel_m
+    budget_s = GOAL_BASE_S + GOAL_S_PER_M * goal.utility.travel_m
     return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
 
 
-def _idle(state: PlannerState, params: PlannerParams) -> tuple[PlannerState, Motion, Event | None]:
+def _idle(state: PlannerState) -> tuple[PlannerState, Motion, Event | None]:
     since_s = state.target_state.idle_since_s
     since_s = state.active_time_s if since_s is None else since_s
     target = replace(state.target_state, active_goal=None, idle_since_s=since_s)
     state = replace(state, target_state=target)
-    if state.active_time_s - since_s < params.explore.settle_s:
+    if state.active_time_s - since_s < SETTLE_S:
         return state, Rest(), None
     if not state.target_state.reconsidered:
         anew = replace(state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=())

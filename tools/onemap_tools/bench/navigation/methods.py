@@ -9,6 +9,7 @@ import numpy as np
 
 from onemap_mapper.query.replies import NO_GRID
 from onemap_planner.config import PlannerConfig
+from onemap_planner.world.candidates import Consensus
 from onemap_shared.messages import SearchView
 from onemap_tools.bench.navigation.choices import Method
 from onemap_tools.bench.navigation.frontier_exploration import (
@@ -19,12 +20,17 @@ from onemap_tools.bench.navigation.value_map import ConfidenceValueMap, scored_v
 from onemap_tools.bench.search_method import SearchMethod
 
 # Without consensus: any cell of a detection counts.
-ANY_DETECTION = {"consensus": {"percentile": 0.0, "floor": 0.0}}
+ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)
 NO_CONSENSUS = frozenset({Method.ONEMAP_NO_CONSENSUS, Method.VLFM, Method.NEAREST_FRONTIER})
 
 
 def search_method(method: Method, cell_size_m: float) -> SearchMethod:
     """The switches of a method that searches on a map of these cells."""
+    consensus = ANY_DETECTION if method in NO_CONSENSUS else Consensus()
+    return replace(_switches(method, cell_size_m), consensus=consensus)
+
+
+def _switches(method: Method, cell_size_m: float) -> SearchMethod:
     match method:
         case Method.ONEMAP_RESET:
             return SearchMethod(forgets=True)
@@ -39,11 +45,9 @@ def search_method(method: Method, cell_size_m: float) -> SearchMethod:
             return SearchMethod()
 
 
-def planner_config(config: PlannerConfig, method: Method, limit_s: float) -> PlannerConfig:
-    """The planner's parameters for a method and seconds per object."""
+def planner_config(config: PlannerConfig, limit_s: float) -> PlannerConfig:
+    """The planner's parameters for so many seconds per object."""
     changed = merged(config.model_dump(), {"explore": {"object_limit_s": limit_s}})
-    if method in NO_CONSENSUS:
-        changed = merged(changed, ANY_DETECTION)
     return PlannerConfig.model_validate(changed)
 
 
