@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import ClassVar
 
 import pytest
 
@@ -11,7 +12,15 @@ from onemap_planner.policy.params import PlannerParams
 from tests.end_to_end.delayed_link import drive
 
 LIMIT_S = PlannerParams().staleness.max_loop_s
-BLIND = StalenessParams(max_loop_s=1e9, max_odometry_delay_s=1e9)  # as before the loop was measured
+
+
+class Blind(StalenessParams):
+    """As before the loop was measured."""
+
+    max_odometry_delay_s: ClassVar[float] = 1e9
+
+
+BLIND = Blind(max_loop_s=1e9)
 CONTROL_S = 0.05
 
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 from starlette.testclient import TestClient
@@ -26,10 +27,15 @@ from tests.planner.simulated_services import confirm
 
 JPEG = b"\xff\xd8 a JPEG \xff\xd9"
 STEPS, PATIENCE_S = 400, 90.0  # every wait ends long before both: steps of a busy machine are slow
+
+
 # The robot's clock stands still between the frames of a starved process.
-PATIENT = StalenessParams(
-    max_odometry_age_s=PATIENCE_S, min_map_age_s=PATIENCE_S, max_map_age_s=PATIENCE_S
-)
+class Patient(StalenessParams):
+    max_odometry_age_s: ClassVar[float] = PATIENCE_S
+    min_map_age_s: ClassVar[float] = PATIENCE_S
+    max_map_age_s: ClassVar[float] = PATIENCE_S
+
+
 SOFA = ObjectCandidate(
     (2.0, 0.0, 0.4),
     frozenset({(19, 0), (20, 0), (20, 1)}),
@@ -46,7 +52,7 @@ class Robot:
 
     def __init__(self, folder: Path, http: TestClient, rig: Rig) -> None:
         self.folder, self.http, self.rig = folder, http, rig
-        config = PlannerConfig(state_dir=folder / "searches", staleness=PATIENT)
+        config = PlannerConfig(state_dir=folder / "searches", staleness=Patient())
         self.planner = Planner(rig.router.bus("planner"), config)
         self._odometry = rig.client.publish(keys.ROBOT_ODOMETRY)
         self._count = count()

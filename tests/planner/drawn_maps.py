@@ -20,7 +20,7 @@ POINT_ROBOT = CostmapParams().model_copy(
     update={
         "radius_m": 0.0,
         "margin_m": 0.05,
-        "inflation_radius_m": 0.06,
+        "inflation_m": 0.01,
         "inflation_weight": 0.0,
         "escape_radius_m": 0.3,
         "escape_below_m2": 0.02,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import ClassVar
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from onemap_planner.policy.params import PlannerParams
 
@@ -18,9 +19,6 @@ class PlannerConfig(PlannerParams):
         "away alone goes on, and for the decisions of the last 50 searches, which 'onemap search "
         "replay' shows. None: the search is lost, and nothing is recorded.",
     )
-    plan_hz: PositiveFloat = Field(
-        default=4.0, description="Plans per second: as often as the map changes."
-    )
-    control_hz: PositiveFloat = Field(
-        default=20.0, description="Commands per second: well within their validity of 300 ms."
-    )
+
+    plan_hz: ClassVar[float] = 4.0  # plans per second: as often as the map changes
+    control_hz: ClassVar[float] = 20.0  # well within the validity of commands, 300 ms

@@ -12,7 +12,6 @@ drives slower on it, so that it can still stop for what the next revision shows.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -36,50 +35,33 @@ class Arrival:
 class StalenessParams(Params):
     """How old, in seconds, the inputs may be while the robot moves."""
 
-    former_keys: ClassVar[Mapping[str, str]] = {"max_map_lag_s": "map_lag_factor"}
-
-    max_odometry_age_s: PositiveFloat = Field(
-        default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
-    )
     max_loop_s: PositiveFloat = Field(
         default=0.6,
         description="Seconds from a command, over the robot, to the odometry that names it, above "
         "which the robot stops: 0.1 on one computer, 0.4 on a slow wireless network. At top speed "
         "it is then 0.42 m from where the planner takes it to be.",
     )
-    max_odometry_delay_s: PositiveFloat = Field(
-        default=0.3,
-        description="Seconds that odometry may arrive later than the fastest of the last minute, "
-        "by its stamp, where the robot names no command and the loop cannot be measured: one way "
-        "of two.",
-    )
-    map_periods: float = Field(
-        default=2.0,
-        ge=1,
-        description="Measured periods of the map after which the robot stops without a new frame "
-        "in it: one may be late or lost.",
-    )
-    min_map_age_s: PositiveFloat = Field(
-        default=0.5,
-        description="Seconds without a new frame in the map that never stop the robot: two "
-        "updates at 4 Hz; also the limit before a period was measured.",
-    )
-    max_map_age_s: PositiveFloat = Field(
-        default=1.5,
-        description="Seconds without a new frame in the map that stop the robot however rarely "
-        "frames come: two of 1.3 per second, fewer are no control.",
-    )
-    map_lag_factor: float = Field(
-        default=2.0,
-        ge=1,
-        description="Age of the map's newest frame, from its capture to the robot's clock now, "
-        "that stops the robot, over the age that the map may have: encoding and fusing take as "
-        "long as the wait for the next frame where they are the slowest step. 1 s at 4 Hz.",
-    )
-    max_plan_age_s: PositiveFloat = Field(
-        default=1.5,
-        description="Seconds a plan is followed without a newer one: four planning periods.",
-    )
+
+    # Seconds since new odometry came: 0.35 m at top speed.
+    max_odometry_age_s: ClassVar[float] = 0.5
+    # Seconds that odometry may arrive later than the fastest of the last minute, by its stamp,
+    # where the robot names no command and the loop cannot be measured: one way of two.
+    max_odometry_delay_s: ClassVar[float] = 0.3
+    # Measured periods of the map after which the robot stops without a new frame in it: one may be
+    # late or lost.
+    map_periods: ClassVar[float] = 2.0
+    # Seconds without a new frame in the map that never stop the robot: two updates at 4 Hz; also
+    # the limit before a period was measured.
+    min_map_age_s: ClassVar[float] = 0.5
+    # Seconds without a new frame in the map that stop the robot however rarely frames come: two of
+    # 1.3 per second, fewer are no control.
+    max_map_age_s: ClassVar[float] = 1.5
+    # Age of the map's newest frame, from its capture to the robot's clock now, that stops the
+    # robot, over the age that the map may have: encoding and fusing take as long as the wait for
+    # the next frame where they are the slowest step. 1 s at 4 Hz.
+    map_lag_factor: ClassVar[float] = 2.0
+    # Seconds a plan is followed without a newer one: four planning periods.
+    max_plan_age_s: ClassVar[float] = 1.5
 
 
 @dataclass(frozen=True, slots=True)

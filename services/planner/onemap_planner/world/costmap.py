@@ -36,8 +36,8 @@ class CostmapParams(Params):
     # Metres by which the footprint may reach over unknown cells. 0.17 of 0.2: the centre stays on
     # known floor; with 0 a door that was seen in part is closed.
     unknown_overlap_m: ClassVar[float] = 0.17
-    # Clearance in metres from which on more is no better: half a wide door.
-    inflation_radius_m: ClassVar[float] = 0.55
+    # Metres beyond the least clearance from which on more is no better: half a wide door in all.
+    inflation_m: ClassVar[float] = 0.3
     # Extra cost per metre at the least clearance; 3 keeps to the middle of doors.
     inflation_weight: ClassVar[float] = 3.0
     # Extra cost per metre on the border of what no camera saw, less with distance: the robot creeps
@@ -198,7 +198,8 @@ def _escape_cost(clearance_m: F64, cell_size_m: float, params: CostmapParams) ->
 
 def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
     """Metres of effort per metre (nx, ny), from the distances to obstacles and to unseen cells."""
-    needed, enough = params.min_clearance_m, params.inflation_radius_m
+    needed = params.min_clearance_m
+    enough = needed + params.inflation_m
     proximity = np.clip((enough - clearance_m) / (enough - needed), 0.0, 1.0)
     exposed = np.clip(1.0 - unseen_m / needed, 0.0, 1.0)
     effort: F64 = 1.0 + params.inflation_weight * proximity**2 + params.unseen_weight * exposed

@@ -25,7 +25,7 @@ def test_the_options_name_every_episode() -> None:
     setups = OPTIONS.setups()
     assert [setup.config.simulator.seed for setup in setups] == [1, 3, 5]
     assert [setup.index for setup in setups] == [0, 1, 2]
-    assert OPTIONS.document()["config"]["planner"]["plan_hz"] == 4.0
+    assert OPTIONS.document()["config"]["planner"]["explore"]["patience_s"] == 30.0
 
 
 def test_any_order_is_an_option_of_the_methods_that_keep_a_map_for_all_objects() -> None:
