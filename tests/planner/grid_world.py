@@ -13,9 +13,10 @@ import numpy as np
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
-from onemap_planner.policy.competition import rival_names
+from onemap_planner.policy.evidence import rival_names
+from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
-from onemap_planner.policy.state import Decision, Observation, PlannerState
+from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search
@@ -279,8 +280,8 @@ class SimulatedSearch:
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
         )
-        self.state, decision = step(self.state, observation, params)
-        self.decision = decision or self.decision
+        outcome = step(self.state, observation, params)
+        self.state, self.decision = outcome.state, outcome.decision or self.decision
         if not self.reasons or self.reasons[-1] != self.state.search.reason:
             self.reasons.append(self.state.search.reason)
         for _ in range(CONTROLS_PER_STEP):

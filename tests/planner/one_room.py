@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from onemap_planner.motion.motions import Pose2d
+from collections.abc import Callable
+from typing import Any
+
+from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.state import PlannerState, TargetState
-from onemap_planner.search.events import EventStamp
+from onemap_planner.policy.evidence import found_under_other_names, update_memory
+from onemap_planner.policy.explore import explore
+from onemap_planner.policy.goals import Goal, GoalCandidates
+from onemap_planner.policy.memory import PlannerState, TargetMemory
+from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.step import Exploration
+from onemap_planner.search.events import Event, EventStamp
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate
+from onemap_shared.messages import Detections
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 
 ROOM = search_view_of(drawn_map(*["#" * 8, *["#......#"] * 6, "#" * 8], scale=5))
@@ -23,9 +32,51 @@ def candidate(x: float, y: float, sightings: int = 3) -> ObjectCandidate:
 
 def planner_state(*candidates: ObjectCandidate, active_time_s: float = 0.0) -> PlannerState:
     """A state at the beginning of a search, with these candidates."""
-    return PlannerState(SEARCH, TargetState(candidates=candidates), active_time_s=active_time_s)
+    return PlannerState(SEARCH, TargetMemory(candidates=candidates), active_time_s=active_time_s)
 
 
 def context() -> PlanningContext:
     """The context at the robot's pose."""
     return build_context(POSE, ROOM, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def explored(
+    state: PlannerState, here: PlanningContext, how: Exploration = explore
+) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
+    """A copy of the state after exploring, and what was decided."""
+    after = state.copy()
+    move = how(after, here)
+    return after, move.motion, move.event, move.candidates
+
+
+def decided(
+    phase: Callable[..., Move], state: PlannerState, *inputs: Any
+) -> tuple[PlannerState, Motion, Event | None]:
+    """A copy of the state after a phase, and what was decided."""
+    after = state.copy()
+    move = phase(after, *inputs)
+    return after, move.motion, move.event
+
+
+def without(state: PlannerState, goal: Goal) -> PlannerState:
+    """A copy of the state that has given this goal up."""
+    after = state.copy()
+    after.give_up(goal)
+    return after
+
+
+def rejecting(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
+    """A copy of the state that has rejected this candidate."""
+    after = state.copy()
+    after.memory.reject(candidate)
+    return after
+
+
+def having_seen(
+    state: PlannerState, frames: tuple[Detections, ...], here: PlanningContext
+) -> PlannerState:
+    """A copy of the state that has taken in these frames."""
+    after, target = state.copy(), state.search.target
+    others = found_under_other_names(state.found_objects, target, state.synonyms)
+    update_memory(after.memory, target, frames, here, others)
+    return after

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.policy.competition import FoundObject
-from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.memory import FoundObject, PlannerState
 from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry
 from onemap_planner.search.events import EventStamp, Exhausted
 from onemap_planner.search.phases import Destination, Exploring

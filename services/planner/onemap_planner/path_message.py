@@ -6,7 +6,7 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Motion, Reverse, Rotate
 from onemap_planner.policy.goals import GoalKind
-from onemap_planner.policy.state import Decision
+from onemap_planner.policy.outcome import Decision
 from onemap_planner.search.phases import Approaching, Confirming, Driving, Exploring, Search
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import PlannedPath

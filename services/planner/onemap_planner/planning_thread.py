@@ -17,10 +17,11 @@ from onemap_planner.inputs import LatestInputs
 from onemap_planner.mapper_calls import FindOutbox, ViewRequests
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
-from onemap_planner.policy.competition import rival_names
+from onemap_planner.policy.evidence import rival_names
+from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
+from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import Decision, Observation, PlannerState, at_object
 from onemap_planner.policy.step import step
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp, TargetFailed
@@ -177,7 +178,8 @@ class PlanningThread:
             blocked=now.blocked,
             creeps=now.creeps,
         )
-        next_state, decision = step(state, observation, self._params)
+        outcome = step(state, observation, self._params)
+        next_state, decision = outcome.state, outcome.decision
         plan_ms = (time.monotonic() - now_s) * 1e3
         if not self._registry.compare_and_swap(state, next_state):
             return
@@ -239,8 +241,10 @@ class PlanningThread:
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
         search = transition(state.search, TargetFailed(reason, code), stamp)
-        next_state = at_object(state, search.index, keep=False)
-        self._registry.compare_and_swap(state, replace(next_state, search=search))
+        next_state = state.copy()
+        next_state.turn_to(search.index, keep=False)
+        next_state.search = search
+        self._registry.compare_and_swap(state, next_state)
 
     def _new_detections(self) -> tuple[Detections, ...]:
         taken = []

@@ -8,8 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms
-from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.memory import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search.events import Cancelled, EventStamp, Interrupted
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import transition

@@ -14,7 +14,8 @@ from dataclasses import replace
 from itertools import accumulate
 
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms, synonyms_of
+from onemap_planner.policy.evidence import synonyms_of
+from onemap_planner.policy.memory import NO_SYNONYMS, Synonyms
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Budget, Destination, Search

@@ -9,13 +9,12 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalKind
-from onemap_planner.policy.state import MAX_LOOKS, PlannerState, blacklist
+from onemap_planner.policy.memory import MAX_LOOKS, PlannerState
 from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.events import Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import SEARCH
+from tests.planner.one_room import SEARCH, explored, without
 
 NOWHERE = np.zeros((0, 2))
 
@@ -74,13 +73,13 @@ def test_a_search_looks_there_before_it_gives_up() -> None:
     here = two_rooms("g")
     state, looks = PlannerState(SEARCH), []
     for step in range(200):
-        state, _, event, _ = explore(state, here)
-        goal = state.target_state.active_goal
+        state, _, event, _ = explored(state, here)
+        goal = state.memory.active_goal
         if isinstance(event, Exhausted):
             break
         if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:
             looks.append(goal.goal.viewpoint_xy)
-            state = blacklist(state, goal.goal)  # seen, and still closed
+            state = without(state, goal.goal)  # seen, and still closed
         state = replace(state, active_time_s=float(step))
     assert isinstance(event, Exhausted)
     assert len(set(looks)) == len(looks) == MAX_LOOKS

@@ -7,16 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.policy.competition import (
-    MAX_FOUND_OBJECTS,
-    FoundObject,
+from onemap_planner.policy.evidence import (
     conflicting_object,
     count_contradictions,
     found_under_other_names,
     rival_names,
     synonyms_of,
-    with_found_object,
 )
+from onemap_planner.policy.memory import MAX_FOUND_OBJECTS, FoundObject, PlannerState
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Finished
@@ -127,11 +125,10 @@ def test_a_candidate_beside_or_on_a_found_object_is_another() -> None:
 
 
 def test_found_objects_are_kept_up_to_a_limit_from_one_search_to_the_next() -> None:
-    found_objects: tuple[FoundObject, ...] = ()
-    for number in range(MAX_FOUND_OBJECTS + 3):
-        found_objects = with_found_object(found_objects, str(number), candidate(PILLOW))
-    assert len(found_objects) == MAX_FOUND_OBJECTS
-    assert found_objects[-1] == FoundObject(str(MAX_FOUND_OBJECTS + 2), PILLOW)
+    state = PlannerState(new_search("a", ("bed",), STAMP, 0))
+    for _ in range(MAX_FOUND_OBJECTS + 3):
+        state.find(candidate(PILLOW))
+    assert state.found_objects == (FoundObject("bed", PILLOW),) * MAX_FOUND_OBJECTS
     registry = SearchRegistry()
     registry.start(new_search("a", ("bed",), STAMP, 0))
     taken = registry.state

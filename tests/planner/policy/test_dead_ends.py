@@ -7,12 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.policy.dead_ends import (
-    DEAD_END_RETURNS,
-    DeadEnd,
-    surroundings,
-    updated_dead_ends,
-)
+from onemap_planner.policy.memory import DEAD_END_RETURNS, DeadEnd, surroundings, updated_dead_ends
 from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import drawn_map

@@ -5,13 +5,13 @@ from dataclasses import replace
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import build_context
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.explore import explore, with_candidate_choice
+from onemap_planner.policy.explore import explain_selection
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
-from onemap_planner.policy.state import PlannerState, blacklist
+from onemap_planner.policy.memory import PlannerState
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import SEARCH, candidate, context, planner_state
+from tests.planner.one_room import SEARCH, candidate, context, explored, planner_state, without
 
 TWO_OPENINGS = build_context(
     Pose2d(1.0, 2.5, 0.0),
@@ -72,25 +72,26 @@ def test_the_list_is_bounded_and_always_holds_the_chosen_goal() -> None:
 
 
 def test_a_choice_is_explained_once_and_counted() -> None:
-    state, *_ = explore(PlannerState(SEARCH), TWO_OPENINGS)
+    state, *_ = explored(PlannerState(SEARCH), TWO_OPENINGS)
     first = state.search.choice
-    active = state.target_state.active_goal
+    active = state.memory.active_goal
     assert active is not None
     assert first.number == 1
     (chosen,) = [option for option in first.options if option.chosen]
     assert chosen.xy_m == active.goal.look_xy
     assert len(first.options) + first.left_out >= 2
-    state, *_ = explore(replace(state, active_time_s=1.0), TWO_OPENINGS)
+    state, *_ = explored(replace(state, active_time_s=1.0), TWO_OPENINGS)
     assert state.search.choice is first
-    state = blacklist(replace(state, active_time_s=2.0), active.goal)
-    state, *_ = explore(state, TWO_OPENINGS)
+    state = without(replace(state, active_time_s=2.0), active.goal)
+    state, *_ = explored(state, TWO_OPENINGS)
     assert state.search.choice.number == 2
     assert state.search.choice.options != first.options
 
 
 def test_walking_up_to_a_candidate_is_a_choice_with_its_way() -> None:
     seen = candidate(2.5, 2.5, sightings=4)
-    state = with_candidate_choice(planner_state(seen), seen, context())
+    state = planner_state(seen)
+    explain_selection(state, seen, context())
     (option,) = state.search.choice.options
     assert (option.kind, option.xy_m, option.score, option.chosen) == (
         "detection",
@@ -100,12 +101,14 @@ def test_walking_up_to_a_candidate_is_a_choice_with_its_way() -> None:
     )
     assert 0.0 < option.travel_m < 4.0
     assert "detected 4 times where the map agrees, 3 are enough" in state.search.choice.sentence
-    out_of_reach = candidate(9.0, 9.0)
-    assert with_candidate_choice(state, out_of_reach, context()) is state
+    before = state.search
+    explain_selection(state, candidate(9.0, 9.0), context())
+    assert state.search is before
 
 
 def test_a_drive_names_its_only_goal() -> None:
     there = Destination(SearchKind.GO_TO, (2.5, 2.5))
-    state, *_ = drive_to_place(planner_state(), there, context())
+    state = planner_state()
+    drive_to_place(state, there, context())
     assert state.search.choice.sentence.startswith("the only goal: the place (2.50, 2.50)")
     assert [option.kind for option in state.search.choice.options] == ["go_to"]

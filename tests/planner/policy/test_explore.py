@@ -8,24 +8,26 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
-from onemap_planner.policy import explore as explore_module
+from onemap_planner.policy import last_resorts
 from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
-from onemap_planner.policy.explore import explore, select_candidate
-from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.state import (
-    BLACKLIST_RADIUS_M,
-    SETTLE_S,
-    PlannerState,
-    TargetState,
-    blacklist,
-    reject_candidate,
-)
+from onemap_planner.policy.explore import select_candidate
+from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind
+from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.candidates import ViewpointTally
 from onemap_planner.world.regions import UndetectedViews
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
+from tests.planner.one_room import (
+    POSE,
+    SEARCH,
+    candidate,
+    context,
+    explored,
+    planner_state,
+    rejecting,
+    without,
+)
 
 HALF_KNOWN = build_context(
     POSE,
@@ -74,43 +76,43 @@ def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
     )
     plain = context()
     guidance = np.full_like(plain.map_view.guidance, rank)
-    state = replace(PlannerState(SEARCH), target_state=TargetState(disputed=(thing,)))
+    state = replace(PlannerState(SEARCH), memory=TargetMemory(disputed=(thing,)))
     return state, replace(plain, map_view=replace(plain.map_view, guidance=guidance))
 
 
 def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     state, here = doubtful(rank=0.95, hits=8)
-    state, motion, event, _ = explore(state, here)
-    goal = state.target_state.active_goal
+    state, motion, event, _ = explored(state, here)
+    goal = state.memory.active_goal
     assert goal is not None
     assert goal.goal.kind is GoalKind.DETECTION
     assert "the map does not agree" in goal.goal.reason
     assert isinstance(motion, Drive)
     assert event is None
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
-    _, _, event, _ = explore(state, there)
-    assert event == CandidateSelected(state.target_state.disputed[0])
+    _, _, event, _ = explored(state, there)
+    assert event == CandidateSelected(state.memory.disputed[0])
 
 
 def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, Event | None]:
     """The state and the event after no goal was left for long enough."""
-    state, *_ = explore(state, here)
+    state, *_ = explored(state, here)
     later = replace(state, active_time_s=state.active_time_s + GIVE_UP_S)
-    after, _, event, _ = explore(later, here)
+    after, _, event, _ = explored(later, here)
     return after, event
 
 
 @pytest.mark.parametrize(("hits", "again"), [(8, True), (1, False)])
 def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, again: bool) -> None:
     state, here = doubtful(rank=0.95, hits=hits)
-    (thing,) = state.target_state.disputed
-    state = replace(state, target_state=TargetState(rejected=(thing,)))
+    (thing,) = state.memory.disputed
+    state = replace(state, memory=TargetMemory(rejected=(thing,)))
     state, event = given_up(state, here)
     assert event is None
-    assert state.target_state.disputed == ((thing,) if again else ())
-    state, motion, event, _ = explore(state, here)
+    assert state.memory.disputed == ((thing,) if again else ())
+    state, motion, event, _ = explored(state, here)
     assert isinstance(motion, Drive) is again
-    state = reject_candidate(state, thing)
+    state = rejecting(state, thing)
     _, event = given_up(state, here)
     assert isinstance(event, Exhausted)  # one more look, not one after the other
 
@@ -118,11 +120,11 @@ def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, aga
 @pytest.mark.parametrize(("hits", "named"), [(8, True), (1, False)])
 def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool) -> None:
     state, here = doubtful(rank=0.95, hits=hits)
-    rejected = TargetState(rejected=state.target_state.disputed, reconsidered=True)
-    state = replace(state, target_state=rejected)
-    state, *_ = explore(state, here)
+    rejected = TargetMemory(rejected=state.memory.disputed, reconsidered=True)
+    state = replace(state, memory=rejected)
+    state, *_ = explored(state, here)
     later = replace(state, active_time_s=GIVE_UP_S)
-    _, _, event, _ = explore(later, here)
+    _, _, event, _ = explored(later, here)
     assert isinstance(event, Exhausted)
     there = f"detected at (2.5, 2.5) in {hits} of 10 near views"
     assert (there in event.reason) is named
@@ -137,8 +139,8 @@ def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool)
 )
 def test_what_is_certainly_something_else_is_no_goal(rank: float, hits: int) -> None:
     state, here = doubtful(rank, hits)
-    state, *_ = explore(state, here)
-    assert state.target_state.active_goal is None
+    state, *_ = explored(state, here)
+    assert state.memory.active_goal is None
 
 
 def facing(goal: Goal) -> float:
@@ -147,14 +149,14 @@ def facing(goal: Goal) -> float:
 
 
 def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
-    first, motion, event, candidates = explore(PlannerState(SEARCH), HALF_KNOWN)
+    first, motion, event, candidates = explored(PlannerState(SEARCH), HALF_KNOWN)
     assert isinstance(motion, Drive)
     assert event is None
     assert candidates.frontiers
-    goal = first.target_state.active_goal
+    goal = first.memory.active_goal
     assert goal is not None
-    second, *_ = explore(replace(first, active_time_s=1.0), HALF_KNOWN)
-    kept = second.target_state.active_goal
+    second, *_ = explored(replace(first, active_time_s=1.0), HALF_KNOWN)
+    kept = second.memory.active_goal
     assert kept is not None
     assert kept.comparison is not None
     assert kept.comparison.at_s == 1.0
@@ -170,16 +172,16 @@ def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     similarity[20, 4] = 0.9  # searched: features from afar are good before a detector sees it
     here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
     seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
-    state = replace(PlannerState(SEARCH), target_state=TargetState(undetected=seen))
-    state, *_ = explore(state, here)
-    assert state.target_state.active_goal is not None
-    assert state.target_state.active_goal.goal.kind is kind
+    state = replace(PlannerState(SEARCH), memory=TargetMemory(undetected=seen))
+    state, *_ = explored(state, here)
+    assert state.memory.active_goal is not None
+    assert state.memory.active_goal.goal.kind is kind
 
 
 def chosen(state: PlannerState) -> Goal:
-    after, *_ = explore(state, SEEN_BEYOND)
-    assert after.target_state.active_goal is not None
-    return after.target_state.active_goal.goal
+    after, *_ = explored(state, SEEN_BEYOND)
+    assert after.memory.active_goal is not None
+    return after.memory.active_goal.goal
 
 
 def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
@@ -197,9 +199,9 @@ def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
 def test_a_frontier_that_showed_no_way_is_not_looked_beyond_again() -> None:
     state = planner_state(replace(candidate(*BEYOND), similarity=0.95))
     first = chosen(state)
-    second = chosen(blacklist(state, first))
+    second = chosen(without(state, first))
     apart_m = math.dist(first.look_xy, second.look_xy)
-    assert apart_m > BLACKLIST_RADIUS_M
+    assert apart_m > GIVEN_UP_RADIUS_M
 
 
 def test_what_was_detected_once_draws_by_its_similarity() -> None:
@@ -210,12 +212,12 @@ def test_what_was_detected_once_draws_by_its_similarity() -> None:
 
 
 def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
-    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN)
-    goal = state.target_state.active_goal
+    state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
+    goal = state.memory.active_goal
     assert goal is not None
     late = replace(state, active_time_s=goal.budget_s + 0.1)
-    after, *_ = explore(late, HALF_KNOWN)
-    assert goal.goal.look_xy in after.blacklisted_frontiers
+    after, *_ = explored(late, HALF_KNOWN)
+    assert goal.goal.look_xy in after.visited_frontiers
     assert goal.goal.look_xy in after.unreached_frontiers
 
 
@@ -235,22 +237,22 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     since_s = []
     for step in range(12):  # the end of what is known recedes by 0.5 m each second
         state = replace(state, active_time_s=float(step))
-        state, *_ = explore(state, corridor(4.0 + 0.5 * step))
-        goal = state.target_state.active_goal
+        state, *_ = explored(state, corridor(4.0 + 0.5 * step))
+        goal = state.memory.active_goal
         assert goal is not None
         since_s.append(goal.since_s)
     assert since_s[1] == 0.0
     assert len(set(since_s)) >= 3
-    assert not state.blacklisted_frontiers
+    assert not state.visited_frontiers
 
 
 def test_without_a_goal_the_robot_looks_around_before_it_gives_up() -> None:
     room, state = context(), planner_state()
-    state, *_ = explore(state, room)
+    state, *_ = explored(state, room)
     turning = replace(state, active_time_s=SETTLE_S + 0.1)
-    _, motion, event, _ = explore(turning, room)
+    _, motion, event, _ = explored(turning, room)
     assert (motion, event) == (Rotate(), None)
-    _, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room)
+    _, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), room)
     assert isinstance(event, Exhausted)
 
 
@@ -259,16 +261,14 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
 ):
     room = context()
     state = planner_state()
-    state = replace(
-        state, target_state=replace(state.target_state, rejected=(candidate(2.5, 2.5),))
-    )
-    state, motion, event, _ = explore(state, room)
+    state = replace(state, memory=replace(state.memory, rejected=(candidate(2.5, 2.5),)))
+    state, motion, event, _ = explored(state, room)
     assert (motion, event) == (Rest(), None)
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room)
+    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), room)
     assert event is None
-    assert state.target_state.reconsidered
-    state, *_ = explore(state, room)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), room)
+    assert state.memory.reconsidered
+    state, *_ = explored(state, room)
+    _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), room)
     assert isinstance(event, Exhausted)
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
@@ -278,26 +278,26 @@ def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
     since_s: float, again: bool
 ) -> None:
     """At 100 s nothing is left but what was given up for the objects before."""
-    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN)
-    while state.target_state.active_goal is not None:
-        state = blacklist(state, state.target_state.active_goal.goal)
-        state, *_ = explore(state, HALF_KNOWN)
+    state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
+    while state.memory.active_goal is not None:
+        state = without(state, state.memory.active_goal.goal)
+        state, *_ = explored(state, HALF_KNOWN)
     start = replace(SEARCH.target_start, since_active_time_s=since_s)
-    target_state = replace(state.target_state, idle_since_s=None)
+    memory = replace(state.memory, idle_since_s=None)
     state = replace(
         state,
         search=replace(SEARCH, target_start=start),
-        target_state=target_state,
+        memory=memory,
         active_time_s=100.0,
     )
-    state, *_ = explore(state, HALF_KNOWN)
+    state, *_ = explored(state, HALF_KNOWN)
     late = replace(state, active_time_s=100.0 + GIVE_UP_S)
-    state, _, event, _ = explore(late, HALF_KNOWN)
+    state, _, event, _ = explored(late, HALF_KNOWN)
     assert (event is None) == again
-    assert (state.blacklisted_frontiers == ()) == again
+    assert (state.visited_frontiers == ()) == again
     if again:
-        state, _, event, _ = explore(state, HALF_KNOWN)
-        assert state.target_state.active_goal is not None
+        state, _, event, _ = explored(state, HALF_KNOWN)
+        assert state.memory.active_goal is not None
 
 
 def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
@@ -313,14 +313,14 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
         params=PARAMS.costmap,
     )
     assert two_rooms.unreachable_m2() > 1.0
-    monkeypatch.setattr(explore_module, "CUT_OFF_M2", 1.0)
-    state = replace(planner_state(), blacklisted_frontiers=((1.9, 1.0),))
-    state, *_ = explore(state, two_rooms)
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), two_rooms)
+    monkeypatch.setattr(last_resorts, "CUT_OFF_M2", 1.0)
+    state = replace(planner_state(), visited_frontiers=((1.9, 1.0),))
+    state, *_ = explored(state, two_rooms)
+    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), two_rooms)
     assert event is None
-    assert state.blacklisted_frontiers == ()
-    state, *_ = explore(state, two_rooms)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
+    assert state.visited_frontiers == ()
+    state, *_ = explored(state, two_rooms)
+    _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
     assert isinstance(event, Exhausted)
     assert "m² of floor seen that no way leads to" in event.reason
 
@@ -342,19 +342,19 @@ def two_halves() -> PlanningContext:
 def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
     halves = two_halves()
     assert halves.unreachable_m2() > 1.0
-    state, motion, event, candidates = explore(planner_state(), halves)
+    state, motion, event, candidates = explored(planner_state(), halves)
     assert candidates.frontiers == ()
     assert event is None
     assert isinstance(motion, Drive)
-    goal = state.target_state.active_goal
+    goal = state.memory.active_goal
     assert goal is not None
     assert goal.goal.look_xy[1] > 2.8
     for _ in range(2):  # looked into from near and from farther away: it cannot be seen
-        state = blacklist(state, goal.goal)
-    state, _, _, _ = explore(state, halves)
-    assert state.target_state.active_goal is None
+        state = without(state, goal.goal)
+    state, _, _, _ = explored(state, halves)
+    assert state.memory.active_goal is None
     assert not state.crosses_gaps
-    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), halves)
+    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), halves)
     assert event is None
     assert state.crosses_gaps
 
@@ -365,13 +365,13 @@ def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
 ) -> None:
     halves = two_halves()
     there = candidate(0.9, 5.0, sightings)
-    state, *_ = explore(planner_state(there), halves)
+    state, *_ = explored(planner_state(there), halves)
     assert not state.crosses_gaps  # the frontier on the way to it is looked at first
-    goal = state.target_state.active_goal
+    goal = state.memory.active_goal
     assert goal is not None
     for _ in range(2):
-        state = blacklist(state, goal.goal)
-    state, *_ = explore(state, halves)
+        state = without(state, goal.goal)
+    state, *_ = explored(state, halves)
     assert state.crosses_gaps is crosses
     if crosses:
         across = across_gaps(halves)

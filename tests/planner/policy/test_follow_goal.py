@@ -11,7 +11,8 @@ from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy import explore as module
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
-from onemap_planner.policy.state import ActiveGoal, Observation
+from onemap_planner.policy.memory import ActiveGoal
+from onemap_planner.policy.outcome import Observation
 from onemap_planner.search.phases import Exploring, Finished
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import SearchState
@@ -74,9 +75,9 @@ def test_the_way_is_that_of_the_whole_map() -> None:
         part, whole = planned(run, following(run)), planned(run, None)
         assert can_follow(run.state, part)
         assert part.map_view.grid.shape <= whole.map_view.grid.shape
-        active_goal = run.state.target_state.active_goal
+        active_goal = run.state.memory.active_goal
         assert active_goal is not None
-        _, motion, _ = follow_goal(run.state, part)
+        motion = follow_goal(run.state.copy(), part).motion
         expected = whole.drive_to(active_goal.goal.viewpoint_xy, active_goal.goal.look_xy)
         assert isinstance(motion, Drive)
         assert length_m(motion) == pytest.approx(length_m(expected), abs=1e-6)
@@ -94,14 +95,14 @@ def test_the_candidates_of_the_last_comparison_stay_visible() -> None:
 def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -> None:
     run = start(in_two_rooms(), "bed")
     following(run)
-    state, active_goal = run.state, run.state.target_state.active_goal
+    state, active_goal = run.state, run.state.memory.active_goal
     assert active_goal is not None
     assert isinstance(state.search.phase, Exploring)
     observation = observed(run)
 
     def window_with(changed: ActiveGoal | None) -> F64 | None:
-        target_state = replace(state.target_state, active_goal=changed)
-        return follow_window(replace(state, target_state=target_state), observation)
+        memory = replace(state.memory, active_goal=changed)
+        return follow_window(replace(state, memory=memory), observation)
 
     assert window_with(active_goal) is not None
     assert window_with(None) is None
@@ -109,8 +110,8 @@ def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -
     assert window_with(replace(active_goal, arrived_s=0.0)) is None
     assert window_with(replace(active_goal, since_s=-1e3)) is None
     doubtful = replace(candidate(*run.world.pose.xy), supported=False)
-    beside = replace(state.target_state, disputed=(doubtful,))
-    assert follow_window(replace(state, target_state=beside), observation) is None
+    beside = replace(state.memory, disputed=(doubtful,))
+    assert follow_window(replace(state, memory=beside), observation) is None
     later = replace(state, active_time_s=state.active_time_s + 60.0)
     assert follow_window(later, observation) is None
     there = in_two_rooms()
@@ -128,6 +129,6 @@ def test_without_a_way_in_the_window_the_whole_map_is_planned_on() -> None:
     x, y = run.world.pose.xy
     nothing = planned(run, np.array([[x, y], [x, y]]))
     assert not can_follow(run.state, nothing)
-    no_goal = replace(run.state, target_state=replace(run.state.target_state, active_goal=None))
+    no_goal = replace(run.state, memory=replace(run.state.memory, active_goal=None))
     assert not can_follow(no_goal, nothing)
-    assert isinstance(follow_goal(no_goal, nothing)[1], Rest)
+    assert isinstance(follow_goal(no_goal, nothing).motion, Rest)

@@ -8,16 +8,19 @@ from hypothesis import strategies as st
 
 from onemap_planner.policy.goals import (
     HALF_VALUE_M,
-    MAX_LEFT,
-    RETURN_PART,
     Goal,
     GoalKind,
     GoalUtility,
-    LeftGoal,
     select_goal,
-    spent_before_s,
     successor,
-    with_left,
+)
+from onemap_planner.policy.memory import (
+    GOAL_BASE_S,
+    MAX_LEFT,
+    RETURN_PART,
+    ActiveGoal,
+    LeftGoal,
+    TargetMemory,
 )
 
 
@@ -104,39 +107,32 @@ def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
     assert successor([jumped], earlier) == jumped
 
 
-def test_a_goal_that_another_is_preferred_to_is_kept_with_its_seconds() -> None:
-    before = LeftGoal(goal(0.2), 6.0)
-    assert with_left((), before, goal(0.2, 5.0)) == (before,)
-    assert with_left((), before, goal(0.2, 0.2)) == ()  # the same, elsewhere
+def remembering(goal: Goal, spent_s: float, *left: LeftGoal) -> TargetMemory:
+    """A memory at 10 s with this active goal."""
+    active = ActiveGoal(goal, 10.0 - spent_s, 20.0, goal.look_xy)
+    return TargetMemory(active_goal=active, left=left)
 
 
-def test_a_goal_is_kept_once_and_few_are() -> None:
-    before, earlier = LeftGoal(goal(0.2), 6.0), LeftGoal(goal(0.2, 0.1), 2.0)
-    assert with_left((earlier,), before, goal(0.2, 5.0)) == (before,)
+def test_a_goal_that_another_is_preferred_to_is_kept_once_with_its_seconds() -> None:
+    memory = remembering(goal(0.2), 6.0, LeftGoal(goal(0.2, 0.1), 2.0))
+    memory.leave(goal(0.2, 0.2), 10.0)  # the same, elsewhere
+    assert memory.left == (LeftGoal(goal(0.2, 0.1), 2.0),)
+    memory.leave(goal(0.2, 5.0), 10.0)
+    assert memory.left == (LeftGoal(goal(0.2), 6.0),)
     many = tuple(LeftGoal(goal(0.2, 10.0 + 2 * i), 1.0) for i in range(MAX_LEFT))
-    assert with_left(many, before, goal(0.2, 5.0)) == (*many[1:], before)
+    memory = remembering(goal(0.2), 6.0, *many)
+    memory.leave(goal(0.2, 5.0), 10.0)
+    assert memory.left == (*many[1:], LeftGoal(goal(0.2), 6.0))
 
 
 @pytest.mark.parametrize(
     ("wanted", "spent_s"),
     [
-        (goal(0.2, 0.3), 6.0 + RETURN_PART * 15.0),
+        (goal(0.2, 0.3), 6.0 + RETURN_PART * GOAL_BASE_S),
         (goal(0.2, 3.0), 0.0),
         (goal(0.2, 0.0, GoalKind.REGION), 0.0),
     ],
 )
 def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
-    left = (LeftGoal(goal(0.2), 6.0),)
-    assert spent_before_s(left, wanted, base_s=15.0) == pytest.approx(spent_s)
-
-
-def test_two_goals_that_take_turns_are_over_after_a_few_returns() -> None:
-    left: tuple[LeftGoal, ...] = ()
-    base_s, before, turns = 15.0, LeftGoal(goal(0.2), 1.0), 0
-    while before.spent_s <= base_s:
-        turns += 1
-        wanted = goal(0.2, 5.0 * (turns % 2))
-        left = with_left(left, before, wanted)
-        spent_s = spent_before_s(left, wanted, base_s=base_s)
-        before = LeftGoal(wanted, spent_s + 1.0)
-    assert turns < 10
+    memory = TargetMemory(left=(LeftGoal(goal(0.2), 6.0),))
+    assert memory.spent_before_s(wanted) == pytest.approx(spent_s)

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from onemap_planner.motion.motions import STOP
-from onemap_planner.policy.state import Observation, PlannerState
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import limit_reached
 from onemap_planner.search.events import Exhausted, SearchFailed, TargetFailed
 from onemap_planner.search.phases import Budget, Exploring, Finished

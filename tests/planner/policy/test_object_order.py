@@ -10,17 +10,16 @@ import pytest
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy import object_order
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.goals import VIEW_FARTHEST_M, Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.object_order import (
     SIGHTED_PROBABILITY,
     UNCALIBRATED_PROBABILITY,
     VIEW_PERIOD_S,
+    count_turn,
     name_to_ask,
     revise_order,
-    with_turn,
 )
-from onemap_planner.policy.state import PlannerState, TargetState, at_object
 from onemap_planner.search.events import EventStamp, Reordered
 from onemap_planner.search.phases import Exploring, Finished
 from onemap_planner.search.state_machine import new_search, transition
@@ -54,25 +53,19 @@ def state_of(*names: str, order: SearchOrder = SearchOrder.ANY) -> PlannerState:
 
 
 def take_in_view(
-    state: PlannerState,
-    view: SearchView,
-    frames: tuple[Detections, ...],
-    here: PlanningContext,
+    state: PlannerState, view: SearchView, frames: tuple[Detections, ...], here: PlanningContext
 ) -> PlannerState:
-    """As a planning step takes it in."""
-    return object_order.take_in_view(
-        state,
-        view,
-        lambda there, seen: update_candidates(there, frames, seen, near_m=VIEW_FARTHEST_M),
-        here,
-    )
+    """A copy of the state that has taken in a view of a waiting object."""
+    after = state.copy()
+    object_order.take_in_view(after, view, frames, here)
+    return after
 
 
 def revised(state: PlannerState, present: SearchView, *others: SearchView) -> Reordered | None:
     here = context(present)
     for view in others:
         state = take_in_view(state, view, (), here)
-    return revise_order(state, here)[1]
+    return revise_order(state, here)
 
 
 def test_waiting_objects_are_asked_for_in_turn() -> None:
@@ -80,19 +73,18 @@ def test_waiting_objects_are_asked_for_in_turn() -> None:
     for step in range(8):
         state = replace(state, active_time_s=step * VIEW_PERIOD_S / 2)
         asked.append(name_to_ask(state))
-        state = with_turn(state)
+        count_turn(state)
     assert asked == ["bed", "", "sofa", "", "bed", "", "sofa", ""]
 
 
 def test_nothing_is_asked_in_a_given_order_for_one_object_or_after_the_end() -> None:
     given = state_of("cup", "bed", order=SearchOrder.GIVEN)
     assert name_to_ask(given) == ""
-    assert with_turn(given) is given
     assert name_to_ask(state_of("cup")) == ""
     over = state_of("cup", "bed")
     over = replace(over, search=replace(over.search, phase=Finished(SearchState.CANCELLED)))
     assert name_to_ask(over) == ""
-    assert revise_order(given, context(view_of("cup"))) == (given, None)
+    assert revise_order(given, context(view_of("cup"))) is None
 
 
 def test_what_the_map_shows_near_by_is_fetched_first() -> None:
@@ -119,7 +111,7 @@ def test_the_present_object_is_kept_unless_another_is_cheaper(
     cup, bed = view_of("cup"), view_of("bed", (x, 2.0, score))
     here = replace(context(cup), pose=Pose2d(6.3, 2.0, 0.0))
     state = take_in_view(state_of("cup", "bed"), bed, (), here)
-    assert revise_order(state, here)[1] == Reordered(order)
+    assert revise_order(state, here) == Reordered(order)
 
 
 def test_an_equal_alternative_does_not_make_it_alternate() -> None:
@@ -137,19 +129,19 @@ def test_an_equal_alternative_does_not_make_it_alternate() -> None:
 
 def test_it_is_revised_once_a_second() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
-    state, event = revise_order(state, here)
+    event = revise_order(state, here)
     assert event is not None
     state = take_in_view(state, view_of("bed", (8.0, 2.0, 0.9)), (), here)
     soon = replace(state, active_time_s=0.9)
-    assert revise_order(soon, here) == (soon, None)
+    assert revise_order(soon, here) is None
     later = replace(state, active_time_s=1.0)
-    assert revise_order(later, here)[1] == Reordered((1, 0))
+    assert revise_order(later, here) == Reordered((1, 0))
 
 
 def test_an_order_that_is_already_planned_is_no_event() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
     state = replace(state, search=replace(state.search, planned=(0, 1)))
-    assert revise_order(state, here)[1] is None
+    assert revise_order(state, here) is None
 
 
 def looked_at(x: float, y: float) -> Goal:
@@ -160,18 +152,18 @@ def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
     probabilities = []
     for looks in range(4):
-        known = TargetState(blacklisted=(looked_at(8.0, 2.0),) * looks)
-        state = replace(state, other_targets=((1, known),))
-        places = take_in_view(state, bed, (), context(bed)).order_memory.of(1)
+        known = TargetMemory(given_up=(looked_at(8.0, 2.0),) * looks)
+        state = replace(state, other_memories={1: known})
+        places = take_in_view(state, bed, (), context(bed)).places[1]
         probabilities.append(round(sum(place.probability for place in places), 3))
     assert probabilities == [0.9, 0.45, 0.225, 0.0]
 
 
 def test_a_rejected_candidate_is_no_place() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
-    known = TargetState(rejected=(candidate(8.0, 2.0),))
-    state = replace(state, other_targets=((1, known),))
-    assert take_in_view(state, bed, (), context(bed)).order_memory.of(1) == ()
+    known = TargetMemory(rejected=(candidate(8.0, 2.0),))
+    state = replace(state, other_memories={1: known})
+    assert take_in_view(state, bed, (), context(bed)).places[1] == ()
 
 
 def test_a_best_match_without_calibration_is_less_likely() -> None:
@@ -179,7 +171,7 @@ def test_a_best_match_without_calibration_is_less_likely() -> None:
     ranks[80:83, 19:22] = 255
     bed = replace(view_of("bed"), calibrated=False, guidance=ranks)
     state = take_in_view(state_of("cup", "bed"), bed, (), context(bed))
-    (place,) = state.order_memory.of(1)
+    (place,) = state.places[1]
     assert place.probability == UNCALIBRATED_PROBABILITY
 
 
@@ -200,11 +192,12 @@ def test_detections_of_a_waiting_object_are_kept_for_it() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.7))
     frames = (detections_of("bed", 8.0, 2.0),) * 3
     state = take_in_view(state, bed, frames, context(bed))
-    best = state.order_memory.of(1)[0]
+    best = state.places[1][0]
     assert best.probability == SIGHTED_PROBABILITY
-    taken = at_object(state, 1, keep=True)
-    assert taken.target_state.candidates[0].sightings == 3
-    assert dict(taken.other_targets) == {0: TargetState()}
+    taken = state.copy()
+    taken.turn_to(1, keep=True)
+    assert taken.memory.candidates[0].sightings == 3
+    assert taken.other_memories == {0: TargetMemory()}
 
 
 def test_where_an_object_was_searched_before_it_was_put_aside_is_remembered() -> None:
@@ -212,12 +205,13 @@ def test_where_an_object_was_searched_before_it_was_put_aside_is_remembered() ->
     state = state_of("cup", "bed")
     bed = view_of("bed", (8.0, 2.0, 0.9))
     state = take_in_view(state, bed, (), context(cup))
-    state, event = revise_order(state, context(cup))
+    event = revise_order(state, context(cup))
     assert event == Reordered((1, 0))
     search = transition(state.search, event, STAMP)
-    state = replace(at_object(state, 1, keep=True), search=search)
+    state.turn_to(1, keep=True)
+    state.search = search
     state = take_in_view(state, cup, (), context(bed))
-    assert state.order_memory.of(0) == ()
+    assert state.places[0] == ()
 
 
 @pytest.mark.slow

@@ -49,7 +49,7 @@ CONTEXT = context_of(*ROOM)
 def goals(
     x: float, y: float, kind: SearchKind = SearchKind.GO_TO, visited: np.ndarray = NO_POINTS
 ) -> list[Goal]:
-    visits = visit_counts(CONTEXT, visited, 0.5)
+    visits = visit_counts(CONTEXT, visited)
     return list(place_goals(Destination(kind, (x, y)), CONTEXT, visits))
 
 
@@ -126,7 +126,7 @@ def test_a_place_behind_a_wall_does_not_count_as_reached_from_this_side() -> Non
     context = build_context(
         Pose2d(0.3, 0.5, 0.0), view, trail=(), obstacles_xy=NO_POINTS, params=POINT_ROBOT
     )
-    visits = visit_counts(context, NO_POINTS, 0.5)
+    visits = visit_counts(context, NO_POINTS)
     there = Destination(SearchKind.GO_TO, (0.65, 0.5))
     assert list(place_goals(there, context, visits)) == []
 
@@ -137,7 +137,7 @@ def test_without_reachable_floor_the_nearest_is_infinitely_far() -> None:
 
 
 def ways(*places: UnreachedPlace) -> list[Goal]:
-    visits = visit_counts(CONTEXT, NO_POINTS, 0.5)
+    visits = visit_counts(CONTEXT, NO_POINTS)
     return ways_to_unreached(places, CONTEXT, visits)
 
 

@@ -7,12 +7,8 @@ import pytest
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.state import (
-    ActiveGoal,
-    Observation,
-    PlannerState,
-    TargetState,
-)
+from onemap_planner.policy.memory import ActiveGoal, PlannerState, TargetMemory
+from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import handle_stuck, is_trapped, step
 from onemap_planner.search.events import Rejected, SearchFailed
 from onemap_planner.search.phases import Approaching, Exploring, Finished, Phase
@@ -38,7 +34,7 @@ def stuck_state(phase: Phase, stuck_count: int) -> PlannerState:
             detections=(),
             stale_reason="",
         )
-        state, _ = step(state, observation, PARAMS)
+        state = step(state, observation, PARAMS).state
     return state
 
 
@@ -51,31 +47,33 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
 
 def test_below_the_limit_nothing_is_given_up() -> None:
     state = monitored(LIMIT - 1, Exploring())
-    assert handle_stuck(state) == (state, ())
+    assert handle_stuck(state) == ()
+    assert state == monitored(LIMIT - 1, Exploring())
 
 
 def test_at_the_limit_the_candidate_is_rejected() -> None:
     target = candidate(2.5, 2.5)
-    after, events = handle_stuck(monitored(LIMIT, Approaching(target)))
+    after = monitored(LIMIT, Approaching(target))
+    events = handle_stuck(after)
     assert events == (Rejected(),)
-    assert after.target_state.rejected == (target,)
-    assert after.target_state.candidates == ()
+    assert after.memory.rejected == (target,)
+    assert after.memory.candidates == ()
 
 
 def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 0.0, 1.0, 1.0), "")
     state = monitored(LIMIT, Exploring())
     state = replace(
-        state, target_state=TargetState(active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
+        state, memory=TargetMemory(active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
     )
-    after, events = handle_stuck(state)
+    after, events = state, handle_stuck(state)
     assert events == ()
-    assert after.blacklisted_frontiers == after.unreached_frontiers == (goal.look_xy,)
-    assert after.target_state.active_goal is None
+    assert after.visited_frontiers == after.unreached_frontiers == (goal.look_xy,)
+    assert after.memory.active_goal is None
 
 
 def test_at_twice_the_limit_the_search_fails() -> None:
-    _, events = handle_stuck(monitored(2 * LIMIT, Exploring()))
+    events = handle_stuck(monitored(2 * LIMIT, Exploring()))
     assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)", FailureCode.STUCK),)
 
 

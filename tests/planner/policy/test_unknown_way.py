@@ -74,7 +74,7 @@ def test_the_way_to_a_place_beyond_the_map_leads_towards_it() -> None:
 
 def test_floor_that_could_not_be_seen_is_closed() -> None:
     context = context_of(*ROOM)
-    closed = visit_counts(context, np.array([[3.7, 4.25]]), 0.5) > 0
+    closed = visit_counts(context, np.array([[3.7, 4.25]])) > 0
     assert frontier(context, (4.5, 1.0), closed) is None
 
 
@@ -92,12 +92,12 @@ def test_the_robot_s_own_trail_is_closed_too_where_it_could_not_see() -> None:
 
 def test_visits_are_counted_around_each_point() -> None:
     context = context_of(*ROOM)
-    counts = visit_counts(context, np.array([[1.05, 1.05], [1.15, 1.05]]), 0.5)
+    counts = visit_counts(context, np.array([[1.05, 1.05], [1.15, 1.05]]))
     grid = context.costmap.grid
     assert counts[tuple(grid.cells(np.array([1.1, 1.1])))] == 2
     assert counts[tuple(grid.cells(np.array([0.6, 1.05])))] == 1
     assert counts[tuple(grid.cells(np.array([2.0, 2.0])))] == 0
-    assert visit_counts(context, NO_POINTS, 0.5).sum() == 0
+    assert visit_counts(context, NO_POINTS).sum() == 0
 
 
 def test_the_robot_does_not_creep_where_no_camera_saw_the_floor() -> None:

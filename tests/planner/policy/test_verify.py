@@ -9,10 +9,15 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.dead_ends import DEAD_END_RETURNS
 from onemap_planner.policy.explore import select_candidate
-from onemap_planner.policy.state import MAX_LOOKS, SETTLE_S, Doubt, PlannerState, TargetState
-from onemap_planner.policy.tried_viewpoints import doubted_from
+from onemap_planner.policy.memory import (
+    DEAD_END_RETURNS,
+    MAX_LOOKS,
+    SETTLE_S,
+    Doubt,
+    PlannerState,
+    TargetMemory,
+)
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
@@ -25,16 +30,16 @@ from onemap_planner.world.candidates import (
 )
 from onemap_planner.world.regions import SIMILAR
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import POSE, candidate, context, planner_state
+from tests.planner.one_room import POSE, candidate, context, decided, planner_state
 
 
 def given_up(state: PlannerState, there: ObjectCandidate, here: PlanningContext) -> PlannerState:
     """The state after waiting for a way to the candidate for as long as it is waited for."""
     began_s = state.active_time_s
-    state, motion, event = approach(state, Approaching(there), here)
+    state, motion, event = decided(approach, state, Approaching(there), here)
     assert (motion, event) == (Rest(), None)
     state = replace(state, active_time_s=began_s + SETTLE_S + 0.1)
-    state, _, event = approach(state, Approaching(there), here)
+    state, _, event = decided(approach, state, Approaching(there), here)
     assert event == Rejected()
     return state
 
@@ -51,17 +56,17 @@ def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
     state = planner_state(far)
     for _ in range(DEAD_END_RETURNS):
         state = given_up(state, far, closed)
-        assert state.target_state.rejected == ()
+        assert state.memory.rejected == ()
         assert select_candidate(state, closed) is None
         assert select_candidate(state, opened) == CandidateSelected(far)
     state = given_up(state, far, closed)
-    assert state.target_state.rejected == (far,)
-    assert state.target_state.candidates == ()
+    assert state.memory.rejected == (far,)
+    assert state.memory.candidates == ()
 
 
 def test_without_the_map_s_support_it_is_rejected_at_once() -> None:
     far = replace(candidate(9.0, 9.0), supported=False)
-    assert given_up(planner_state(far), far, context()).target_state.rejected == (far,)
+    assert given_up(planner_state(far), far, context()).memory.rejected == (far,)
 
 
 def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
@@ -70,15 +75,15 @@ def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
     while (xy := find_viewpoint(near, context(), [d.from_xy for d in doubts])) is not None:
         doubts.append(Doubt(xy, near.xyz))
     state = planner_state(near)
-    state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
-    assert given_up(state, near, context()).target_state.rejected == (near,)
+    state = replace(state, memory=replace(state.memory, doubts=tuple(doubts)))
+    assert given_up(state, near, context()).memory.rejected == (near,)
 
 
 @pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=4 + more)
-    _, _, event = confirm(planner_state(now), Confirming(then, 0.0), context())
+    _, _, event = decided(confirm, planner_state(now), Confirming(then, 0.0), context())
     assert event == (Confirmed(now) if sure else None)
 
 
@@ -91,26 +96,26 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
     here = context()
     while True:
         looks += 1
-        state, _, event = confirm(state, Confirming(then, 0.0), here)
-        assert len(state.target_state.doubts) == looks
+        state, _, event = decided(confirm, state, Confirming(then, 0.0), here)
+        assert len(state.memory.doubts) == looks
         if event == Rejected():
             break
         assert event == CandidateSelected(then)
-        tried = doubted_from(state, then)
+        tried = state.memory.doubted_from(then)
         viewpoint_xy = find_viewpoint(then, here, tried)
         assert viewpoint_xy is not None
         assert min(np.hypot(*np.subtract(viewpoint_xy, xy)) for xy in tried) > 0.5
         here = replace(here, pose=Pose2d(*viewpoint_xy, 0.0))
     assert looks == MAX_LOOKS
-    assert state.target_state.rejected == (then,)
+    assert state.memory.rejected == (then,)
 
 
 def test_what_is_hardly_similar_is_rejected_at_once() -> None:
     then = replace(candidate(1.7, 1.7), similarity=SIMILAR - 0.1)
     waited = planner_state(then, active_time_s=LATE_S)
-    after, _, event = confirm(waited, Confirming(then, 0.0), context())
+    after, _, event = decided(confirm, waited, Confirming(then, 0.0), context())
     assert event == Rejected()
-    assert after.target_state.rejected == (then,)
+    assert after.memory.rejected == (then,)
 
 
 @pytest.mark.parametrize(("contradictions", "sure"), [(5, True), (6, False)])
@@ -120,7 +125,7 @@ def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=10, contradictions=contradictions)
     state = planner_state(now)
-    _, _, event = confirm(state, Confirming(then, 0.0), context())
+    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
     assert event == (Confirmed(now) if sure else None)
 
 
@@ -147,10 +152,8 @@ def ranked(rank: float) -> PlanningContext:
 def weighed(
     known: ObjectCandidate, *, rank: float = 0.95, waited_s: float = 0.0
 ) -> tuple[PlannerState, Event | None]:
-    state = replace(
-        planner_state(active_time_s=waited_s), target_state=TargetState(disputed=(known,))
-    )
-    after, _, event = confirm(state, BEFORE, ranked(rank))
+    state = replace(planner_state(active_time_s=waited_s), memory=TargetMemory(disputed=(known,)))
+    after, _, event = decided(confirm, state, BEFORE, ranked(rank))
     return after, event
 
 
@@ -159,14 +162,14 @@ def test_many_near_views_from_two_sides_outweigh_the_map() -> None:
     assert weighed(known)[1] == Confirmed(known)
     after, event = weighed(known, rank=0.6)  # it says that it is something else
     assert event == Rejected()
-    assert after.target_state.disputed == ()
+    assert after.memory.disputed == ()
 
 
 def test_what_is_detected_in_few_of_the_near_views_is_rejected() -> None:
     known = disputed(6)
     after, event = weighed(known)
     assert event == Rejected()
-    assert after.target_state.rejected == (known,)
+    assert after.memory.rejected == (known,)
 
 
 def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> None:
@@ -174,8 +177,8 @@ def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> N
     assert weighed(known)[1] is None
     late_s = CONFIRM_S + 0.1
     assert weighed(known, waited_s=late_s)[1] == CandidateSelected(known)
-    state = replace(planner_state(), target_state=TargetState(disputed=(known,)))
-    _, motion, _ = approach(state, Approaching(known), ranked(0.95))
+    state = replace(planner_state(), memory=TargetMemory(disputed=(known,)))
+    _, motion, _ = decided(approach, state, Approaching(known), ranked(0.95))
     assert isinstance(motion, Drive)
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
 
@@ -185,8 +188,8 @@ def test_more_views_from_where_enough_were_made_do_not_count_as_seen() -> None:
     before = replace(BEFORE.candidate, near_views=(ViewpointTally((1.0, 1.0), 20, enough),))
     now = replace(before, near_views=(ViewpointTally((1.0, 1.0), 27, enough + 10),))
     late_s = CONFIRM_S + 0.1
-    state = replace(planner_state(active_time_s=late_s), target_state=TargetState(disputed=(now,)))
-    _, _, event = confirm(state, Confirming(before, 0.0), ranked(0.95))
+    state = replace(planner_state(active_time_s=late_s), memory=TargetMemory(disputed=(now,)))
+    _, _, event = decided(confirm, state, Confirming(before, 0.0), ranked(0.95))
     assert event == Rejected()
 
 
@@ -198,9 +201,9 @@ def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
 def test_a_sighting_that_the_map_supports_does_not_end_the_weighing() -> None:
     known = disputed(20)
     now = replace(candidate(1.7, 1.7, 1), cells=known.cells)
-    both = TargetState(candidates=(now,), disputed=(known,))
-    state = replace(planner_state(), target_state=both)
-    after, _, event = confirm(state, BEFORE, ranked(0.95))
+    both = TargetMemory(candidates=(now,), disputed=(known,))
+    state = replace(planner_state(), memory=both)
+    after, _, event = decided(confirm, state, BEFORE, ranked(0.95))
     assert (after, event) == (state, None)
 
 
@@ -209,10 +212,10 @@ def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:
     farther = replace(candidate(3.2, 1.0, 10), cells=frozenset({(20, 10), (32, 10)}))
     edge = Sighting((3.2, 1.0, 0.5), frozenset({(32, 10)}), 0.9, 0.8, (2.2, 1.0))
     farther = replace(farther, recent=(edge,) * 6)
-    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), context())
+    _, _, event = decided(confirm, planner_state(farther), Confirming(then, 0.0), context())
     assert event == CandidateSelected(farther)
     near = replace(context(), pose=Pose2d(2.2, 1.0, 0.0))
-    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), near)
+    _, _, event = decided(confirm, planner_state(farther), Confirming(then, 0.0), near)
     assert event == Confirmed(farther)
 
 
@@ -222,13 +225,13 @@ def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None
     nearer_xy = find_viewpoint(now, context())
     assert nearer_xy is not None
     state = planner_state(now)
-    _, _, event = confirm(state, Confirming(then, 0.0), context())
+    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
     assert event == CandidateSelected(now)
     doubts = list[Doubt]()
     while nearer_xy is not None:
         doubts.append(Doubt(nearer_xy, now.xyz))
         tried = [doubt.from_xy for doubt in doubts]
         nearer_xy = find_viewpoint(now, context(), tried)
-    state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
-    _, _, event = confirm(state, Confirming(then, 0.0), context())
+    state = replace(state, memory=replace(state.memory, doubts=tuple(doubts)))
+    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
     assert event == Confirmed(now)

@@ -31,9 +31,10 @@ from onemap_planner.motion.velocity_controller import (
     Plan,
     VelocityController,
 )
-from onemap_planner.policy.competition import rival_names, synonyms_of
+from onemap_planner.policy.evidence import rival_names, synonyms_of
+from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
-from onemap_planner.policy.state import Observation, PlannerState
+from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
@@ -263,7 +264,7 @@ class LockstepSimulation:
             self.belief = BeliefMap(self._config.mapper.map, first_revision=self.belief.revision)
             self._views = LockstepViews(self.belief)
             self.state = replace(
-                self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0
+                self.state, visited_frontiers=(), found_objects=(), trail=(), known_m2=0.0
             )
         self._map_of = index
 
@@ -283,9 +284,10 @@ class LockstepSimulation:
         )
         self._detections.clear()
         method = self._method
-        self.state, decision = step(
+        outcome = step(
             state, observation, self._config.planner, method.exploration, method.consensus
         )
+        self.state, decision = outcome.state, outcome.decision
         ended = len(self.state.search.results) > len(self.ends)
         if ended and isinstance(self.robot, SimulatedRobot):
             reported = pose_2d(pose.x_m, pose.y_m, pose.yaw_rad)

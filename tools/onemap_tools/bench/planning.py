@@ -12,7 +12,8 @@ from scipy import ndimage
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Drive, Pose2d
-from onemap_planner.policy.state import Decision, Observation, PlannerState
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Exploring
@@ -59,7 +60,8 @@ def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
             stale_reason="",
         )
         started = time.process_time()
-        state, decision = step(state, observation, params)
+        outcome = step(state, observation, params)
+        state, decision = outcome.state, outcome.decision
         times_ms.append((time.process_time() - started) * 1e3)
         pose = _moved(pose, decision, SPEED_MPS / params.plan_hz)
     counted = np.array(times_ms[WARM_UP:])

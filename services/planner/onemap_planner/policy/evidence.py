@@ -1,4 +1,8 @@
-"""Update of the object candidates from the detections that came since the last step."""
+"""Evidence about an object: what detections, near views and other names say of its candidates.
+
+Other names of the search compete cell by cell on the map and detection by detection; objects
+found before compete too: a bed that was confirmed is not found again as a sofa.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +13,20 @@ from math import dist
 import numpy as np
 
 from onemap_planner.motion.path import line_is_clear
-from onemap_planner.policy.competition import (
-    conflicting_object,
-    count_contradictions,
-    found_under_other_names,
-)
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
+from onemap_planner.policy.goals import VIEW_FARTHEST_M
+from onemap_planner.policy.memory import (
+    MAX_LOOKS,
+    NO_SYNONYMS,
+    FoundObject,
+    Synonyms,
+    TargetMemory,
+)
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
 from onemap_planner.search.events import Confirmed, Event
 from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import (
+    CERTAIN,
     MERGE_M,
     ObjectCandidate,
     Sighting,
@@ -29,11 +36,12 @@ from onemap_planner.world.candidates import (
     sightings_of,
     with_view,
 )
-from onemap_planner.world.map_view import WorldCells, components
+from onemap_planner.world.map_view import MapView, WorldCells, components
 from onemap_planner.world.regions import UndetectedViews
-from onemap_shared.geometry import I64, wrap_angle
+from onemap_shared.geometry import F64, I64, wrap_angle
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Detections, ObjectFind
+from onemap_shared.messages import MAX_RIVALS, Detections, ObjectFind, TextEmbeddings
+from onemap_shared.names import normalised, same_name
 
 AHEAD_RAD = 0.5  # of the robot's heading: well inside the image of a camera of 70 degrees or more
 LARGEST_M = 1.5  # from the middle of an object to its edge: half a bed and more
@@ -41,14 +49,14 @@ OTHER_NAME_MARGIN = 0.5  # of the similarity: between 0.75 and 0.25, say, nothin
 
 
 def with_near_view(
-    candidate: ObjectCandidate, context: PlanningContext, *, hit: bool, near_m: float
+    candidate: ObjectCandidate, context: PlanningContext, *, hit: bool
 ) -> ObjectCandidate:
     """The candidate with this frame counted, if it is a near view of it.
 
-    It is within ``near_m`` metres, ahead of the robot, and in sight over the map.
+    It is within ``VIEW_FARTHEST_M``, ahead of the robot, and in sight over the map.
     """
     pose, grid = context.pose, context.costmap.grid
-    if candidate.distance_m((*pose.xy, 0.0)) > near_m + LARGEST_M:
+    if candidate.distance_m((*pose.xy, 0.0)) > VIEW_FARTHEST_M + LARGEST_M:
         return candidate
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -57,7 +65,7 @@ def with_near_view(
     away = np.hypot(*(cells - here).T)
     x, y = candidate.xyz[0] - pose.xy[0], candidate.xyz[1] - pose.xy[1]
     ahead = abs(wrap_angle(float(np.arctan2(y, x)) - pose.yaw_rad)) <= AHEAD_RAD
-    near = float(away.min()) * grid.cell_size_m <= near_m
+    near = float(away.min()) * grid.cell_size_m <= VIEW_FARTHEST_M
     if not (ahead and near and _in_sight(candidate, cells, here, context)):
         return candidate
     return replace(candidate, near_views=with_view(candidate.near_views, pose.xy, hit=hit))
@@ -66,6 +74,14 @@ def with_near_view(
 def object_probability(candidate: ObjectCandidate, context: PlanningContext) -> float:
     """Probability that a candidate without the map's support is the object."""
     return probability(candidate.near_views, map_rank(candidate, context))
+
+
+def likely_disputed(
+    candidates: Iterable[ObjectCandidate], context: PlanningContext
+) -> list[tuple[ObjectCandidate, float]]:
+    """Those without the map's support that are not certainly something else, with probability."""
+    weighed = [(candidate, object_probability(candidate, context)) for candidate in candidates]
+    return [(candidate, probable) for candidate, probable in weighed if probable > 1 - CERTAIN]
 
 
 def map_rank(candidate: ObjectCandidate, context: PlanningContext) -> float:
@@ -101,22 +117,16 @@ SPACING_RAD = 0.35  # unless the camera has turned by 20 degrees
 
 
 def with_frame(
-    views: UndetectedViews,
-    context: PlanningContext,
-    detected: Iterable[WorldCells],
-    *,
-    threshold: float,
+    views: UndetectedViews, context: PlanningContext, detected: Iterable[WorldCells]
 ) -> UndetectedViews:
-    """The views with one more frame, in which the object was detected on these cells.
-
-    threshold: similarity from which a cell may show the object.
-    """
+    """The views with one more frame, in which the object was detected on these cells."""
     pose = (*context.pose.xy, context.pose.yaw_rad)
     if views.seen_from is not None and not _is_elsewhere(pose, views.seen_from):
         return views
     counts = dict(views.counts)
     found: WorldCells = frozenset().union(*detected)
-    for cells in components(np.nan_to_num(context.map_view.similarity, nan=0.0) >= threshold):
+    similar = np.nan_to_num(context.map_view.similarity, nan=0.0) >= context.consensus.floor
+    for cells in components(similar):
         world = context.map_view.world_cells(cells)
         if found.isdisjoint(world) and _is_in_view(cells, context):
             counts.update({cell: counts.get(cell, 0) + 1 for cell in world})
@@ -146,33 +156,33 @@ def _is_in_view(cells: I64, context: PlanningContext) -> bool:
 OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 degrees
 
 
-def update_candidates(
-    state: PlannerState, frames: tuple[Detections, ...], context: PlanningContext, *, near_m: float
-) -> PlannerState:
-    """The state with the new sightings merged, without candidates that are a found object.
+def update_memory(
+    memory: TargetMemory,
+    target: str,
+    frames: Iterable[Detections],
+    context: PlanningContext,
+    others: Sequence[FoundObject],
+) -> None:
+    """Take in what these frames show of the target.
 
-    near_m: metres within which a frame that does not show a candidate counts against it.
+    others: found objects of other names, of which the candidates are none.
     """
     for detections in frames:
-        state = replace(state, target_state=_with_frame(state, detections, context, near_m))
-    target_state = state.target_state
-    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
-    free, disputed = (
+        _take_in(memory, target, detections, context)
+    memory.candidates, memory.disputed = (
         tuple(c for c in known if conflicting_object(c, others, context.map_view) is None)
-        for known in (target_state.candidates, target_state.disputed)
+        for known in (memory.candidates, memory.disputed)
     )
-    return replace(state, target_state=replace(target_state, candidates=free, disputed=disputed))
 
 
-def _with_frame(
-    state: PlannerState, detections: Detections, context: PlanningContext, near_m: float
-) -> TargetState:
-    """The target state after one frame.
+def _take_in(
+    memory: TargetMemory, target: str, detections: Detections, context: PlanningContext
+) -> None:
+    """Take in one frame.
 
     A detector that reads the map's features says nothing that the map does not know: what the map
     does not support is kept of an independent one only.
     """
-    target_state, target = state.target_state, state.search.target
     seen = sightings_of(
         target,
         detections,
@@ -180,28 +190,22 @@ def _with_frame(
         seen_from=context.pose.xy,
         consensus=context.consensus,
     )
-    supported = [s for s in seen if s.supported and not _is_rejected(s, target_state)]
-    candidates = count_contradictions(
-        merge_sightings(target_state.candidates, supported),
+    supported = [s for s in seen if s.supported and not _is_rejected(s, memory)]
+    memory.candidates = count_contradictions(
+        merge_sightings(memory.candidates, supported),
         detections,
         supported,
         target=target,
         map_view=context.map_view,
     )
-    undetected = with_frame(
-        target_state.undetected,
-        context,
-        [sighting.cells for sighting in seen],
-        threshold=context.consensus.floor,
-    )
-    target_state = replace(target_state, candidates=candidates, undetected=undetected)
-    if not detections.independent:
-        return target_state
-    return replace(target_state, disputed=_disputed(target_state, seen, context, near_m))
+    detected = [sighting.cells for sighting in seen]
+    memory.undetected = with_frame(memory.undetected, context, detected)
+    if detections.independent:
+        memory.disputed = _disputed(memory, seen, context)
 
 
 def _disputed(
-    target_state: TargetState, seen: Sequence[Sighting], context: PlanningContext, near_m: float
+    memory: TargetMemory, seen: Sequence[Sighting], context: PlanningContext
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates without the map's support after a frame of an independent detector.
 
@@ -212,46 +216,136 @@ def _disputed(
         sighting
         for sighting in seen
         if not sighting.supported
-        and not _is_rejected(sighting, target_state)
-        and (
-            _is_any(sighting, target_state.disputed)
-            or not _is_any(sighting, target_state.candidates)
-        )
+        and not _is_rejected(sighting, memory)
+        and (_is_any(sighting, memory.disputed) or not _is_any(sighting, memory.candidates))
     ]
     return tuple(
-        with_near_view(
-            candidate,
-            context,
-            hit=any(is_same_object(candidate, sighting) for sighting in seen),
-            near_m=near_m,
-        )
-        for candidate in merge_sightings(target_state.disputed, doubtful)
+        with_near_view(candidate, context, hit=any(is_same_object(candidate, s) for s in seen))
+        for candidate in merge_sightings(memory.disputed, doubtful)
     )
 
 
-def _is_rejected(sighting: Sighting, target_state: TargetState) -> bool:
+def _is_rejected(sighting: Sighting, memory: TargetMemory) -> bool:
     """Rejected candidates stay rejected, those with the map's support and those without.
 
     A supported one is taken up again when it is seen from a side from which it was not looked at.
     """
-    same = (c for c in target_state.rejected if c.supported == sighting.supported)
-    if not _is_any(sighting, same):
+    if not _is_any(sighting, (c for c in memory.rejected if c.supported == sighting.supported)):
         return False
     if not sighting.supported:
         return True
-    if _is_any(sighting, target_state.candidates):
+    if _is_any(sighting, memory.candidates):
         return False
-    looks = [
-        doubt.from_xy
-        for doubt in target_state.doubts
-        if dist(doubt.place_xyz, sighting.xyz) <= MERGE_M
-    ]
+    looks = [d.from_xy for d in memory.doubts if dist(d.place_xyz, sighting.xyz) <= MERGE_M]
     elsewhere = all(dist(xy, sighting.seen_from) > OTHER_SIDE_M for xy in looks)
     return not (elsewhere and 0 < len(looks) < MAX_LOOKS)
 
 
 def _is_any(sighting: Sighting, candidates: Iterable[ObjectCandidate]) -> bool:
     return any(is_same_object(candidate, sighting) for candidate in candidates)
+
+
+# Two sets of cells overlap if they share this part of the smaller one. A pillow on a bed does
+# not: its cells never resembled the bed.
+SAME_PLACE = 0.5
+
+
+def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
+    """Pairs among the texts that mean the same to the encoder."""
+    pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
+    texts = [normalised(text) for text in embeddings.texts]
+    return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
+
+
+def rival_names(
+    target: str,
+    objects: Iterable[str],
+    found_objects: Iterable[FoundObject],
+    synonyms: Synonyms = NO_SYNONYMS,
+) -> tuple[str, ...]:
+    """Names that compete with the target: of the search, then of found objects, newest first."""
+    newest_first = reversed([found_object.name for found_object in found_objects])
+    names = dict.fromkeys((*objects, *newest_first))
+    return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
+
+
+def found_under_other_names(
+    found_objects: Iterable[FoundObject], target: str, synonyms: Synonyms
+) -> tuple[FoundObject, ...]:
+    """The found objects whose names do not mean the target."""
+    return tuple(c for c in found_objects if not means_same(c.name, target, synonyms))
+
+
+def conflicting_object(
+    candidate: ObjectCandidate, found_objects: Iterable[FoundObject], map_view: MapView
+) -> FoundObject | None:
+    """The found object of another name that the candidate is; None if it is none of them.
+
+    It is if their cells overlap and if, averaged over the cells of both, another name is more
+    similar to the map than the target.
+    """
+    for found_object in found_objects:
+        if not _overlap(found_object.cells, candidate.cells):
+            continue
+        cells = map_view.indices_of(candidate.cells | found_object.cells)
+        margin = map_view.margin[cells[:, 0], cells[:, 1]]
+        contested = margin[np.isfinite(margin)]
+        if contested.size and contested.mean() < 0:
+            return found_object
+    return None
+
+
+def found_object_at(
+    cell: tuple[int, int], found_objects: Sequence[FoundObject]
+) -> FoundObject | None:
+    """The newest of these found objects that a world cell supported."""
+    return next(
+        (found_object for found_object in reversed(found_objects) if cell in found_object.cells),
+        None,
+    )
+
+
+def count_contradictions(
+    candidates: tuple[ObjectCandidate, ...],
+    detections: Detections,
+    sightings: Sequence[Sighting],
+    *,
+    target: str,
+    map_view: MapView,
+) -> tuple[ObjectCandidate, ...]:
+    """The candidates, with the frames counted in which another name was detected there.
+
+    A frame with a sighting of the candidate, among ``sightings``, is not counted: the other
+    detection lies on the object or before it.
+    """
+    others = [
+        map_view.world_cells(map_view.grid.cells(_points(detections, index)))
+        for index, name in enumerate(detections.names)
+        if not same_name(name, target)
+    ]
+    return tuple(
+        replace(candidate, contradictions=candidate.contradictions + 1)
+        if any(_overlap(cells, candidate.cells) for cells in others)
+        and not any(is_same_object(candidate, sighting) for sighting in sightings)
+        else candidate
+        for candidate in candidates
+    )
+
+
+def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
+    """Whether two names are equal or synonyms."""
+    return same_name(one, other) or frozenset((normalised(one), normalised(other))) in synonyms
+
+
+def _overlap(one: WorldCells, other: WorldCells) -> bool:
+    smaller = min(len(one), len(other))
+    return smaller > 0 and len(one & other) >= SAME_PLACE * smaller
+
+
+def _points(detections: Detections, index: int) -> F64:
+    """Points (K, 3) float64 of one detection, metres in the map frame."""
+    points: F64 = detections.points_map[detections.point_owner == index].astype(np.float64)
+    return points
 
 
 def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:

@@ -1,50 +1,35 @@
-"""Exploration: which goal to drive to, and when to abandon it."""
+"""Exploration: which goal to drive to, and how to follow it between two comparisons of all goals.
+
+Comparing goals takes time in proportion to the known area. Beyond the size of a flat it is
+therefore done less often, and the steps between look at the map around the way only: planning
+takes about the same share of a processor in a hall as in a flat.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
 
 import numpy as np
 
-from onemap_planner.motion.motions import Motion, Rest, Rotate
-from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS, arrived
-from onemap_planner.policy.competition import found_object_at, found_under_other_names
-from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
-from onemap_planner.policy.evidence import object_probability
+from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.evidence import likely_disputed
 from onemap_planner.policy.goals import (
     SAME_GOAL_M,
     Goal,
     GoalCandidates,
     GoalKind,
-    LeftGoal,
     detection_goals,
     explain_candidate,
     explain_goal,
     frontier_goals,
     region_goals,
     select_goal,
-    spent_before_s,
     successor,
-    with_left,
 )
-from onemap_planner.policy.state import (
-    BLACKLIST_RADIUS_M,
-    GOAL_BASE_S,
-    GOAL_S_PER_M,
-    LINGER_S,
-    SETTLE_S,
-    ActiveGoal,
-    GoalComparison,
-    Observation,
-    PlannerState,
-    abandon_finished,
-    compared,
-    is_blacklisted,
-    is_new_goal,
-    reconsider,
-)
-from onemap_planner.policy.tried_viewpoints import next_viewpoint
+from onemap_planner.policy.last_resorts import last_resort
+from onemap_planner.policy.memory import ActiveGoal, GoalComparison, PlannerState
+from onemap_planner.policy.outcome import Move, Observation
 from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.policy.ways import (
     UnreachedPlace,
@@ -53,119 +38,132 @@ from onemap_planner.policy.ways import (
     visit_counts,
     ways_to_unreached,
 )
-from onemap_planner.search.events import CandidateSelected, Event, Exhausted
+from onemap_planner.search.events import CandidateSelected
 from onemap_planner.search.phases import Destination, Exploring
-from onemap_planner.world.candidates import CERTAIN, MERGE_M, MIN_SIGHTINGS, ObjectCandidate
+from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
-from onemap_shared.geometry import F64, I64
-from onemap_shared.messages import Coverage, SearchKind
-
-# Square metres of free floor that no path leads to, from which on all frontiers are visited once
-# more before the object counts as not found: a small room.
-CUT_OFF_M2 = 2.0
+from onemap_shared.geometry import F64
+from onemap_shared.messages import SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
-MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
-LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
+EVERY_STEP_M2 = 200.0  # known area up to which every step compares all goals: a large flat
+COMPARE_S_PER_M2 = 0.0025  # beyond it: 2 s for 1000 m2, in which a robot drives a metre
+AROUND_M = 3.0  # of the way; obstacles farther than the inflation radius cost it nothing
 
 
-def select_candidate(state: PlannerState, context: PlanningContext) -> Event | None:
-    """The event that selects a candidate seen often enough and reachable, if there is one."""
-    for candidate in state.target_state.candidates[:MAX_CANDIDATES_TRIED]:
-        if candidate.sightings < MIN_SIGHTINGS:
-            continue
-        if candidate.contradictions > candidate.sightings:
-            continue  # more often detected under another name
-        if next_viewpoint(state, candidate, context) is not None:
+def select_candidate(state: PlannerState, context: PlanningContext) -> CandidateSelected | None:
+    """The event that selects a candidate seen often enough and reachable, if there is one.
+
+    One that was more often detected under another name does not count.
+    """
+    for candidate in state.memory.candidates[:MAX_CANDIDATES_TRIED]:
+        often = candidate.sightings >= max(MIN_SIGHTINGS, candidate.contradictions)
+        if often and state.memory.next_viewpoint(candidate, context) is not None:
             return CandidateSelected(candidate)
     return None
 
 
-def with_candidate_choice(
+def explain_selection(
     state: PlannerState, candidate: ObjectCandidate, context: PlanningContext
-) -> PlannerState:
-    """The state whose search explains why the robot walks up to the selected candidate."""
-    goals = detection_goals(
-        ((candidate, candidate.similarity),),
-        context,
-        viewpoint_of=lambda thing: next_viewpoint(state, thing, context),
-    )
-    if not goals:
-        return state
-    enough = MIN_SIGHTINGS
-    search = explain_candidate(state.search, goals[0], candidate.sightings, enough)
-    return replace(state, search=search)
+) -> None:
+    """Tell in the search why the robot walks up to the selected candidate."""
+    goals = _detection_goals([(candidate, candidate.similarity)], state, context)
+    if goals:
+        search, sightings = state.search, candidate.sightings
+        state.search = explain_candidate(search, goals[0], sightings, MIN_SIGHTINGS)
 
 
-def explore(
-    state: PlannerState, context: PlanningContext
-) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
-    """Drive to the best goal; without one after a look around the object counts as not found."""
-    believed = discounted(context.map_view, state.target_state.undetected)
-    goal_candidates = GoalCandidates(
-        find_frontiers(believed, context.costmap), find_regions(believed)
-    )
-    state = abandon_finished(state, LINGER_S)
+def explore(state: PlannerState, context: PlanningContext) -> Move:
+    """Drive to the best goal; without one, the last resorts."""
+    memory, now_s = state.memory, state.active_time_s
+    believed = discounted(context.map_view, memory.undetected)
+    candidates = GoalCandidates(find_frontiers(believed, context.costmap), find_regions(believed))
+    state.give_up_finished()
     ways = _ways_to_unreached(state, context)
-    state = _with_gaps(state, ways, context)
-    options = _options(state, context, goal_candidates, ways)
-    goal = select_goal(
-        options, state.target_state.active_goal.goal if state.target_state.active_goal else None
-    )
+    if not ways and not state.crosses_gaps:
+        state.crosses_gaps = lies_across_gap(_agreed(state), context)
+    options = _options(state, context, candidates, ways)
+    goal = select_goal(options, memory.active_goal.goal if memory.active_goal else None)
     if goal is None:
-        return *_idle(state, context), goal_candidates
+        return replace(last_resort(state, context), candidates=candidates)
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-    active_goal = _activate(state, goal)
-    left = _left_goals(state, goal)
-    if is_new_goal(state, active_goal):
-        state = replace(state, search=explain_goal(state.search, goal, options))
-    if active_goal.arrived_s is None and arrived(motion, context.pose):
-        active_goal = replace(active_goal, arrived_s=state.active_time_s)
-    active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)
-    target_state = replace(
-        state.target_state, active_goal=active_goal, idle_since_s=None, left=left
-    )
-    event = _candidate_reached(state, active_goal)
-    return replace(state, target_state=target_state), motion, event, goal_candidates
+    active = _activated(state, goal)
+    memory.leave(goal, now_s)
+    if memory.is_new(active):
+        state.search = explain_goal(state.search, goal, options)
+    active = active.at(now_s, arrived=arrived(motion, context.pose))
+    memory.active_goal = active.compared(motion, candidates, now_s)
+    memory.idle_since_s = None
+    return Move(motion, _disputed_reached(state, active), candidates)
 
 
-def _candidate_reached(state: PlannerState, active_goal: ActiveGoal) -> Event | None:
+def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
+    """The active goal: the present one if the goal is the same, else a new one.
+
+    A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere.
+    """
+    active = state.memory.active_goal
+    if (
+        active is not None
+        and successor([goal], active.goal) is not None
+        and goal.looks_at(active.budget_xy, 2 * SAME_GOAL_M)
+    ):
+        return replace(active, goal=goal)
+    return state.new_goal(goal)
+
+
+def _disputed_reached(state: PlannerState, active: ActiveGoal) -> CandidateSelected | None:
     """Selects the disputed candidate that the robot has come to look at."""
-    goal = active_goal.goal
-    if goal.kind is not GoalKind.DETECTION or active_goal.arrived_s is None:
+    if active.goal.kind is not GoalKind.DETECTION or active.arrived_s is None:
         return None
-    for candidate in state.target_state.disputed:
-        if goal.looks_at((candidate.xyz[0], candidate.xyz[1]), MERGE_M):
-            return CandidateSelected(candidate)
-    return None
+    there = (c for c in state.memory.disputed if active.goal.looks_at(c.xyz[:2], MERGE_M))
+    return next((CandidateSelected(candidate) for candidate in there), None)
 
 
 def _options(
-    state: PlannerState, context: PlanningContext, goal_candidates: GoalCandidates, ways: list[Goal]
+    state: PlannerState, context: PlanningContext, candidates: GoalCandidates, ways: list[Goal]
 ) -> list[Goal]:
-    """The goals to choose from; ways: those on the ways to candidates without a viewpoint."""
-    costmap, cost_to_go = context.costmap, context.cost_to_go
-    goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go)
-    goals += _region_goals(state, context, goal_candidates.regions)
-    goals += detection_goals(
-        _unconfirmed(state, context),
-        context,
-        viewpoint_of=lambda thing: next_viewpoint(state, thing, context),
-    )
-    worthwhile = ways + _without_blacklisted(state, goals)
+    """The goals to choose from; ways: those on the ways to candidates without a viewpoint.
+
+    Without any, a look at what may close a way, at the largest part of the floor that no path
+    leads to, and at what looks a little like the object.
+    """
+    goals = frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
+    goals += _region_goals(state, context, candidates.regions)
+    goals += _detection_goals(_unconfirmed(state, context), state, context)
+    worthwhile = ways + _not_given_up(state, goals)
     if worthwhile:
         return worthwhile
-    for look in looks_at_closed_ways(context, _tried_xy(state, GoalKind.LOOK_AT)):
-        if not is_blacklisted(state, look, BLACKLIST_RADIUS_M):
+    for look in looks_at_closed_ways(context, state.memory.tried_xy(GoalKind.LOOK_AT)):
+        if not state.is_given_up(look):
             return [look]
     way_out = _way_to_cut_off(state, context)
     if way_out is not None:
         return [way_out]
-    remaining = remaining_regions(context.map_view)
-    return _without_blacklisted(state, _region_goals(state, context, remaining))
+    return _not_given_up(state, _region_goals(state, context, remaining_regions(context.map_view)))
+
+
+def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
+    return [goal for goal in goals if not state.is_given_up(goal)]
+
+
+def _region_goals(
+    state: PlannerState, context: PlanningContext, regions: tuple[SimilarRegion, ...]
+) -> list[Goal]:
+    tried_xy = state.memory.tried_xy(GoalKind.REGION)
+    return region_goals(regions, context.costmap, context.cost_to_go, tried_xy=tried_xy)
+
+
+def _detection_goals(
+    scored: list[tuple[ObjectCandidate, float]], state: PlannerState, context: PlanningContext
+) -> list[Goal]:
+    def viewpoint_of(candidate: ObjectCandidate) -> tuple[float, float] | None:
+        return state.memory.next_viewpoint(candidate, context)
+
+    return detection_goals(scored, context, viewpoint_of=viewpoint_of)
 
 
 def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | None:
@@ -173,17 +171,14 @@ def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | Non
 
     The gap may be too narrow for a frontier, such as floor that the camera missed in a doorway.
     """
-    parts = components(context.cut_off())
-    largest = max(parts, key=len, default=None)
+    largest = max(components(context.cut_off()), key=len, default=None)
     if largest is None or len(largest) * context.map_view.cell_area_m2 < LEAST_CUT_OFF_M2:
         return None
     grid = context.costmap.grid
     here = grid.cells(np.asarray(context.pose.xy))
-    nearest = largest[np.hypot(*(largest - here).T).argmin()]
-    x, y = grid.centres(nearest)
-    visits = _visits(state, context)
+    x, y = grid.centres(largest[np.hypot(*(largest - here).T).argmin()])
     there = Destination(SearchKind.GO_TO, (float(x), float(y)))
-    return frontier_goal(there, context, visits)
+    return frontier_goal(there, context, visit_counts(context, state.visited_frontiers))
 
 
 def _ways_to_unreached(state: PlannerState, context: PlanningContext) -> list[Goal]:
@@ -192,53 +187,19 @@ def _ways_to_unreached(state: PlannerState, context: PlanningContext) -> list[Go
     places = [
         UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
         for candidate, score in agreed + _unconfirmed(state, context)
-        if next_viewpoint(state, candidate, context) is None
+        if state.memory.next_viewpoint(candidate, context) is None
     ]
     if not places:
         return []
-    visits = _visits(state, context)
-    goals = ways_to_unreached(places, context, visits)
-    return _without_blacklisted(state, goals)
-
-
-def _with_gaps(state: PlannerState, ways: list[Goal], context: PlanningContext) -> PlannerState:
-    """The state that crosses narrow unknown gaps, if what detector and map agree on stands beyond
-    one and no frontier is left on the way to it."""
-    agreed = _agreed(state)
-    if ways or state.crosses_gaps or not lies_across_gap(agreed, context):
-        return state
-    return replace(state, crosses_gaps=True)
+    return _not_given_up(
+        state, ways_to_unreached(places, context, visit_counts(context, state.visited_frontiers))
+    )
 
 
 def _agreed(state: PlannerState) -> list[ObjectCandidate]:
     """What was detected often enough where the map agrees."""
-    least = MIN_SIGHTINGS
-    often = [c for c in state.target_state.candidates if c.sightings >= least]
+    often = [c for c in state.memory.candidates if c.sightings >= MIN_SIGHTINGS]
     return often[:MAX_CANDIDATES_TRIED]
-
-
-def _visits(state: PlannerState, context: PlanningContext) -> I64:
-    """(nx, ny): how many frontiers near each cell were visited or given up."""
-    visited_xy = np.array(state.blacklisted_frontiers, np.float64).reshape(-1, 2)
-    return visit_counts(context, visited_xy, BLACKLIST_RADIUS_M)
-
-
-def _region_goals(
-    state: PlannerState, context: PlanningContext, regions: tuple[SimilarRegion, ...]
-) -> list[Goal]:
-    return region_goals(
-        regions, context.costmap, context.cost_to_go, tried_xy=_tried_xy(state, GoalKind.REGION)
-    )
-
-
-def _tried_xy(state: PlannerState, kind: GoalKind) -> F64:
-    """Viewpoints (T, 2), metres, of the goals of this kind that were given up for the object."""
-    tried = [goal.viewpoint_xy for goal in state.target_state.blacklisted if goal.kind is kind]
-    return np.array(tried, np.float64).reshape(-1, 2)
-
-
-def _without_blacklisted(state: PlannerState, goals: list[Goal]) -> list[Goal]:
-    return [goal for goal in goals if not is_blacklisted(state, goal, BLACKLIST_RADIUS_M)]
 
 
 def _unconfirmed(
@@ -249,126 +210,10 @@ def _unconfirmed(
     Those seen, but not often enough to be approached; and those that the map does not support,
     while they are not certainly something else.
     """
-    least = MIN_SIGHTINGS
-    seldom = [(c, c.similarity) for c in state.target_state.candidates if c.sightings < least]
-    often = [c for c in state.target_state.disputed if c.sightings >= least]
-    disputed = [
-        (candidate, object_probability(candidate, context))
-        for candidate in often[:MAX_CANDIDATES_TRIED]
-    ]
-    unlikely = 1 - CERTAIN
-    return seldom[:MAX_CANDIDATES_TRIED] + [(c, p) for c, p in disputed if p > unlikely]
-
-
-def _activate(state: PlannerState, goal: Goal) -> ActiveGoal:
-    """The active goal: the present one if the goal is the same, else a new one.
-
-    A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere; one
-    that the robot comes back to, what is left of its budget.
-    """
-    active_goal = state.target_state.active_goal
-    if (
-        active_goal is not None
-        and successor([goal], active_goal.goal) is not None
-        and goal.looks_at(active_goal.budget_xy, 2 * SAME_GOAL_M)
-    ):
-        return replace(active_goal, goal=goal)
-    budget_s = GOAL_BASE_S + GOAL_S_PER_M * goal.utility.travel_m
-    left, base_s = state.target_state.left, GOAL_BASE_S
-    spent_s = spent_before_s(left, goal, base_s=base_s)
-    return ActiveGoal(goal, state.active_time_s - spent_s, budget_s, goal.look_xy)
-
-
-def _left_goals(state: PlannerState, chosen: Goal) -> tuple[LeftGoal, ...]:
-    left, before = state.target_state.left, state.target_state.active_goal
-    if before is None:
-        return left
-    spent_s = state.active_time_s - before.since_s
-    return with_left(left, LeftGoal(before.goal, spent_s), chosen)
-
-
-def _idle(
-    state: PlannerState, context: PlanningContext
-) -> tuple[PlannerState, Motion, Event | None]:
-    since_s = state.target_state.idle_since_s
-    if since_s is None:
-        since_s = state.active_time_s
-    state = replace(
-        state, target_state=replace(state.target_state, active_goal=None, idle_since_s=since_s)
-    )
-    idle_s = state.active_time_s - since_s
-    if idle_s < SETTLE_S:
-        return state, Rest(), None
-    if idle_s < SETTLE_S + 2 * pi / LOOK_AROUND_RADPS:
-        return state, Rotate(), None  # whoever stood in a doorway may have left
-    cut_off_m2 = context.unreachable_m2()
-    beyond_m2 = cut_off_m2 - across_gaps(context).unreachable_m2()
-    if not state.crosses_gaps and beyond_m2 >= LEAST_CUT_OFF_M2:
-        target_state = replace(state.target_state, idle_since_s=None)
-        return replace(state, target_state=target_state, crosses_gaps=True), Rest(), None
-    cut_off = cut_off_m2 >= CUT_OFF_M2
-    began_s = state.search.target_start.since_active_time_s
-    untried = since_s - began_s < SETTLE_S  # no goal since the object's turn came
-    again = (
-        state.target_state.rejected
-        or state.target_state.closed_off
-        or state.unreached_frontiers
-        or ((cut_off or untried) and state.blacklisted_frontiers)
-    )
-    doubtful = _doubtful(state, context)
-    if (again or doubtful) and not state.target_state.reconsidered:
-        looks = tuple(candidate for _, candidate in doubtful[:MAX_LAST_LOOKS])
-        return reconsider(state, frontiers=cut_off or untried, doubtful=looks), Rest(), None
-    coverage = coverage_of(context)
-    covered = _covered(state, context, coverage)
-    named = f"; {_told(*doubtful[0])}" if doubtful else ""
-    return state, Rest(), Exhausted(covered + named, coverage)
-
-
-def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[float, ObjectCandidate]]:
-    """What was detected, but not accepted because the map did not agree, the most probable first.
-
-    Each with its probability; what is certainly something else is left out.
-    """
-    weighed = [
-        (object_probability(candidate, context), candidate)
-        for candidate in (*state.target_state.disputed, *state.target_state.rejected)
-        if not candidate.supported and candidate.sightings >= MIN_SIGHTINGS
-    ]
-    likely = [pair for pair in weighed if pair[0] > 1 - CERTAIN]
-    return sorted(likely, key=lambda pair: -pair[0])
-
-
-def _told(probable: float, best: ObjectCandidate) -> str:
-    """A doubtful candidate in words."""
-    hits = sum(tally.hits for tally in best.near_views)
-    x, y, _ = best.xyz
-    return (
-        f"detected at ({x:.1f}, {y:.1f}) in {hits} of {best.near_frames} near views where the map "
-        f"does not agree, probability {probable:.2f}"
-    )
-
-
-def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) -> str:
-    """How much was explored, and where the similarity to the object is highest."""
-    map_view = context.map_view
-    area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
-    text = f"searched everything reachable: {area_m2:.0f} m² explored"
-    if coverage.unreachable_m2 >= LEAST_NAMED_M2:
-        text += f", {coverage.unreachable_m2:.0f} m² of floor seen that no way leads to"
-    if not coverage.best_match_m:
-        return f"{text}; the map has no features"
-    x, y = coverage.best_match_m
-    (cell,) = map_view.world_cells(map_view.grid.cells(np.array([[x, y]])))
-    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
-    found_object = found_object_at(cell, others)
-    there = f", which is the {found_object.name} found before" if found_object else ""
-    return f"{text}; best match {coverage.best_score:.2f} at ({x:.1f}, {y:.1f}){there}"
-
-
-EVERY_STEP_M2 = 200.0  # known area up to which every step compares all goals: a large flat
-COMPARE_S_PER_M2 = 0.0025  # beyond it: 2 s for 1000 m2, in which a robot drives a metre
-AROUND_M = 3.0  # of the way; obstacles farther than the inflation radius cost it nothing
+    seldom = [(c, c.similarity) for c in state.memory.candidates if c.sightings < MIN_SIGHTINGS]
+    often = [c for c in state.memory.disputed if c.sightings >= MIN_SIGHTINGS]
+    disputed = likely_disputed(often[:MAX_CANDIDATES_TRIED], context)
+    return seldom[:MAX_CANDIDATES_TRIED] + disputed
 
 
 def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
@@ -376,53 +221,48 @@ def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
 
     All of it is needed to compare goals, for detections, and to approach a candidate.
     """
-    active_goal = state.target_state.active_goal
-    if active_goal is None or active_goal.comparison is None or observation.pose is None:
+    memory, active = state.memory, state.memory.active_goal
+    if active is None or active.comparison is None or observation.pose is None:
         return None
-    if active_goal.arrived_s is not None or not isinstance(state.search.phase, Exploring):
+    if active.arrived_s is not None or not isinstance(state.search.phase, Exploring):
         return None
-    if _is_over(state, active_goal, active_goal.comparison):
+    if _is_over(state, active, active.comparison):
         return None
-    least = MIN_SIGHTINGS
     if any(found.names for found in observation.detections) or any(
-        candidate.sightings >= least for candidate in state.target_state.candidates
+        candidate.sightings >= MIN_SIGHTINGS for candidate in memory.candidates
     ):
         return None
     here = (*observation.pose.xy, 0.0)
-    if any(candidate.distance_m(here) <= AROUND_M for candidate in state.target_state.disputed):
+    if any(candidate.distance_m(here) <= AROUND_M for candidate in memory.disputed):
         return None  # a frame without a detection of it counts against it
-    corners = np.vstack([active_goal.comparison.corners_xy, observation.pose.xy])
+    corners = np.vstack([active.comparison.corners_xy, observation.pose.xy])
     return np.stack([corners.min(axis=0) - AROUND_M, corners.max(axis=0) + AROUND_M])
+
+
+def _is_over(state: PlannerState, active: ActiveGoal, comparison: GoalComparison) -> bool:
+    """Whether the goals are to be compared again, or the time for this one is over."""
+    now_s = state.active_time_s
+    period_s = COMPARE_S_PER_M2 * max(state.known_m2 - EVERY_STEP_M2, 0.0)
+    return now_s - comparison.at_s >= period_s or now_s - active.since_s > active.budget_s
 
 
 def can_follow(state: PlannerState, context: PlanningContext) -> bool:
     """Whether a path leads to the active goal within this part of the map."""
-    active_goal = state.target_state.active_goal
-    if active_goal is None:
+    active = state.memory.active_goal
+    if active is None:
         return False
     grid = context.costmap.grid
-    cell = grid.cells(np.asarray(active_goal.goal.viewpoint_xy))
+    cell = grid.cells(np.asarray(active.goal.viewpoint_xy))
     inside = bool(grid.contains(cell))
     return inside and bool(np.isfinite(context.cost_to_go.cost_m[cell[0], cell[1]]))
 
 
-def follow_goal(
-    state: PlannerState, context: PlanningContext
-) -> tuple[PlannerState, Motion, GoalCandidates]:
+def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     """Drive on to the active goal, which ``can_follow``."""
-    active_goal = state.target_state.active_goal
-    if active_goal is None or active_goal.comparison is None:
-        return state, Rest(), GoalCandidates()
-    goal, comparison = active_goal.goal, active_goal.comparison
-    motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-    if arrived(motion, context.pose):
-        active_goal = replace(active_goal, arrived_s=state.active_time_s)
-    target_state = replace(state.target_state, active_goal=active_goal)
-    return replace(state, target_state=target_state), motion, comparison.candidates
-
-
-def _is_over(state: PlannerState, active_goal: ActiveGoal, comparison: GoalComparison) -> bool:
-    """Whether the goals are to be compared again, or the time for this one is over."""
-    now_s = state.active_time_s
-    period_s = COMPARE_S_PER_M2 * max(state.known_m2 - EVERY_STEP_M2, 0.0)
-    return now_s - comparison.at_s >= period_s or now_s - active_goal.since_s > active_goal.budget_s
+    active = state.memory.active_goal
+    if active is None or active.comparison is None:
+        return Move()
+    motion = context.drive_to(active.goal.viewpoint_xy, active.goal.look_xy)
+    there = arrived(motion, context.pose)
+    state.memory.active_goal = active.at(state.active_time_s, arrived=there)
+    return Move(motion, candidates=active.comparison.candidates)

@@ -32,10 +32,6 @@ from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 
 
-MAX_LEFT = 8  # goals that were left; more do not take turns
-RETURN_PART = 1 / 3  # of a goal's base time: one that comes and goes has three visits
-
-
 class GoalKind(str, Enum):
     """What a goal is for; the values are those of ``PlannedPath.goal_kind``."""
 
@@ -56,6 +52,7 @@ SIZE_WEIGHT_PER_M = 0.04  # bonus per metre of frontier: wide openings show more
 # Part of the current goal's utility by which another must exceed it to replace it: what turning
 # round costs, and borders change with every view.
 HYSTERESIS = 0.3
+GIVEN_UP_RADIUS_M = 0.5  # metres around a goal viewed without result in which no other is taken
 SAME_GOAL_M = 0.8  # metres a goal may shift between two maps and still be the same
 VIEWPOINT_WITHIN_M = 0.8  # metres from which a frontier counts as reached
 VIEW_NEAREST_M = 0.8  # nearer, the camera looks over low things
@@ -122,6 +119,9 @@ class GoalCandidates:
     regions: tuple[SimilarRegion, ...] = ()
 
 
+NO_CANDIDATES = GoalCandidates()
+
+
 def select_goal(options: Iterable[Goal], current: Goal | None) -> Goal | None:
     """The best option; the current goal's new version unless the best exceeds it by hysteresis."""
     ranked = sorted(options, key=lambda goal: (-goal.utility.total, goal.look_xy))
@@ -156,39 +156,6 @@ def _grown(cells: WorldCells) -> WorldCells:
     """The cells and all within ``GROWTH_CELLS`` of them, diagonals included."""
     steps = range(-GROWTH_CELLS, GROWTH_CELLS + 1)
     return frozenset((x + dx, y + dy) for x, y in cells for dx in steps for dy in steps)
-
-
-@dataclass(frozen=True, slots=True)
-class LeftGoal:
-    """A goal that another one was preferred to, and the seconds that were spent on it."""
-
-    goal: Goal
-    spent_s: float
-
-
-def with_left(left: tuple[LeftGoal, ...], before: LeftGoal, chosen: Goal) -> tuple[LeftGoal, ...]:
-    """The goals that were left, with the one before if ``chosen`` replaces it.
-
-    Two goals may take turns for ever: one that is seen only from some places is preferred there
-    and gone elsewhere. What was spent on a goal is therefore kept when another one is preferred.
-    """
-    if successor([chosen], before.goal) is not None:
-        return left
-    others = tuple(each for each in left if not _about_the_same(each.goal, before.goal))
-    return (*others, before)[-MAX_LEFT:]
-
-
-def spent_before_s(left: tuple[LeftGoal, ...], goal: Goal, *, base_s: float) -> float:
-    """Seconds that count as spent on a goal that is taken up: what was, and a part of the base
-    time for each return; 0 for a new one."""
-    for each in left:
-        if _about_the_same(each.goal, goal):
-            return each.spent_s + RETURN_PART * base_s
-    return 0.0
-
-
-def _about_the_same(a: Goal, b: Goal) -> bool:
-    return a.kind is b.kind and a.looks_at(b.look_xy, SAME_GOAL_M)
 
 
 MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards

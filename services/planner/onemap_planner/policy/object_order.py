@@ -7,15 +7,15 @@ map's answer about it come in the same step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from onemap_planner.motion.path import way_lengths
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.evidence import found_under_other_names, update_memory
 from onemap_planner.policy.goals import SAME_GOAL_M, GoalKind
-from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
+from onemap_planner.policy.memory import MAX_LOOKS, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import reachable
 from onemap_planner.search.events import Reordered
 from onemap_planner.search.turns import cheapest_order, order_costs, waiting
@@ -23,7 +23,7 @@ from onemap_planner.world.candidates import MIN_SIGHTINGS
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_planner.world.regions import LikelyPlace, likely_places, similar_cells
 from onemap_shared.geometry import Bool
-from onemap_shared.messages import SearchOrder
+from onemap_shared.messages import Detections, SearchOrder
 
 # Similarity from which a place counts as one of the object: from the lower threshold of regions on,
 # three of four places are something else.
@@ -53,66 +53,56 @@ LOOK_FACTOR = 0.5  # of a place's probability, for each look at it without resul
 def name_to_ask(state: PlannerState) -> str:
     """The waiting object that the map is to be asked about in this step; empty if none is."""
     search, turn = state.search, _turn(state)
-    if not search.active or search.order is not SearchOrder.ANY or turn == state.order_memory.turn:
+    if not search.active or search.order is not SearchOrder.ANY or turn == state.asked_turn:
         return ""
     left = waiting(search)
     return search.objects[left[turn % len(left)]] if left else ""
 
 
-def with_turn(state: PlannerState) -> PlannerState:
-    """The state in which the map was asked in this turn, whether it has answered or not."""
-    if state.search.order is not SearchOrder.ANY:
-        return state
-    return replace(state, order_memory=replace(state.order_memory, turn=_turn(state)))
+def count_turn(state: PlannerState) -> None:
+    """The map was asked in this turn, whether it has answered or not."""
+    if state.search.order is SearchOrder.ANY:
+        state.asked_turn = _turn(state)
 
 
 def take_in_view(
     state: PlannerState,
     view: PlanningView,
-    merge: Callable[[PlannerState, PlanningContext], PlannerState],
+    frames: tuple[Detections, ...],
     context: PlanningContext,
-) -> PlannerState:
-    """The state with the places and the sightings of the waiting objects that the view is of.
-
-    merge: adds the sightings of this step to a state that seeks one of them.
-    """
+) -> None:
+    """Take in the places and the sightings of the waiting objects that the view is of."""
     map_view = map_view_around(view, np.asarray(context.pose.xy))
     context = replace(context, map_view=map_view)
+    others = found_under_other_names(state.found_objects, view.text, state.synonyms)
     for index in waiting(state.search):
         if state.search.objects[index] != view.text:
             continue
-        targets = dict(state.other_targets)
-        target_state = targets.get(index, TargetState())
-        there = replace(state, search=replace(state.search, index=index), target_state=target_state)
-        target_state = merge(there, context).target_state
-        targets[index] = target_state
-        places = _places(target_state, map_view, map_view.observed)
-        memory = state.order_memory.updated(index, places)
-        state = replace(state, other_targets=tuple(targets.items()), order_memory=memory)
-    return state
+        memory = state.other_memories.get(index, TargetMemory()).copy()
+        update_memory(memory, view.text, frames, context, others)
+        state.other_memories[index] = memory
+        state.places[index] = _places(memory, map_view, map_view.observed)
 
 
-def revise_order(
-    state: PlannerState, context: PlanningContext
-) -> tuple[PlannerState, Reordered | None]:
+def revise_order(state: PlannerState, context: PlanningContext) -> Reordered | None:
     """The event that another order is the cheapest; None if it is not, or no revision is due."""
-    left = waiting(state.search)
-    memory, now_s = state.order_memory, state.active_time_s
+    left, now_s = waiting(state.search), state.active_time_s
     if state.search.order is not SearchOrder.ANY or not left:
-        return state, None
-    if memory.decided_s is not None and now_s - memory.decided_s < REVISE_PERIOD_S:
-        return state, None
-    state = replace(state, order_memory=replace(memory, decided_s=now_s))
-    map_view = context.map_view
-    present = _places(state.target_state, map_view, map_view.observed & ~map_view.searched)
+        return None
+    if state.ordered_s is not None and now_s - state.ordered_s < REVISE_PERIOD_S:
+        return None
+    state.ordered_s = now_s
+    map_view, memory = context.map_view, state.memory
+    present = _places(memory, map_view, map_view.observed & ~map_view.searched)
     indices = (state.search.index, *left)
-    known = [present, *(memory.of(index) for index in left)]
+    known = [present, *(state.places.get(index, ()) for index in left)]
     order = tuple(indices[position] for position in _order(known, context))
     if order == state.search.planned:
-        return state, None
-    if order[0] != state.search.index:
-        state = _refuted(state, map_view)
-    return state, Reordered(order)
+        return None
+    if order[0] != state.search.index:  # the searched layer begins anew with the next object
+        refuted = np.argwhere(similar_cells(map_view, LIKELY) & map_view.searched)
+        memory.refuted = memory.refuted | map_view.world_cells(refuted)
+    return Reordered(order)
 
 
 def _order(known: list[tuple[LikelyPlace, ...]], context: PlanningContext) -> tuple[int, ...]:
@@ -138,42 +128,33 @@ def _order(known: list[tuple[LikelyPlace, ...]], context: PlanningContext) -> tu
     return cheapest if costs.of(cheapest) + MARGIN_M < costs.of(staying) else staying
 
 
-def _places(target_state: TargetState, map_view: MapView, among: Bool) -> tuple[LikelyPlace, ...]:
+def _places(memory: TargetMemory, map_view: MapView, among: Bool) -> tuple[LikelyPlace, ...]:
     """Where the object was detected and where the map looks like it, without what was looked at
     in vain."""
-    least = MIN_SIGHTINGS
     sighted = [
         LikelyPlace(candidate.xyz[:2], SIGHTED_PROBABILITY, candidate.cells)
-        for candidate in target_state.candidates
-        if candidate.sightings >= least and candidate.contradictions <= candidate.sightings
+        for candidate in memory.candidates
+        if candidate.sightings >= max(MIN_SIGHTINGS, candidate.contradictions)
     ]
     scale = 1.0 if map_view.calibrated else UNCALIBRATED_PROBABILITY
     similar = [
         replace(place, probability=place.probability * scale * LOOK_FACTOR**looks)
-        for place in likely_places(map_view, among, threshold=LIKELY, refuted=target_state.refuted)
-        if (looks := _looks(target_state, place, SAME_GOAL_M)) < MAX_LOOKS
+        for place in likely_places(map_view, among, threshold=LIKELY, refuted=memory.refuted)
+        if (looks := _looks(memory, place)) < MAX_LOOKS
     ]
     return tuple(
         place
         for place in (*sighted, *similar)
-        if all(place.cells.isdisjoint(rejected.cells) for rejected in target_state.rejected)
+        if all(place.cells.isdisjoint(rejected.cells) for rejected in memory.rejected)
     )
 
 
-def _looks(target_state: TargetState, place: LikelyPlace, within_m: float) -> int:
+def _looks(memory: TargetMemory, place: LikelyPlace) -> int:
     """How often the place was looked at without result."""
     return sum(
-        goal.kind is not GoalKind.FRONTIER and goal.looks_at(place.xy, within_m)
-        for goal in target_state.blacklisted
+        goal.kind is not GoalKind.FRONTIER and goal.looks_at(place.xy, SAME_GOAL_M)
+        for goal in memory.given_up
     )
-
-
-def _refuted(state: PlannerState, map_view: MapView) -> PlannerState:
-    """The state that remembers where the present object was searched for: the searched layer
-    begins anew with the next object."""
-    cells = np.argwhere(similar_cells(map_view, LIKELY) & map_view.searched)
-    refuted = state.target_state.refuted | map_view.world_cells(cells)
-    return replace(state, target_state=replace(state.target_state, refuted=refuted))
 
 
 def _turn(state: PlannerState) -> int:

@@ -1,7 +1,8 @@
-"""One planning step: update the planner state, choose a motion.
+"""One planning step: take in what is new, choose a motion.
 
-Pure: time comes in with the observation, and the state is a value. The planning thread feeds
-it from the bus, the tests from a grid world, the benchmark from a simulator in lockstep.
+Pure: time comes in with the observation, and the state that comes in stays as it is. The planning
+thread feeds it from the bus, the tests from a grid world, the benchmark from a simulator in
+lockstep.
 """
 
 from __future__ import annotations
@@ -9,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
+from onemap_planner.motion.motions import Pose2d, Reverse, Rotate
 from onemap_planner.motion.progress import (
     MAX_STUCK_COUNT,
     STUCK_RADIUS_M,
     MotionSample,
     ProgressMonitor,
 )
-from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import (
     Bands,
     PlanningContext,
@@ -25,33 +25,19 @@ from onemap_planner.policy.context import (
     with_change,
 )
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.evidence import finds_of, update_candidates
+from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
 from onemap_planner.policy.explore import (
     can_follow,
+    explain_selection,
     explore,
     follow_goal,
     follow_window,
     select_candidate,
-    with_candidate_choice,
 )
-from onemap_planner.policy.goals import VIEW_FARTHEST_M, GoalCandidates
-from onemap_planner.policy.object_order import revise_order, take_in_view, with_turn
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.object_order import count_turn, revise_order, take_in_view
+from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.reopening import without_changed
-from onemap_planner.policy.state import (
-    Decision,
-    Observation,
-    OrderMemory,
-    PlannerState,
-    TargetState,
-    at_object,
-    blacklist,
-    latest_candidate,
-    reject_candidate,
-    with_doubt,
-    with_more_time,
-    with_pose,
-)
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.search.events import (
     CandidateSelected,
@@ -84,99 +70,11 @@ from onemap_shared.messages import FailureCode
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
 # in a corner 45 percent can be known.
 KNOWN_AROUND = 0.4
-
-
-def check_progress(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> tuple[PlannerState, bool]:
-    """The state with its progress monitor updated, and whether the robot got stuck just now."""
-    assert observation.pose is not None
-    if state.progress is None:
-        progress = ProgressMonitor(observation.pose, state.active_time_s)
-        return replace(state, progress=progress), False
-    sample = MotionSample(
-        observation.pose,
-        observation.command,
-        observation.collided,
-        state.active_time_s,
-        observation.blocked,
-    )
-    progress = state.progress.update(
-        sample, params.recovery, front_m=params.costmap.min_clearance_m
-    )
-    stuck = progress.backing_from is not None and state.progress.backing_from is None
-    return replace(state, progress=progress), stuck
-
-
-def handle_stuck(state: PlannerState) -> tuple[PlannerState, tuple[Event, ...]]:
-    """Stuck ``max_stuck_count`` times in one place: give up the goal; twice as often: fail."""
-    assert state.progress is not None
-    stuck_count = state.progress.stuck_count
-    if stuck_count >= 2 * MAX_STUCK_COUNT:
-        return state, (stuck_failure(state),)
-    if stuck_count % MAX_STUCK_COUNT:
-        return state, ()
-    match state.search.phase:
-        case Approaching(candidate) | Confirming(candidate, _):
-            latest = latest_candidate(state, candidate)
-            # The way failed, not the candidate: detected from elsewhere, it is taken up again.
-            state = with_doubt(state, latest, state.progress.moved_at.xy)
-            return reject_candidate(state, latest), (Rejected(),)
-        case _ if state.target_state.active_goal is not None:
-            return blacklist(state, state.target_state.active_goal.goal, reached=False), ()
-        case _:
-            return state, ()
-
-
-def is_trapped(state: PlannerState, pose: Pose2d) -> bool:
-    """Whether the robot is still near the place where it got stuck too often."""
-    progress = state.progress
-    return (
-        progress is not None
-        and progress.stuck_at is not None
-        and progress.stuck_count >= MAX_STUCK_COUNT
-        and pose.distance_to(progress.stuck_at.xy) < STUCK_RADIUS_M
-    )
-
-
-def stuck_failure(state: PlannerState) -> SearchFailed:
-    """The event that ends the search of a robot that is stuck."""
-    assert state.progress is not None
-    x, y = state.progress.moved_at.xy
-    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
-
-
-def limit_reached(state: PlannerState, observation: Observation, limit_s: float) -> Event | None:
-    """The event that ends the search, or the object, whose limit is reached; None without."""
-    search, budget = state.search, state.search.budget
-    driven = driven_m(search, observation.odometer_m)
-    if budget.max_distance_m and driven >= budget.max_distance_m:
-        return SearchFailed(
-            f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m",
-            FailureCode.DISTANCE_LIMIT,
-        )
-    if budget.max_time_s and elapsed_s(search, observation.now_s) >= budget.max_time_s:
-        return SearchFailed(
-            f"not done within {budget.max_time_s:g} s, the limit for this search",
-            FailureCode.TIME_LIMIT,
-        )
-    if state.active_time_s - search.target_start.since_active_time_s > limit_s:
-        missed = "not found" if search.target else "not reached"
-        return TargetFailed(
-            f"{missed} within {limit_s:.0f} s, the limit for one object", FailureCode.TIME_LIMIT
-        )
-    return None
-
-
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
-
 # Chooses where to drive while no candidate is approached, as ``explore`` does.
-Exploration = Callable[
-    [PlannerState, PlanningContext],
-    tuple[PlannerState, Motion, Event | None, GoalCandidates],
-]
+Exploration = Callable[[PlannerState, PlanningContext], Move]
 
 
 def step(
@@ -185,39 +83,71 @@ def step(
     params: PlannerParams,
     exploration: Exploration = explore,
     consensus: Consensus = CONSENSUS,
-) -> tuple[PlannerState, Decision | None]:
-    """The next state and what to do; no decision while the inputs are stale or missing.
+) -> Outcome:
+    """The state after the observation and what to do.
 
     exploration and consensus: those of another method, which a benchmark compares.
     """
-    state = _advance_clock(with_turn(state), observation, params)
-    if observation.stale_reason or observation.pose is None or observation.view is None:
-        return _wait_for_inputs(state, observation, params), None
-    before = state.pose or observation.pose
-    state = with_pose(state, observation.pose)
-    state, stuck = check_progress(state, observation, params)
-    context = _context(
-        state, observation.pose, observation.view, params, follow_window(state, observation)
-    )
+    state = state.copy()
+    count_turn(state)
+    _advance_clock(state, observation, params)
+    pose, view = observation.pose, observation.view
+    if observation.stale_reason or pose is None or view is None:
+        _wait_for_inputs(state, observation, params)
+        return Outcome(state)
+    turned_rad = wrap_angle(pose.yaw_rad - (state.pose or pose).yaw_rad)
+    state.move_to(pose)
+    stuck = check_progress(state, observation, params)
+    context = _context(state, pose, view, params, follow_window(state, observation))
     if not context.whole and not can_follow(state, context):
-        context = _context(state, observation.pose, observation.view, params, None)
-    state = replace(state, appeared=context.appeared)
+        context = _context(state, pose, view, params, None)
     context = replace(context, consensus=consensus)
-    state = _take_in_map(state, observation, context)
-    turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
-    state, decision, events = _run_phase(state, context, turned_rad, exploration)
+    state.appeared = context.appeared
+    _take_in_map(state, observation, context)
+    move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
+    active = state.memory.active_goal
+    goal = active.goal if active else None
     if stuck:
-        state, more = handle_stuck(state)
-        events = (*more, *events)
+        events = (*handle_stuck(state), *events)
     limit = limit_reached(state, observation, params.explore.object_limit_s)
     if limit is not None:
         events = (limit,)
-    decision = replace(decision, finds=finds_of(state.search, events, context.map_view.grid))
+    finds = finds_of(state.search, events, context.map_view.grid)
     for event in events:
-        state = _apply(state, event, observation)
-    if state.progress is not None and state.progress.backing_from is not None:
-        decision = replace(decision, motion=Reverse())
-    return state, decision
+        _apply(state, event, observation)
+    backs_up = state.progress is not None and state.progress.backing_from is not None
+    motion = Reverse() if backs_up else move.motion
+    return Outcome(state, Decision(motion, context.costmap, goal, move.candidates, finds))
+
+
+def _advance_clock(state: PlannerState, observation: Observation, params: PlannerParams) -> None:
+    """Active time passes only while the inputs are fresh.
+
+    A second of creeping takes as much of a goal's time as its way does at full speed: else a door
+    behind a metre of floor that no camera saw is given up halfway.
+    """
+    last_s, state.last_step_s = state.last_step_s, observation.now_s
+    if observation.stale_reason:
+        if state.stale_since_s is None:
+            state.stale_since_s = observation.now_s
+        return
+    passed_s = 0.0 if last_s is None else observation.now_s - last_s
+    passed_s = min(passed_s, MAX_STEP_PERIOD_S)
+    if observation.creeps:
+        drive = params.drive
+        state.give_more_time(passed_s * (1 - drive.unseen_mps / drive.max_linear_mps))
+    state.stale_since_s = None
+    state.active_time_s += passed_s
+
+
+def _wait_for_inputs(state: PlannerState, observation: Observation, params: PlannerParams) -> None:
+    """Fail after ``patience_s`` without fresh inputs."""
+    if state.stale_since_s is None:
+        return
+    waited_s = observation.now_s - state.stale_since_s
+    if waited_s > params.explore.patience_s:
+        reason = f"waited {waited_s:.0f} s: {observation.stale_reason}"
+        _apply(state, SearchFailed(reason, FailureCode.NO_INPUT), observation)
 
 
 def _context(
@@ -240,129 +170,136 @@ def _context(
     return across_gaps(context) if state.crosses_gaps else context
 
 
-def _advance_clock(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> PlannerState:
-    """Active time passes only while the inputs are fresh.
-
-    A second of creeping takes as much of a goal's time as its way does at full speed: else a door
-    behind a metre of floor that no camera saw is given up halfway.
-    """
-    if observation.stale_reason:
-        since_s = observation.now_s if state.stale_since_s is None else state.stale_since_s
-        return replace(state, last_step_s=observation.now_s, stale_since_s=since_s)
-    passed_s = 0.0 if state.last_step_s is None else observation.now_s - state.last_step_s
-    passed_s = min(passed_s, MAX_STEP_PERIOD_S)
-    if observation.creeps:
-        drive = params.drive
-        state = with_more_time(state, passed_s * (1 - drive.unseen_mps / drive.max_linear_mps))
-    return replace(
-        state,
-        last_step_s=observation.now_s,
-        stale_since_s=None,
-        active_time_s=state.active_time_s + passed_s,
-    )
-
-
-def _wait_for_inputs(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> PlannerState:
-    """Fail after ``patience_s`` without fresh inputs."""
-    if state.stale_since_s is None:
-        return state
-    waited_s = observation.now_s - state.stale_since_s
-    if waited_s <= params.explore.patience_s:
-        return state
-    event = SearchFailed(
-        f"waited {waited_s:.0f} s: {observation.stale_reason}", FailureCode.NO_INPUT
-    )
-    return _apply(state, event, observation)
-
-
-def _take_in_map(
-    state: PlannerState, observation: Observation, context: PlanningContext
-) -> PlannerState:
-    """The state with the new detections; a map that was begun again resets what came from it."""
+def _take_in_map(state: PlannerState, observation: Observation, context: PlanningContext) -> None:
+    """Take in the new detections; a map that was begun again resets what came from it."""
     known_m2 = known_area_m2(observation.view) if observation.view is not None else 0.0
-    if known_m2 < MAP_RESTART_FRACTION * state.known_m2:
-        state = replace(
-            state,
-            known_m2=known_m2,
-            target_state=TargetState(),
-            blacklisted_frontiers=(),
-            unreached_frontiers=(),
-            crosses_gaps=False,
-            found_objects=(),
-            other_targets=(),
-            dead_ends=(),
-            order_memory=OrderMemory(),
-        )
-        return _apply(state, MapRestarted(), observation)
-    state = replace(state, known_m2=known_m2)
-    frames = observation.detections
+    begun_again = known_m2 < MAP_RESTART_FRACTION * state.known_m2
+    state.known_m2 = known_m2
+    if begun_again:
+        state.forget_map()
+        _apply(state, MapRestarted(), observation)
+        return
+    frames, target = observation.detections, state.search.target
     if observation.other_view is not None:
-        state = take_in_view(
-            state,
-            observation.other_view,
-            lambda there, seen: update_candidates(there, frames, seen, near_m=VIEW_FARTHEST_M),
-            context,
-        )
-    if not context.whole:
-        return state
-    state = without_changed(state, context.map_view)
-    return update_candidates(state, frames, context, near_m=VIEW_FARTHEST_M)
+        take_in_view(state, observation.other_view, frames, context)
+    if context.whole:
+        state.reopen_changed(context.map_view)
+        others = found_under_other_names(state.found_objects, target, state.synonyms)
+        update_memory(state.memory, target, frames, context, others)
 
 
 def _run_phase(
-    state: PlannerState,
-    context: PlanningContext,
-    turned_rad: float,
-    exploration: Exploration,
-) -> tuple[PlannerState, Decision, tuple[Event, ...]]:
-    """The state, the decision and the events of the present phase."""
-    motion: Motion = Rest()
-    event: Event | None = None
-    revised: Reordered | None = None
-    goal_candidates = GoalCandidates()
+    state: PlannerState, context: PlanningContext, turned_rad: float, exploration: Exploration
+) -> tuple[Move, tuple[Event, ...]]:
+    """What the present phase decides, and the events of the step."""
+    move, revised = Move(), None
     match state.search.phase:
         case Starting():
-            event = MapReady(context.known_fraction_around() < KNOWN_AROUND)
+            move = Move(event=MapReady(context.known_fraction_around() < KNOWN_AROUND))
         case LookingAround():
-            motion = Rotate()
-            event = select_candidate(state, context) or Rotated(turned_rad)
+            move = Move(Rotate(), select_candidate(state, context) or Rotated(turned_rad))
         case Exploring() if not context.whole:
-            state, motion, goal_candidates = follow_goal(state, context)
+            move = follow_goal(state, context)
         case Exploring():
-            event = select_candidate(state, context)
-            if event is None:
-                state, revised = revise_order(state, context)
-            if event is None and (revised is None or revised.indices[0] == state.search.index):
-                state, motion, event, goal_candidates = exploration(state, context)
+            move = Move(event=select_candidate(state, context))
+            revised = None if move.event else revise_order(state, context)
+            goes_on = revised is None or revised.indices[0] == state.search.index
+            if move.event is None and goes_on:
+                move = exploration(state, context)
         case Approaching() as phase:
-            state, motion, event = approach(state, phase, context)
+            move = approach(state, phase, context)
         case Confirming() as phase:
-            state, motion, event = confirm(state, phase, context)
+            move = confirm(state, phase, context)
         case Driving(destination):
-            state, motion, event = drive_to_place(state, destination, context)
-        case _:
-            pass
+            move = drive_to_place(state, destination, context)
+    event = move.event
     if isinstance(event, Exhausted) and is_trapped(state, context.pose):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
     if isinstance(event, CandidateSelected):
-        state = with_candidate_choice(state, event.candidate, context)
-    goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
-    decision = Decision(motion, context.costmap, goal, goal_candidates)
-    return state, decision, tuple(each for each in (revised, event) if each is not None)
+        explain_selection(state, event.candidate, context)
+    return move, tuple(each for each in (revised, event) if each is not None)
 
 
-def _apply(state: PlannerState, event: Event, observation: Observation) -> PlannerState:
-    """The state after the event; the next object begins with an empty target state."""
+def _apply(state: PlannerState, event: Event, observation: Observation) -> None:
+    """Take in the event; the next object begins with an empty memory."""
     xy = observation.pose.xy if observation.pose else None
     stamp = EventStamp(observation.now_s, state.active_time_s, xy, observation.odometer_m)
     if isinstance(event, Confirmed):
-        found = with_found_object(state.found_objects, state.search.target, event.candidate)
-        state = replace(state, found_objects=found)
+        state.find(event.candidate)
     search = transition(state.search, event, stamp)
     if search.index != state.search.index:
-        state = at_object(state, search.index, keep=isinstance(event, Reordered))
-    return replace(state, search=search)
+        state.turn_to(search.index, keep=isinstance(event, Reordered))
+    state.search = search
+
+
+def check_progress(state: PlannerState, observation: Observation, params: PlannerParams) -> bool:
+    """Update the progress monitor; whether the robot got stuck just now."""
+    assert observation.pose is not None
+    before, now_s = state.progress, state.active_time_s
+    if before is None:
+        state.progress = ProgressMonitor(observation.pose, now_s)
+        return False
+    sample = MotionSample(
+        observation.pose, observation.command, observation.collided, now_s, observation.blocked
+    )
+    front_m = params.costmap.min_clearance_m
+    state.progress = before.update(sample, params.recovery, front_m=front_m)
+    return state.progress.backing_from is not None and before.backing_from is None
+
+
+def handle_stuck(state: PlannerState) -> tuple[Event, ...]:
+    """Stuck ``MAX_STUCK_COUNT`` times in one place: give up the goal; twice as often: fail."""
+    assert state.progress is not None
+    stuck_count, memory = state.progress.stuck_count, state.memory
+    if stuck_count >= 2 * MAX_STUCK_COUNT:
+        return (stuck_failure(state),)
+    if stuck_count % MAX_STUCK_COUNT:
+        return ()
+    match state.search.phase:
+        case Approaching(candidate) | Confirming(candidate, _):
+            latest = memory.latest(candidate)
+            # The way failed, not the candidate: detected from elsewhere, it is taken up again.
+            memory.doubt(latest, state.progress.moved_at.xy)
+            memory.reject(latest)
+            return (Rejected(),)
+        case _ if memory.active_goal is not None:
+            state.give_up(memory.active_goal.goal, reached=False)
+    return ()
+
+
+def is_trapped(state: PlannerState, pose: Pose2d) -> bool:
+    """Whether the robot is still near the place where it got stuck too often."""
+    progress = state.progress
+    return (
+        progress is not None
+        and progress.stuck_at is not None
+        and progress.stuck_count >= MAX_STUCK_COUNT
+        and pose.distance_to(progress.stuck_at.xy) < STUCK_RADIUS_M
+    )
+
+
+def stuck_failure(state: PlannerState) -> SearchFailed:
+    """The event that ends the search of a robot that is stuck."""
+    assert state.progress is not None
+    x, y = state.progress.moved_at.xy
+    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
+
+
+def limit_reached(state: PlannerState, observation: Observation, limit_s: float) -> Event | None:
+    """The event that ends the search, or the object, whose limit is reached; None without.
+
+    limit_s: of one object; the search's own limits are in its budget.
+    """
+    search, budget = state.search, state.search.budget
+    driven = driven_m(search, observation.odometer_m)
+    if budget.max_distance_m and driven >= budget.max_distance_m:
+        reason = f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m"
+        return SearchFailed(reason, FailureCode.DISTANCE_LIMIT)
+    if budget.max_time_s and elapsed_s(search, observation.now_s) >= budget.max_time_s:
+        reason = f"not done within {budget.max_time_s:g} s, the limit for this search"
+        return SearchFailed(reason, FailureCode.TIME_LIMIT)
+    if state.active_time_s - search.target_start.since_active_time_s > limit_s:
+        missed = "not found" if search.target else "not reached"
+        reason = f"{missed} within {limit_s:.0f} s, the limit for one object"
+        return TargetFailed(reason, FailureCode.TIME_LIMIT)
+    return None

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     SightTarget,
@@ -88,12 +88,12 @@ def frontier_on_way(
     return FrontierOnWay(cell, inside, float(left_m[tuple(cell)]))
 
 
-def visit_counts(context: PlanningContext, visited_xy: F64, radius_m: float) -> I64:
-    """(nx, ny): how many of the points (V, 2), metres, lie within the radius of each cell."""
+def visit_counts(context: PlanningContext, visited_xy: Iterable[tuple[float, float]]) -> I64:
+    """(nx, ny): how many of the frontiers that were visited, metres, were near each cell."""
     grid = context.costmap.grid
     counts = np.zeros(grid.shape, np.int64)
-    for cell in grid.cells(visited_xy.reshape(-1, 2)):
-        counts += distance_cells(grid, cell) * grid.cell_size_m <= radius_m
+    for cell in grid.cells(np.array([*visited_xy], np.float64).reshape(-1, 2)):
+        counts += distance_cells(grid, cell) * grid.cell_size_m <= GIVEN_UP_RADIUS_M
     return counts
 
 

@@ -12,29 +12,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
-from onemap_planner.policy.state import (
-    BLACKLIST_RADIUS_M,
-    GOAL_BASE_S,
-    GOAL_S_PER_M,
+from onemap_planner.policy.memory import (
     LINGER_S,
     SETTLE_S,
     ActiveGoal,
     PlannerState,
-    TargetState,
-    blacklist,
-    is_blacklisted,
+    TargetMemory,
 )
+from onemap_planner.policy.outcome import Move
 from onemap_planner.search.events import Event, Exhausted
 from onemap_planner.world.costmap import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
 
 VALUE_RADIUS_M = 0.5  # as the authors' code
-
-Step = tuple[PlannerState, Motion, Event | None, GoalCandidates]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,29 +38,29 @@ class FrontierExploration:
     rank: Callable[[Goal, PlanningContext], float]
     margin: float
 
-    def __call__(self, state: PlannerState, context: PlanningContext) -> Step:
+    def __call__(self, state: PlannerState, context: PlanningContext) -> Move:
         """See ``Exploration``."""
-        state = _without_finished(state)
+        memory, now_s = state.memory, state.active_time_s
+        _give_up_finished(state)
         candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
         goals = [
             goal
             for goal in frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
-            if not is_blacklisted(state, goal, BLACKLIST_RADIUS_M)
+            if not state.is_given_up(goal)
         ]
         if not goals:
-            return *_idle(state), candidates
+            return Move(event=_idle(state), candidates=candidates)
         goal = self._choose(goals, state, context)
         motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
-        active = _active(state, goal)
-        if active.arrived_s is None and arrived(motion, context.pose):
-            active = replace(active, arrived_s=state.active_time_s)
-        target = replace(state.target_state, active_goal=active, idle_since_s=None)
-        return replace(state, target_state=target), motion, None, candidates
+        there = arrived(motion, context.pose)
+        memory.active_goal = _active(state, goal).at(now_s, arrived=there)
+        memory.idle_since_s = None
+        return Move(motion, candidates=candidates)
 
     def _choose(self, goals: list[Goal], state: PlannerState, context: PlanningContext) -> Goal:
         ranks = [self.rank(goal, context) for goal in goals]
         best = int(np.argmax(ranks))
-        active = state.target_state.active_goal
+        active = state.memory.active_goal
         if active is None:
             return goals[best]
         place = active.goal.look_xy
@@ -95,32 +88,28 @@ NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
 VLFM = FrontierExploration(frontier_value, margin=0.005)  # 0.01 of the cosine, as the authors'
 
 
-def _without_finished(state: PlannerState) -> PlannerState:
-    active = state.target_state.active_goal
+def _give_up_finished(state: PlannerState) -> None:
+    active, now_s = state.memory.active_goal, state.active_time_s
     if active is None:
-        return state
-    arrived_s, now_s = active.arrived_s, state.active_time_s
-    visited = arrived_s is not None and now_s - arrived_s >= LINGER_S
-    late = now_s - active.since_s > active.budget_s
-    return blacklist(state, active.goal) if visited or late else state
+        return
+    visited = active.arrived_s is not None and now_s - active.arrived_s >= LINGER_S
+    if visited or now_s - active.since_s > active.budget_s:
+        state.give_up(active.goal)
 
 
 def _active(state: PlannerState, goal: Goal) -> ActiveGoal:
-    active = state.target_state.active_goal
+    active = state.memory.active_goal
     if active is not None and goal.looks_at(active.goal.look_xy, SAME_GOAL_M):
         return replace(active, goal=goal)
-    budget_s = GOAL_BASE_S + GOAL_S_PER_M * goal.utility.travel_m
-    return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
+    return state.new_goal(goal)
 
 
-def _idle(state: PlannerState) -> tuple[PlannerState, Motion, Event | None]:
-    since_s = state.target_state.idle_since_s
-    since_s = state.active_time_s if since_s is None else since_s
-    target = replace(state.target_state, active_goal=None, idle_since_s=since_s)
-    state = replace(state, target_state=target)
-    if state.active_time_s - since_s < SETTLE_S:
-        return state, Rest(), None
-    if not state.target_state.reconsidered:
-        anew = replace(state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=())
-        return anew, Rest(), None
-    return state, Rest(), Exhausted(f"no frontier is left on {state.known_m2:.0f} m²")
+def _idle(state: PlannerState) -> Event | None:
+    memory, now_s = state.memory, state.active_time_s
+    memory.active_goal = None
+    if now_s - memory.idle_from_s(now_s) < SETTLE_S:
+        return None
+    if not memory.reconsidered:
+        state.memory, state.visited_frontiers = TargetMemory(reconsidered=True), ()
+        return None
+    return Exhausted(f"no frontier is left on {state.known_m2:.0f} m²")

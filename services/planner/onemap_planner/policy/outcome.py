@@ -1,0 +1,74 @@
+"""What a step sees, and what it decides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from onemap_planner.motion.motions import Motion, Pose2d, Rest
+from onemap_planner.policy.goals import NO_CANDIDATES, Goal, GoalCandidates
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.search.events import Event
+from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.map_view import PlanningView
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.messages import Detections, ObjectFind
+
+STAND = Rest()
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """Inputs of one planning step, at ``now_s`` of the planner's monotonic clock.
+
+    pose None: no odometry yet; view None: the map has not answered; detections: all since the
+    last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
+    the inputs are too old to act on, empty if they are fresh; other_view: of the object of
+    ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
+    creeps: it allowed only the speed over floor that no camera saw.
+    """
+
+    now_s: float
+    pose: Pose2d | None
+    odometer_m: float
+    command: Velocity2d
+    collided: bool
+    view: PlanningView | None
+    detections: tuple[Detections, ...]
+    stale_reason: str
+    other_view: PlanningView | None = None
+    blocked: bool = False
+    creeps: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What a phase of the search decides: the motion, and what has happened.
+
+    candidates: what the goal was chosen from.
+    """
+
+    motion: Motion = STAND
+    event: Event | None = None
+    candidates: GoalCandidates = NO_CANDIDATES
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The motion until the next step, with the goal and what it was chosen from.
+
+    finds: objects that this step confirmed, for the map to keep.
+    """
+
+    motion: Motion
+    costmap: Costmap
+    goal: Goal | None
+    goal_candidates: GoalCandidates
+    finds: tuple[ObjectFind, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The state after a step, and what to do; nothing while inputs are stale or missing."""
+
+    state: PlannerState
+    decision: Decision | None = None
