@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.step import PlannerParams
 from tests.chaos.report import Attack
 from tests.end_to_end.delayed_link import Outcome, drive
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from
-from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.step import PlannerParams
 from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from onemap_planner.mapper_calls import MAX_UNSENT, FindOutbox
+from onemap_planner.planning_thread import MAX_UNSENT, FindOutbox
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import KeptObject, ObjectFind

@@ -2,7 +2,7 @@
 
 import pytest
 
-from onemap_planner.path_message import planned_path
+from onemap_planner.planning_thread import planned_path
 from onemap_planner.search.phases import Destination, Exploring
 from onemap_shared.messages import SearchKind
 from tests.planner.grid_world import in_four_rooms, in_two_rooms, start, start_drive

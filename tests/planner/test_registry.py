@@ -5,10 +5,9 @@ from dataclasses import replace
 import pytest
 
 from onemap_planner.policy.memory import FoundObject, PlannerState
-from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry
-from onemap_planner.search.events import EventStamp, Exhausted
-from onemap_planner.search.phases import Destination, Exploring
+from onemap_planner.search.phases import Destination, EventStamp, Exhausted, Exploring
 from onemap_planner.search.state_machine import new_search, status, transition
+from onemap_planner.searches import MAX_PAST_SEARCHES, SearchRegistry
 from onemap_shared.messages import SearchKind
 from onemap_shared.transport import RequestRejected
 

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from onemap_planner.search_commands import list_of
+from onemap_planner.searches import list_of
 from onemap_shared import keys
 from onemap_shared.messages import (
     MAX_OBJECTS,
@@ -56,7 +56,7 @@ def test_without_perception_no_search_starts(services: SimulatedServices) -> Non
 def test_a_perception_that_hangs_is_named(
     services: SimulatedServices, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("onemap_planner.search_commands.EMBED_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("onemap_planner.searches.EMBED_TIMEOUT_S", 0.01)
     released = threading.Event()
 
     def hang(request: TextRequest) -> TextEmbeddings:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from onemap_planner.mapper_calls import KEPT_VIEWS, ViewRequests
+from onemap_planner.planning_thread import KEPT_VIEWS, ViewRequests
 from onemap_planner.world.map_view import AssembledView, ChangesDoNotFit, after, map_view_around
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec

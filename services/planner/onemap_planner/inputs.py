@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from onemap_planner.motion.loop_time import LoopMonitor, OdometryDelay, SentCommand
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     Arrival,
     InputAges,
+    LoopMonitor,
+    OdometryDelay,
+    SentCommand,
     StalenessParams,
     ages,
     newest,

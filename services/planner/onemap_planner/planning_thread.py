@@ -3,35 +3,243 @@ and sends what was found to the mapper.
 
 The map may answer slowly or not at all; the control loop reads ``result`` and never waits.
 """
-# Talks: the thread that plans while the loop steers.
+# Talks: the thread that plans while the loop steers, and calls the mapper.
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.mapper_calls import FindOutbox, ViewRequests
+from onemap_planner.motion.motions import Drive, Motion, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
-from onemap_planner.path_message import planned_path
 from onemap_planner.policy.evidence import rival_names
+from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
-from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.step import step
-from onemap_planner.registry import SearchRegistry
-from onemap_planner.search.events import EventStamp, TargetFailed
-from onemap_planner.search.phases import Search, Starting
+from onemap_planner.policy.step import PlannerParams, step
+from onemap_planner.search.phases import (
+    Approaching,
+    Confirming,
+    Driving,
+    EventStamp,
+    Exploring,
+    Search,
+    Starting,
+    TargetFailed,
+)
 from onemap_planner.search.state_machine import transition
-from onemap_planner.world.map_view import PlanningView, outside_reason
+from onemap_planner.searches import SearchRegistry
+from onemap_planner.world.map_view import (
+    AssembledView,
+    ChangesDoNotFit,
+    PlanningView,
+    after,
+    outside_reason,
+)
 from onemap_shared import keys, tracing
-from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import Detections, FailureCode, SearchReset, SearchViewRequest
-from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
+from onemap_shared.geometry import F32, F64, Velocity2d
+from onemap_shared.messages import (
+    NO_VIEW,
+    Detections,
+    FailureCode,
+    ObjectFind,
+    PlannedPath,
+    SearchReset,
+    SearchViewRequest,
+    ViewChangesRequest,
+    ViewKey,
+)
+from onemap_shared.transport import Bus, CallError, Counters, NoReply, QueryTimeout, RemoteError
+
+KEPT_VIEWS = 4  # of the present object and of waiting ones, which are asked for in turn
+
+
+class ViewRequests:
+    """Views by what was asked for; of one thread."""
+
+    def __init__(self, bus: Bus, timeout_s: float) -> None:
+        self._bus, self._timeout_s = bus, timeout_s
+        self.whole = self.changed = 0  # views that came as a whole, and as what changed
+        self.map_id = ""  # of the newest view's map; empty before the first, and if no mapper says
+        self._kept: dict[SearchViewRequest, AssembledView] = {}  # the newest last
+
+    def view(self, request: SearchViewRequest) -> PlanningView:
+        """The newest view. Raises ``CallError``.
+
+        A lost reply costs nothing: the next request names the same view as the last one. A mapper
+        of an earlier release, which serves no changes, sends the whole view.
+        """
+        try:
+            return self._updated(request)
+        except NoReply:
+            view = self._bus.call(keys.MAP_SEARCH_VIEW, request, self._timeout_s)
+            self.whole += 1
+            return view
+
+    def _updated(self, request: SearchViewRequest) -> AssembledView:
+        kept = self._kept.get(request)
+        try:
+            made = self._asked(request, kept)
+        except ChangesDoNotFit:
+            made = self._asked_anew(request)
+        self._kept.pop(request, None)
+        self._kept[request] = made
+        while len(self._kept) > KEPT_VIEWS:
+            del self._kept[next(iter(self._kept))]
+        return made
+
+    def forget(self) -> None:
+        """Free the memory of all views, 14 bytes for each known cell."""
+        self._kept.clear()
+
+    def _asked_anew(self, request: SearchViewRequest) -> AssembledView:
+        try:
+            return self._asked(request, None)
+        except ChangesDoNotFit as problem:
+            raise RemoteError("internal", f"{problem}, though the whole was asked for") from problem
+
+    def _asked(self, request: SearchViewRequest, kept: AssembledView | None) -> AssembledView:
+        have: ViewKey = NO_VIEW if kept is None else kept.key
+        question = ViewChangesRequest(request.text, request.rivals, have)
+        changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
+        self.map_id = changes.key.map_id
+        made = after(kept, changes)
+        self.whole += changes.base == NO_VIEW
+        self.changed += changes.base != NO_VIEW
+        return made
+
+
+LOG = logging.getLogger("onemap.planner")
+
+MAX_UNSENT = 20  # finds of one search; the oldest is dropped
+CALL_TIMEOUT_S = 1.0  # the mapper writes a file of some MB before it answers
+
+
+class FindOutbox:
+    """Finds that the mapper has not acknowledged, oldest first. Any thread may use it."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+        self._lock = threading.Lock()
+        self._unsent: deque[ObjectFind] = deque(maxlen=MAX_UNSENT)
+        self._refused: ObjectFind | None = None  # the last, so that it is logged once
+
+    def add(self, finds: Iterable[ObjectFind]) -> None:
+        """Take finds to send."""
+        with self._lock:
+            self._unsent.extend(finds)
+
+    def clear(self) -> None:
+        """Drop all finds: the map that they were found on is gone."""
+        with self._lock:
+            self._unsent.clear()
+
+    def send(self) -> None:
+        """Send what there is; ends at the first find that the mapper does not acknowledge.
+
+        A find that the mapper refuses as invalid is dropped: it would be refused again.
+        """
+        while (find := self._oldest()) is not None:
+            try:
+                self._bus.call(keys.MAP_REMEMBER, find, CALL_TIMEOUT_S)
+            except RemoteError as problem:
+                if find is not self._refused:
+                    LOG.error("the map does not keep %s: %s", find.name, problem)
+                self._refused = find
+                if problem.code != "invalid":
+                    return
+            except CallError:
+                return  # the mapper is away; tried again in the next period
+            self._remove(find)
+
+    def _oldest(self) -> ObjectFind | None:
+        with self._lock:
+            return self._unsent[0] if self._unsent else None
+
+    def _remove(self, find: ObjectFind) -> None:
+        with self._lock:
+            if self._unsent and self._unsent[0] is find:
+                self._unsent.popleft()
+
+
+NO_GOAL = "none"
+
+
+def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
+    """The message of a decision; empty without one, or when the search is over."""
+    if decision is None or not search.active:
+        return _message(stamp_ns, NO_GOAL, search.reason, decision=None)
+    match search.phase:
+        case Approaching() | Confirming():
+            return _message(stamp_ns, str(GoalKind.DETECTION), search.reason, decision=decision)
+        case Exploring() if decision.goal is not None:
+            goal = decision.goal
+            return _message(stamp_ns, str(goal.kind), goal.reason, decision=decision)
+        case Driving() if decision.goal is not None:
+            reason = decision.goal.reason
+            return _message(stamp_ns, str(search.kind), reason, decision=decision)
+        case _:
+            return _message(stamp_ns, NO_GOAL, search.reason, decision=decision)
+
+
+def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None) -> PlannedPath:
+    points = np.zeros((0, 2))
+    look: tuple[float, ...] = ()
+    frontiers, frontier_scores = np.zeros((0, 2)), np.zeros(0)
+    regions, region_scores = np.zeros((0, 2)), np.zeros(0)
+    if decision is not None:
+        if isinstance(decision.motion, Drive):
+            points = decision.motion.points_xy
+            look = (float(decision.motion.look_xy[0]), float(decision.motion.look_xy[1]))
+        else:
+            kind = NO_GOAL  # the robot rests, rotates or backs up
+        offered = decision.goal_candidates
+        frontiers = _stack([frontier.beyond_xy for frontier in offered.frontiers])
+        frontier_scores = np.array([frontier.score for frontier in offered.frontiers])
+        regions = _stack([region.peak_xy for region in offered.regions])
+        region_scores = np.array([region.score for region in offered.regions])
+    return PlannedPath(
+        stamp_ns=stamp_ns,
+        goal_kind=kind,
+        goal_reason=reason,
+        points_m=_f32(points),
+        goal_m=_f32(points[-1:] if kind != NO_GOAL else points[:0]),
+        frontiers_m=_f32(frontiers),
+        frontier_scores=_f32(frontier_scores),
+        regions_m=_f32(regions),
+        region_scores=_f32(region_scores),
+        motion=_name(decision.motion) if decision is not None else "",
+        look_m=look,
+    )
+
+
+def _name(motion: Motion) -> str:
+    """The motion as the message names it."""
+    match motion:
+        case Drive():
+            return "drive"
+        case Rotate():
+            return "rotate"
+        case Reverse():
+            return "reverse"
+    return "rest"
+
+
+def _stack(places: list[F64]) -> F64:
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _f32(values: F64) -> F32:
+    return values.astype(np.float32)
+
 
 LOG = logging.getLogger("onemap.planner")
 

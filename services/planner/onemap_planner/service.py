@@ -18,16 +18,14 @@ from onemap_planner.inputs import (
     with_revision,
     with_sent,
 )
-from onemap_planner.motion.loop_time import LoopMonitor, SentCommand
+from onemap_planner.motion.staleness import LoopMonitor, SentCommand
 from onemap_planner.motion.velocity_controller import VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
-from onemap_planner.registry import SearchRegistry
 from onemap_planner.search import decision_log, journal
-from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Search
-from onemap_planner.search.resumption import Surroundings, interrupted_reason, interruption
+from onemap_planner.search.journal import Surroundings, interrupted_reason, interruption
+from onemap_planner.search.phases import EventStamp, Search
 from onemap_planner.search.state_machine import status
-from onemap_planner.search_commands import SearchCommands
+from onemap_planner.searches import SearchCommands, SearchRegistry
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchStatus, VelocityCommand

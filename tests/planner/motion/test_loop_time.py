@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_planner.motion.loop_time import (
+from onemap_planner.motion.motions import Pose2d
+from onemap_planner.motion.staleness import (
     CLOCK_STEP_S,
     FRESH_S,
     MAX_SENT,
@@ -18,7 +19,6 @@ from onemap_planner.motion.loop_time import (
     OdometryDelay,
     SentCommand,
 )
-from onemap_planner.motion.motions import Pose2d
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import Odometry
 

@@ -12,7 +12,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.memory import MAX_LOOKS, PlannerState
 from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
-from onemap_planner.search.events import Exhausted
+from onemap_planner.search.phases import Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import SEARCH, explored, without
 

@@ -15,10 +15,9 @@ from onemap_planner.policy.evidence import (
     synonyms_of,
 )
 from onemap_planner.policy.memory import MAX_FOUND_OBJECTS, FoundObject, PlannerState
-from onemap_planner.registry import SearchRegistry
-from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Finished
+from onemap_planner.search.phases import EventStamp, Finished
 from onemap_planner.search.state_machine import new_search
+from onemap_planner.searches import SearchRegistry
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of
 from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import (

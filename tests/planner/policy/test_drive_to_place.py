@@ -10,8 +10,14 @@ import pytest
 
 from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
 from onemap_planner.policy.goals import GoalKind
-from onemap_planner.search.events import Cancelled, EventStamp
-from onemap_planner.search.phases import Destination, Driving, Finished, LookingAround
+from onemap_planner.search.phases import (
+    Cancelled,
+    Destination,
+    Driving,
+    EventStamp,
+    Finished,
+    LookingAround,
+)
 from onemap_planner.search.state_machine import transition
 from onemap_shared.messages import Occupancy, SearchKind, SearchState
 from tests.planner.grid_world import (

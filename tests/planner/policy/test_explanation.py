@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import build_context
-from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.explore import explain_selection
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of

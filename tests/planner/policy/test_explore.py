@@ -14,7 +14,7 @@ from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind
 from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.events import CandidateSelected, Event, Exhausted
+from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
 from onemap_planner.world.candidates import ViewpointTally
 from onemap_planner.world.regions import UndetectedViews
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of

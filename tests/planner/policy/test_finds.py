@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from onemap_planner.policy.evidence import extent_m, finds_of, object_find
-from onemap_planner.search.events import Arrived, Confirmed
+from onemap_planner.search.phases import Arrived, Confirmed
 from onemap_planner.world.candidates import PictureOfObject
 from onemap_shared.grid import GridSpec
 from tests.planner.one_room import SEARCH, candidate

@@ -10,8 +10,14 @@ from onemap_planner.motion.motions import STOP
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import limit_reached
-from onemap_planner.search.events import Exhausted, SearchFailed, TargetFailed
-from onemap_planner.search.phases import Budget, Exploring, Finished
+from onemap_planner.search.phases import (
+    Budget,
+    Exhausted,
+    Exploring,
+    Finished,
+    SearchFailed,
+    TargetFailed,
+)
 from onemap_planner.search.state_machine import transition
 from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.grid_world import in_two_rooms, start

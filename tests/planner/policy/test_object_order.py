@@ -20,8 +20,7 @@ from onemap_planner.policy.object_order import (
     name_to_ask,
     revise_order,
 )
-from onemap_planner.search.events import EventStamp, Reordered
-from onemap_planner.search.phases import Exploring, Finished
+from onemap_planner.search.phases import EventStamp, Exploring, Finished, Reordered
 from onemap_planner.search.state_machine import new_search, transition
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView

@@ -10,8 +10,14 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import ActiveGoal, PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import handle_stuck, is_trapped, step
-from onemap_planner.search.events import Rejected, SearchFailed
-from onemap_planner.search.phases import Approaching, Exploring, Finished, Phase
+from onemap_planner.search.phases import (
+    Approaching,
+    Exploring,
+    Finished,
+    Phase,
+    Rejected,
+    SearchFailed,
+)
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.drawn_maps import PARAMS

@@ -20,8 +20,14 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
-from onemap_planner.search.phases import Approaching, Confirming
+from onemap_planner.search.phases import (
+    Approaching,
+    CandidateSelected,
+    Confirmed,
+    Confirming,
+    Event,
+    Rejected,
+)
 from onemap_planner.world.candidates import (
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,

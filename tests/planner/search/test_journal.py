@@ -10,25 +10,29 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from onemap_planner.search import decision_log, journal
-from onemap_planner.search.events import Cancelled, EventStamp, Exhausted, Interrupted, Reordered
 from onemap_planner.search.journal import (
     FILE_NAME,
     MAX_FILE_BYTES,
     SET_ASIDE,
     JournalError,
+    Surroundings,
     mark_interrupted,
     set_aside,
 )
 from onemap_planner.search.phases import (
     Budget,
+    Cancelled,
     Destination,
     Driving,
+    EventStamp,
+    Exhausted,
     Exploring,
+    Interrupted,
+    Reordered,
     Search,
     Starting,
     TargetStart,
 )
-from onemap_planner.search.resumption import Surroundings
 from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_shared.messages import Coverage, SearchKind, SearchOrder, SearchState
 

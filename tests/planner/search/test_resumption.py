@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from onemap_planner.search.resumption import (
+from onemap_planner.search.journal import (
     MAX_AWAY_S,
     MAX_MOVED_M,
     Surroundings,

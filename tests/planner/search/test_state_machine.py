@@ -5,33 +5,31 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.search.events import (
+from onemap_planner.search.phases import (
+    Approaching,
     Arrived,
     Cancelled,
     CandidateSelected,
     Confirmed,
+    Confirming,
+    Destination,
     DestinationReached,
+    Driving,
     Event,
     EventStamp,
     Exhausted,
-    MapReady,
-    MapRestarted,
-    Rejected,
-    Rotated,
-    SearchFailed,
-    TargetFailed,
-)
-from onemap_planner.search.phases import (
-    Approaching,
-    Confirming,
-    Destination,
-    Driving,
     Exploring,
     Finished,
     LookingAround,
+    MapReady,
+    MapRestarted,
     Phase,
+    Rejected,
+    Rotated,
     Search,
+    SearchFailed,
     Starting,
+    TargetFailed,
 )
 from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject

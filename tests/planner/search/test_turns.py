@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.search.events import EventStamp, Exhausted, Reordered
 from onemap_planner.search.phases import (
     Approaching,
     Confirming,
+    EventStamp,
+    Exhausted,
     Exploring,
     LookingAround,
+    Reordered,
     Search,
     Starting,
 )

@@ -9,8 +9,7 @@ import pytest
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.pure_pursuit import DriveParams, speed_on_map_mps
-from onemap_planner.search.events import Cancelled, EventStamp
-from onemap_planner.search.phases import Destination, Finished
+from onemap_planner.search.phases import Cancelled, Destination, EventStamp, Finished
 from onemap_planner.search.state_machine import transition
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchKind, SearchState

@@ -15,8 +15,7 @@ from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
-from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Exploring
+from onemap_planner.search.phases import EventStamp, Exploring
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec

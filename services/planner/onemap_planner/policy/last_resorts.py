@@ -13,7 +13,7 @@ from onemap_planner.policy.context import PlanningContext, across_gaps, coverage
 from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
 from onemap_planner.policy.memory import SETTLE_S, PlannerState
 from onemap_planner.policy.outcome import Move
-from onemap_planner.search.events import Exhausted
+from onemap_planner.search.phases import Exhausted
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_shared.messages import Coverage
 

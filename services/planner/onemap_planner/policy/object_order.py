@@ -17,7 +17,7 @@ from onemap_planner.policy.evidence import found_under_other_names, update_memor
 from onemap_planner.policy.goals import SAME_GOAL_M, GoalKind
 from onemap_planner.policy.memory import MAX_LOOKS, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import reachable
-from onemap_planner.search.events import Reordered
+from onemap_planner.search.phases import Reordered
 from onemap_planner.search.turns import cheapest_order, order_costs, waiting
 from onemap_planner.world.candidates import MIN_SIGHTINGS
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around

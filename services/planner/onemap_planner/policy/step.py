@@ -10,13 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from pydantic import Field, PositiveFloat
+
 from onemap_planner.motion.motions import Pose2d, Reverse, Rotate
 from onemap_planner.motion.progress import (
     MAX_STUCK_COUNT,
     STUCK_RADIUS_M,
     MotionSample,
     ProgressMonitor,
+    RecoveryParams,
 )
+from onemap_planner.motion.pure_pursuit import DriveParams
+from onemap_planner.motion.staleness import StalenessParams
 from onemap_planner.policy.context import (
     Bands,
     PlanningContext,
@@ -24,7 +29,6 @@ from onemap_planner.policy.context import (
     build_context,
     with_change,
 )
-from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
 from onemap_planner.policy.explore import (
     can_follow,
@@ -37,35 +41,74 @@ from onemap_planner.policy.explore import (
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import count_turn, revise_order, take_in_view
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.verify import approach, confirm
-from onemap_planner.search.events import (
+from onemap_planner.policy.ways import drive_to_place
+from onemap_planner.search.phases import (
+    Approaching,
     CandidateSelected,
     Confirmed,
+    Confirming,
+    Driving,
     Event,
     EventStamp,
     Exhausted,
+    Exploring,
+    LookingAround,
     MapReady,
     MapRestarted,
     Rejected,
     Reordered,
     Rotated,
     SearchFailed,
-    TargetFailed,
-)
-from onemap_planner.search.phases import (
-    Approaching,
-    Confirming,
-    Driving,
-    Exploring,
-    LookingAround,
     Starting,
+    TargetFailed,
 )
 from onemap_planner.search.state_machine import driven_m, elapsed_s, transition
 from onemap_planner.world.candidates import CONSENSUS, Consensus
+from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import FailureCode
+from onemap_shared.params import Params
+
+
+class ExploreParams(Params):
+    """How near a robot goes to what it finds, and how long it seeks and waits."""
+
+    approach_farthest_m: float = Field(
+        default=1.1,
+        ge=0.8,
+        le=1.25,
+        description="Metres from the object's surface at which it counts as reached.",
+    )
+    object_limit_s: PositiveFloat = Field(
+        default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
+    )
+    patience_s: PositiveFloat = Field(
+        default=30.0, description="Seconds with stale or missing inputs before the search fails."
+    )
+
+
+class PlannerParams(Params):
+    """All parameters of a planning step, one group for each subject."""
+
+    costmap: CostmapParams = Field(
+        default=CostmapParams(), description="The robot's size, in metres, against the map."
+    )
+    explore: ExploreParams = Field(
+        default=ExploreParams(), description="The end of the way to an object, and patience."
+    )
+    drive: DriveParams = Field(
+        default=DriveParams(), description="Speeds and accelerations of driving along a path."
+    )
+    staleness: StalenessParams = Field(
+        default=StalenessParams(),
+        description="How old, in seconds, the inputs may be: older ones stop the robot.",
+    )
+    recovery: RecoveryParams = Field(
+        default=RecoveryParams(), description="When the robot counts as stuck."
+    )
+
 
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
 # in a corner 45 percent can be known.

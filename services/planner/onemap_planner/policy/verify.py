@@ -18,8 +18,15 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
-from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
-from onemap_planner.search.phases import Approaching, Confirming
+from onemap_planner.search.phases import (
+    Approaching,
+    Arrived,
+    CandidateSelected,
+    Confirmed,
+    Confirming,
+    Event,
+    Rejected,
+)
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,

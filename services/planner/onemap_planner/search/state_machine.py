@@ -8,35 +8,33 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from onemap_planner.search.events import (
+from onemap_planner.search.phases import (
+    Approaching,
     Arrived,
     Cancelled,
     CandidateSelected,
     Confirmed,
+    Confirming,
+    Destination,
     DestinationReached,
+    Driving,
     Event,
     EventStamp,
     Exhausted,
+    Exploring,
+    Finished,
     Interrupted,
+    LookingAround,
     MapReady,
     MapRestarted,
+    Phase,
     Rejected,
     Reordered,
     Rotated,
-    SearchFailed,
-    TargetFailed,
-)
-from onemap_planner.search.phases import (
-    Approaching,
-    Confirming,
-    Destination,
-    Driving,
-    Exploring,
-    Finished,
-    LookingAround,
-    Phase,
     Search,
+    SearchFailed,
     Starting,
+    TargetFailed,
 )
 from onemap_planner.search.turns import begun, next_index, reordered, starting, target_start
 from onemap_planner.world.candidates import ObjectCandidate

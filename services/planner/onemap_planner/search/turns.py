@@ -9,8 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import PausedTarget, Search, Starting, TargetStart
+from onemap_planner.search.phases import EventStamp, PausedTarget, Search, Starting, TargetStart
 from onemap_shared.geometry import F64
 
 

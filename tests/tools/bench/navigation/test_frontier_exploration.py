@@ -10,7 +10,7 @@ from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
-from onemap_planner.search.events import Exhausted
+from onemap_planner.search.phases import Exhausted
 from onemap_tools.bench.navigation.frontier_exploration import (
     NEAREST_FRONTIER,
     FrontierExploration,

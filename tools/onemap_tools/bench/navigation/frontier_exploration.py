@@ -23,7 +23,7 @@ from onemap_planner.policy.memory import (
     TargetMemory,
 )
 from onemap_planner.policy.outcome import Move
-from onemap_planner.search.events import Event, Exhausted
+from onemap_planner.search.phases import Event, Exhausted
 from onemap_planner.world.costmap import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
 
