@@ -24,7 +24,9 @@ from onemap_shared.messages import (
 from tests.planner.drawn_maps import search_view_of
 from tests.planner.one_room import candidate
 from tests.planner.simulated_services import ROOM, SimulatedServices, confirm, moves
-from tests.planner.test_find_outbox import KEPT
+from tests.shared.samples import SAMPLES
+
+KEPT = next(sample for sample in SAMPLES if isinstance(sample, KeptObject))
 
 
 def test_a_slow_mapper_does_not_hold_up_commands(services: SimulatedServices) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from onemap_planner.planning_thread import KEPT_VIEWS, ViewRequests
+from onemap_planner.planning_thread import ViewRequests
 from onemap_planner.world.map_view import AssembledView, ChangesDoNotFit, after, map_view_around
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec
@@ -86,14 +86,6 @@ def test_the_second_view_is_asked_for_as_what_changed() -> None:
     assert known == [1, 2, 3]  # and the earlier views stay as they were
 
 
-def test_views_are_kept_by_what_was_asked_for() -> None:
-    mapper = SimulatedMapper()
-    names = [SearchViewRequest(name) for name in "abcdefgh"[: KEPT_VIEWS + 1]]
-    for request in (*names, names[-1], names[0]):
-        mapper.requests.view(request)
-    assert [request.have.number for request in mapper.asked] == [0] * (KEPT_VIEWS + 1) + [1, 0]
-
-
 def test_changes_of_another_view_are_asked_for_anew() -> None:
     mapper = SimulatedMapper()
     mapper.requests.view(SOFA)
@@ -110,14 +102,6 @@ def test_changes_of_another_view_are_asked_for_anew() -> None:
     mapper.answer = lambda request: changes(request, view.key, base=ViewKey("m", "1.2", 7))
     with pytest.raises(RemoteError, match="lead on from another view, though the whole"):
         mapper.requests.view(SOFA)
-
-
-def test_forgotten_views_are_asked_for_as_a_whole() -> None:
-    mapper = SimulatedMapper()
-    mapper.requests.view(SOFA)
-    mapper.requests.forget()
-    mapper.requests.view(SOFA)
-    assert mapper.requests.whole == 2
 
 
 def test_a_mapper_of_an_earlier_release_sends_whole_views() -> None:

@@ -130,13 +130,6 @@ def test_it_stays_near_the_path(params: DriveParams) -> None:
         assert min(to_first, to_second) < 0.2
 
 
-def test_it_turns_in_place_when_the_path_lies_behind() -> None:
-    motion = Drive(np.array([[1.0, 1.0], [3.0, 1.0]]), (4.0, 1.0))
-    wanted = target_velocity(motion, Pose2d(1.0, 1.0, math.pi - 0.1), OPEN, DRIVE)
-    assert wanted.linear_mps == 0.0
-    assert wanted.angular_radps < 0.0  # the short way round
-
-
 def test_a_holonomic_robot_sets_off_sideways_and_faces_its_goal_sooner() -> None:
     motion = Drive(np.array([[1.0, 1.0], [1.0, 3.0]]), (4.0, 3.0))
     start = Pose2d(1.0, 1.0, 0.0)
@@ -153,13 +146,6 @@ def test_a_holonomic_robot_sets_off_sideways_and_faces_its_goal_sooner() -> None
         for params in (DRIVE, HOLONOMIC)
     ]
     assert steps[1] < 0.9 * steps[0]
-
-
-@given(st.floats(-math.pi / 2, math.pi / 2))
-def test_the_top_speed_is_between_ahead_and_sideways(bearing: float) -> None:
-    speed = top_speed_mps(bearing, HOLONOMIC)
-    assert HOLONOMIC.max_lateral_mps - 1e-9 <= speed <= HOLONOMIC.max_linear_mps + 1e-9
-    assert speed <= top_speed_mps(0.9 * bearing, HOLONOMIC) + 1e-9
 
 
 def test_it_slows_down_near_walls_and_before_the_end() -> None:
@@ -184,12 +170,3 @@ def test_the_tighter_the_arc_the_slower(pose: Pose2d, bearing: float, way_m: flo
     assert abs(wanted.linear_mps * wanted.angular_radps) <= DRIVE.max_lateral_mps2 + 1e-6
     straight = Pose2d(pose.x_m, pose.y_m, bearing)
     assert wanted.linear_mps <= target_velocity(motion, straight, OPEN, DRIVE).linear_mps + 1e-6
-
-
-def test_with_less_lookahead_it_cuts_a_corner_less() -> None:
-    path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
-    pose = Pose2d(2.8, 1.0, 0.0)
-    motion = Drive(path, (3.0, 4.5))
-    near = target_velocity(motion, pose, OPEN, DRIVE, lookahead_part=0.5)
-    assert near.angular_radps == pytest.approx(0.0, abs=1e-6)
-    assert target_velocity(motion, pose, OPEN, DRIVE).angular_radps > 0.1

@@ -49,26 +49,6 @@ def test_somebody_in_the_only_door_is_looked_at() -> None:
     assert np.isfinite(here.cost_to_go.cost_m[tuple(cell)])
 
 
-@pytest.mark.parametrize(
-    "here",
-    [
-        pytest.param(two_rooms("."), id="the door is open"),
-        pytest.param(two_rooms("#"), id="there is no door"),
-        pytest.param(two_rooms("g", far=" "), id="nothing is known behind it"),
-    ],
-)
-def test_there_is_nothing_to_look_at(here: PlanningContext) -> None:
-    assert not list(looks_at_closed_ways(here, NOWHERE))
-
-
-def test_the_next_look_is_from_another_place() -> None:
-    here, tried = two_rooms("g"), NOWHERE
-    for _ in range(3):
-        (goal,) = looks_at_closed_ways(here, tried)
-        assert (np.hypot(*(tried - goal.viewpoint_xy).T) > 0.6).all()
-        tried = np.vstack([tried, goal.viewpoint_xy])
-
-
 def test_a_search_looks_there_before_it_gives_up() -> None:
     here = two_rooms("g")
     state, looks = PlannerState(SEARCH), []

@@ -10,9 +10,7 @@ import pytest
 from onemap_planner.policy.evidence import (
     conflicting_object,
     count_contradictions,
-    found_under_other_names,
     rival_names,
-    synonyms_of,
 )
 from onemap_planner.policy.memory import MAX_FOUND_OBJECTS, FoundObject, PlannerState
 from onemap_planner.search.phases import EventStamp, Finished
@@ -24,7 +22,6 @@ from onemap_shared.messages import (
     MAX_RIVALS,
     Detections,
     SearchState,
-    TextEmbeddings,
 )
 from tests.planner.drawn_maps import drawn_map
 from tests.planner.grid_world import GridWorld, SimulatedSearch, in_two_rooms, start
@@ -82,29 +79,6 @@ def test_rivals_are_the_other_names_and_the_found_objects() -> None:
     assert rival_names("sofa", ("sofa",), ()) == ()
     many = tuple(f"thing {n}" for n in range(2 * MAX_RIVALS))
     assert rival_names("sofa", many, ()) == many[:MAX_RIVALS]
-
-
-def test_synonyms_do_not_compete() -> None:
-    eye = np.eye(3, dtype=np.float32)
-    spared = np.array([[0, 1, 1], [0, 1, 1], [1, 0, 1]], np.uint8)  # the third means another thing
-    texts = ("Sofa", "couch", "bed")
-    synonyms = synonyms_of(TextEmbeddings("e", "s", texts, eye, eye, spared, 20.0))
-    assert synonyms == {frozenset(("sofa", "couch"))}
-    found_objects = (FoundObject("couch", BED), FoundObject("bed", BED))
-    assert rival_names("sofa", ("sofa", "desk"), found_objects, synonyms) == ("desk", "bed")
-    assert found_under_other_names(found_objects, "sofa", synonyms) == (found_objects[1],)
-    alike = np.array([[1, 0, 0], [0.95, 0.31, 0], [0.8, 0.6, 0]], np.float32)
-    none = np.zeros((0, 3), np.float32), np.zeros((3, 0), np.uint8)
-    uncalibrated = TextEmbeddings("e", "s", texts, alike, *none, 20.0)
-    assert synonyms_of(uncalibrated) == {frozenset(("sofa", "couch")), frozenset(("couch", "bed"))}
-
-
-def test_a_detection_counts_only_where_its_name_fits_best() -> None:
-    own = dict.fromkeys(BED, 0.6)
-    for better, count in ((0.5, 1), (0.6, 1), (0.7, 0)):
-        map_view = map_view_where(own, dict.fromkeys(BED, better))
-        found = sightings_of("sofa", message(sofa=BED), map_view, seen_from=(0, 0))
-        assert len(found) == count
 
 
 def test_a_candidate_on_a_found_object_is_it_where_its_name_fits_better() -> None:
@@ -191,18 +165,6 @@ def test_one_object_is_not_found_under_two_names(objects: tuple[str, ...]) -> No
     assert outcomes == {"bed": SearchState.FOUND, "sofa": SearchState.NOT_FOUND}, run.reasons
     if objects[0] == "bed":
         assert "which is the bed found before" in search.results[1].reason
-
-
-@pytest.mark.slow
-def test_an_object_of_an_earlier_search_is_not_found_again() -> None:
-    run = confused("bed")
-    run.until_over(200.0)
-    assert [found_object.name for found_object in run.state.found_objects] == ["bed"]
-    stamp = EventStamp(run.now_s, 0.0, run.world.pose.xy, run.world.odometer_m)
-    later = replace(run, search=new_search("search-2", ("sofa",), stamp, 0))
-    later.state = replace(later.state, found_objects=run.state.found_objects)
-    search = later.until_over(400.0)
-    assert [result.outcome for result in search.results] == [SearchState.NOT_FOUND]
 
 
 def test_a_restarted_map_forgets_the_found_objects() -> None:

@@ -61,14 +61,6 @@ def test_the_frames_of_a_step_are_merged() -> None:
     assert candidate.xyz == pytest.approx((2.2, 2.2, 0.5))
 
 
-def test_another_name_there_is_counted() -> None:
-    seen = similar_to_sofa()
-    state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    after = having_seen(state, (frame("bed"),), seen)
-    (candidate,) = after.memory.candidates
-    assert (candidate.sightings, candidate.contradictions) == (1, 1)
-
-
 def test_a_rejected_candidate_does_not_come_back() -> None:
     seen = similar_to_sofa()
     state = having_seen(PlannerState(SEARCH), (frame(),), seen)
@@ -142,21 +134,6 @@ def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> No
     (candidate,) = after.memory.disputed
     assert (candidate.sightings, candidate.cells) == (2, SOFA)
     assert [(tally.hits, tally.frames) for tally in candidate.near_views] == [(2, 3)]
-
-
-def test_a_rejected_one_comes_back_when_the_map_supports_it() -> None:
-    state = having_seen(PlannerState(SEARCH), (frame(),), doubtful())
-    rejected = replace(state, memory=TargetMemory(rejected=state.memory.disputed))
-    again = having_seen(rejected, (frame(),), doubtful())
-    assert again.memory.disputed == ()
-    now = having_seen(rejected, (frame(),), similar_to_sofa())
-    assert len(now.memory.candidates) == 1
-
-
-def test_no_doubtful_candidate_is_made_of_a_sighting_of_a_supported_one() -> None:
-    state = having_seen(PlannerState(SEARCH), (frame(),), similar_to_sofa())
-    after = having_seen(state, (frame(),), doubtful())
-    assert after.memory.disputed == ()
 
 
 def test_a_detector_that_reads_the_map_s_features_cannot_outweigh_the_map() -> None:

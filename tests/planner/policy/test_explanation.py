@@ -4,14 +4,10 @@ from dataclasses import replace
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import build_context
-from onemap_planner.policy.explore import explain_selection
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
-from onemap_planner.policy.ways import drive_to_place
-from onemap_planner.search.phases import Destination
-from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import SEARCH, candidate, context, explored, planner_state, without
+from tests.planner.one_room import SEARCH, explored, without
 
 TWO_OPENINGS = build_context(
     Pose2d(1.0, 2.5, 0.0),
@@ -62,15 +58,6 @@ def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
     )
 
 
-def test_the_list_is_bounded_and_always_holds_the_chosen_goal() -> None:
-    goals = [goal(float(x), score=1.0 - 0.01 * x) for x in range(9)]
-    unreachable = goal(20.0, travel_m=float("inf"))
-    choice = explain(goals[8], [*goals, unreachable])
-    assert len(choice.options) == MAX_GOAL_OPTIONS
-    assert choice.options[-1].chosen
-    assert choice.left_out == 4
-
-
 def test_a_choice_is_explained_once_and_counted() -> None:
     state, *_ = explored(PlannerState(SEARCH), TWO_OPENINGS)
     first = state.search.choice
@@ -86,29 +73,3 @@ def test_a_choice_is_explained_once_and_counted() -> None:
     state, *_ = explored(state, TWO_OPENINGS)
     assert state.search.choice.number == 2
     assert state.search.choice.options != first.options
-
-
-def test_walking_up_to_a_candidate_is_a_choice_with_its_way() -> None:
-    seen = candidate(2.5, 2.5, sightings=4)
-    state = planner_state(seen)
-    explain_selection(state, seen, context())
-    (option,) = state.search.choice.options
-    assert (option.kind, option.xy_m, option.score, option.chosen) == (
-        "detection",
-        (2.5, 2.5),
-        seen.similarity,
-        True,
-    )
-    assert 0.0 < option.travel_m < 4.0
-    assert "detected 4 times where the map agrees, 3 are enough" in state.search.choice.sentence
-    before = state.search
-    explain_selection(state, candidate(9.0, 9.0), context())
-    assert state.search is before
-
-
-def test_a_drive_names_its_only_goal() -> None:
-    there = Destination(SearchKind.GO_TO, (2.5, 2.5))
-    state = planner_state()
-    drive_to_place(state, there, context())
-    assert state.search.choice.sentence.startswith("the only goal: the place (2.50, 2.50)")
-    assert [option.kind for option in state.search.choice.options] == ["go_to"]

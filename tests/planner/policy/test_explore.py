@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
+from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
 from onemap_planner.policy import last_resorts
 from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
 from onemap_planner.policy.explore import select_candidate
-from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind
+from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
@@ -65,10 +65,6 @@ def test_a_candidate_is_selected_by_its_sightings(
     assert event == (CandidateSelected(seen) if selected else None)
 
 
-def test_an_unreachable_candidate_is_not_selected() -> None:
-    assert select_candidate(planner_state(candidate(9.0, 9.0)), context()) is None
-
-
 def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
     """A state with a candidate that the map does not support, and a room all of which is known."""
     thing = replace(
@@ -115,32 +111,6 @@ def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, aga
     state = rejecting(state, thing)
     _, event = given_up(state, here)
     assert isinstance(event, Exhausted)  # one more look, not one after the other
-
-
-@pytest.mark.parametrize(("hits", "named"), [(8, True), (1, False)])
-def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool) -> None:
-    state, here = doubtful(rank=0.95, hits=hits)
-    rejected = TargetMemory(rejected=state.memory.disputed, reconsidered=True)
-    state = replace(state, memory=rejected)
-    state, *_ = explored(state, here)
-    later = replace(state, active_time_s=GIVE_UP_S)
-    _, _, event, _ = explored(later, here)
-    assert isinstance(event, Exhausted)
-    there = f"detected at (2.5, 2.5) in {hits} of 10 near views"
-    assert (there in event.reason) is named
-
-
-@pytest.mark.parametrize(
-    ("rank", "hits"),
-    [
-        pytest.param(0.5, 10, id="the map says that it is something else"),
-        pytest.param(0.95, 1, id="detected in few near views"),
-    ],
-)
-def test_what_is_certainly_something_else_is_no_goal(rank: float, hits: int) -> None:
-    state, here = doubtful(rank, hits)
-    state, *_ = explored(state, here)
-    assert state.memory.active_goal is None
 
 
 def facing(goal: Goal) -> float:
@@ -196,31 +166,6 @@ def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
     assert goal.utility.travel_m == pytest.approx(math.hypot(3.25, 4.25), abs=0.8)
 
 
-def test_a_frontier_that_showed_no_way_is_not_looked_beyond_again() -> None:
-    state = planner_state(replace(candidate(*BEYOND), similarity=0.95))
-    first = chosen(state)
-    second = chosen(without(state, first))
-    apart_m = math.dist(first.look_xy, second.look_xy)
-    assert apart_m > GIVEN_UP_RADIUS_M
-
-
-def test_what_was_detected_once_draws_by_its_similarity() -> None:
-    sure = replace(candidate(*BEYOND), similarity=0.95)
-    seldom = replace(sure, sightings=1, similarity=0.2)
-    assert "on the way to" in chosen(planner_state(sure)).reason
-    assert "on the way to" not in chosen(planner_state(seldom)).reason
-
-
-def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
-    state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
-    goal = state.memory.active_goal
-    assert goal is not None
-    late = replace(state, active_time_s=goal.budget_s + 0.1)
-    after, *_ = explored(late, HALF_KNOWN)
-    assert goal.goal.look_xy in after.visited_frontiers
-    assert goal.goal.look_xy in after.unreached_frontiers
-
-
 def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     def corridor(known_m: float) -> PlanningContext:
         known = int(known_m / 0.1)
@@ -244,16 +189,6 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     assert since_s[1] == 0.0
     assert len(set(since_s)) >= 3
     assert not state.visited_frontiers
-
-
-def test_without_a_goal_the_robot_looks_around_before_it_gives_up() -> None:
-    room, state = context(), planner_state()
-    state, *_ = explored(state, room)
-    turning = replace(state, active_time_s=SETTLE_S + 0.1)
-    _, motion, event, _ = explored(turning, room)
-    assert (motion, event) == (Rotate(), None)
-    _, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), room)
-    assert isinstance(event, Exhausted)
 
 
 def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (

@@ -84,14 +84,6 @@ def test_the_way_is_that_of_the_whole_map() -> None:
         compared += 1
 
 
-def test_the_candidates_of_the_last_comparison_stay_visible() -> None:
-    run = start(in_two_rooms(), "unicorn")
-    following(run)
-    run.step()
-    assert run.decision is not None
-    assert run.decision.goal_candidates.frontiers
-
-
 def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -> None:
     run = start(in_two_rooms(), "bed")
     following(run)

@@ -14,7 +14,6 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.object_order import (
     SIGHTED_PROBABILITY,
-    UNCALIBRATED_PROBABILITY,
     VIEW_PERIOD_S,
     count_turn,
     name_to_ask,
@@ -26,7 +25,6 @@ from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.grid_world import in_four_rooms, start
-from tests.planner.one_room import candidate
 
 STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
 HALL = drawn_map(*["#" * 8, *["#......#"] * 26, "#" * 8], scale=5)  # 14 x 4 m, all of it searched
@@ -113,19 +111,6 @@ def test_the_present_object_is_kept_unless_another_is_cheaper(
     assert revise_order(state, here) == Reordered(order)
 
 
-def test_an_equal_alternative_does_not_make_it_alternate() -> None:
-    views = {
-        "cup": view_of("cup", (9.0, 2.0, 0.8)),
-        "bed": view_of("bed", (5.0, 2.0, 0.8)),
-    }
-    # the present object's place counts where it was not searched yet
-    fresh = {name: replace(view, layers=view.layers & np.uint8(3)) for name, view in views.items()}
-    for present, other in (("cup", "bed"), ("bed", "cup")):
-        event = revised(state_of(present, other), fresh[present], views[other])
-        assert event is not None
-        assert event.indices == (0, 1)
-
-
 def test_it_is_revised_once_a_second() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
     event = revise_order(state, here)
@@ -135,12 +120,6 @@ def test_it_is_revised_once_a_second() -> None:
     assert revise_order(soon, here) is None
     later = replace(state, active_time_s=1.0)
     assert revise_order(later, here) == Reordered((1, 0))
-
-
-def test_an_order_that_is_already_planned_is_no_event() -> None:
-    state, here = state_of("cup", "bed"), context(view_of("cup"))
-    state = replace(state, search=replace(state.search, planned=(0, 1)))
-    assert revise_order(state, here) is None
 
 
 def looked_at(x: float, y: float) -> Goal:
@@ -156,22 +135,6 @@ def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:
         places = take_in_view(state, bed, (), context(bed)).places[1]
         probabilities.append(round(sum(place.probability for place in places), 3))
     assert probabilities == [0.9, 0.45, 0.225, 0.0]
-
-
-def test_a_rejected_candidate_is_no_place() -> None:
-    state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
-    known = TargetMemory(rejected=(candidate(8.0, 2.0),))
-    state = replace(state, other_memories={1: known})
-    assert take_in_view(state, bed, (), context(bed)).places[1] == ()
-
-
-def test_a_best_match_without_calibration_is_less_likely() -> None:
-    ranks = np.full(HALL.grid.shape, 100, np.uint8)
-    ranks[80:83, 19:22] = 255
-    bed = replace(view_of("bed"), calibrated=False, guidance=ranks)
-    state = take_in_view(state_of("cup", "bed"), bed, (), context(bed))
-    (place,) = state.places[1]
-    assert place.probability == UNCALIBRATED_PROBABILITY
 
 
 def detections_of(name: str, x: float, y: float) -> Detections:

@@ -51,12 +51,6 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
     return replace(state, search=replace(SEARCH, phase=phase), progress=progress)
 
 
-def test_below_the_limit_nothing_is_given_up() -> None:
-    state = monitored(LIMIT - 1, Exploring())
-    assert handle_stuck(state) == ()
-    assert state == monitored(LIMIT - 1, Exploring())
-
-
 def test_at_the_limit_the_candidate_is_rejected() -> None:
     target = candidate(2.5, 2.5)
     after = monitored(LIMIT, Approaching(target))

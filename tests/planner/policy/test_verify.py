@@ -34,7 +34,6 @@ from onemap_planner.world.candidates import (
     Sighting,
     ViewpointTally,
 )
-from onemap_planner.world.regions import SIMILAR
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, candidate, context, decided, planner_state
 
@@ -70,21 +69,6 @@ def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
     assert state.memory.candidates == ()
 
 
-def test_without_the_map_s_support_it_is_rejected_at_once() -> None:
-    far = replace(candidate(9.0, 9.0), supported=False)
-    assert given_up(planner_state(far), far, context()).memory.rejected == (far,)
-
-
-def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
-    near = candidate(1.7, 1.7)
-    doubts = list[Doubt]()
-    while (xy := find_viewpoint(near, context(), [d.from_xy for d in doubts])) is not None:
-        doubts.append(Doubt(xy, near.xyz))
-    state = planner_state(near)
-    state = replace(state, memory=replace(state.memory, doubts=tuple(doubts)))
-    assert given_up(state, near, context()).memory.rejected == (near,)
-
-
 @pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     then = candidate(1.7, 1.7, 4)
@@ -114,14 +98,6 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
         here = replace(here, pose=Pose2d(*viewpoint_xy, 0.0))
     assert looks == MAX_LOOKS
     assert state.memory.rejected == (then,)
-
-
-def test_what_is_hardly_similar_is_rejected_at_once() -> None:
-    then = replace(candidate(1.7, 1.7), similarity=SIMILAR - 0.1)
-    waited = planner_state(then, active_time_s=LATE_S)
-    after, _, event = decided(confirm, waited, Confirming(then, 0.0), context())
-    assert event == Rejected()
-    assert after.memory.rejected == (then,)
 
 
 @pytest.mark.parametrize(("contradictions", "sure"), [(5, True), (6, False)])
@@ -187,30 +163,6 @@ def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> N
     _, motion, _ = decided(approach, state, Approaching(known), ranked(0.95))
     assert isinstance(motion, Drive)
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
-
-
-def test_more_views_from_where_enough_were_made_do_not_count_as_seen() -> None:
-    enough = VIEWS_PER_VIEWPOINT
-    before = replace(BEFORE.candidate, near_views=(ViewpointTally((1.0, 1.0), 20, enough),))
-    now = replace(before, near_views=(ViewpointTally((1.0, 1.0), 27, enough + 10),))
-    late_s = CONFIRM_S + 0.1
-    state = replace(planner_state(active_time_s=late_s), memory=TargetMemory(disputed=(now,)))
-    _, _, event = decided(confirm, state, Confirming(before, 0.0), ranked(0.95))
-    assert event == Rejected()
-
-
-def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
-    late_s = CONFIRM_S + 0.1
-    assert weighed(disputed(), waited_s=late_s)[1] == Rejected()
-
-
-def test_a_sighting_that_the_map_supports_does_not_end_the_weighing() -> None:
-    known = disputed(20)
-    now = replace(candidate(1.7, 1.7, 1), cells=known.cells)
-    both = TargetMemory(candidates=(now,), disputed=(known,))
-    state = replace(planner_state(), memory=both)
-    after, _, event = decided(confirm, state, BEFORE, ranked(0.95))
-    assert (after, event) == (state, None)
 
 
 def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:

@@ -18,7 +18,6 @@ from onemap_planner.policy.viewpoints import (
     TRIED_M,
     SightTarget,
     Viewpoints,
-    _occupied_only,
     find_viewpoint,
     first_visible,
     least_occluded,
@@ -35,8 +34,6 @@ from tests.planner.drawn_maps import (
     search_view_of,
 )
 from tests.planner.one_room import candidate, context
-
-DEEP = [[10, 34]]  # in the wall, five cells from the nearest floor
 
 
 def around(
@@ -62,15 +59,6 @@ def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
 
 def test_a_room_that_cannot_be_reached_is_not_looked_into_through_its_wall() -> None:
     assert least_occluded(around([[10, 39]])) is None
-
-
-def test_without_a_visible_viewpoint_the_least_occluded_is_taken() -> None:
-    viewpoint = least_occluded(around(DEEP))
-    assert viewpoint is not None
-    assert viewpoint[1] < 30
-    straight = abs(int(viewpoint[0]) - 10)
-    assert straight <= 3  # across the wall, not along it
-    assert least_occluded(around([[10, 55]])) is None  # nothing reachable is near
 
 
 def beside_a_wall(target: list[int], seen_from: list[list[int]]) -> I64 | None:
@@ -123,47 +111,11 @@ def test_what_was_seen_over_the_unknown_is_not_looked_at_through_a_wall(
     assert bool(len(around.cells)) is behind
 
 
-def test_no_viewpoint_near_a_tried_one_is_returned() -> None:
-    first = least_occluded(around(DEEP))
-    assert first is not None
-    second = least_occluded(around(DEEP, [first.tolist()]))
-    assert second is not None
-    assert np.hypot(*(second - first)) * 0.1 > TRIED_M
-
-
 def test_the_viewpoint_is_within_the_band_around_the_surface() -> None:
     viewpoint = find_viewpoint(candidate(2.5, 2.5), context())
     assert viewpoint is not None
     away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
     assert APPROACH_NEAREST_M <= away <= PARAMS.explore.approach_farthest_m
-
-
-def test_an_object_deep_on_furniture_is_approached_as_near_as_possible() -> None:
-    behind_the_wall_face = candidate(2.0, 3.9)
-    viewpoint = find_viewpoint(behind_the_wall_face, context())
-    assert viewpoint is not None
-    assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < APPROACH_LAST_RESORT_M
-
-
-def test_a_stray_cell_before_the_object_does_not_move_the_viewpoint_away() -> None:
-    thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
-    stray = thing | {(17, 19)}  # towards the robot
-    recent = tuple(
-        Sighting((2.5, 2.5, 0.5), cells, 0.9, 0.8, (1.0, 1.0)) for cells in (stray, *[thing] * 8)
-    )
-    seen = replace(candidate(2.5, 2.5), cells=stray, recent=recent)
-    viewpoint = find_viewpoint(seen, context())
-    assert viewpoint is not None
-    assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
-
-
-def test_floor_before_an_object_is_not_its_surface() -> None:
-    here = context()
-    solid = np.argwhere(here.costmap.occupied)
-    free = np.argwhere(~here.costmap.occupied)
-    both = np.concatenate([free[:3], solid[:2]])
-    np.testing.assert_array_equal(_occupied_only(both, here.costmap), solid[:2])
-    np.testing.assert_array_equal(_occupied_only(free[:3], here.costmap), free[:3])
 
 
 def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> None:

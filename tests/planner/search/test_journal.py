@@ -28,13 +28,12 @@ from onemap_planner.search.phases import (
     Exhausted,
     Exploring,
     Interrupted,
-    Reordered,
     Search,
     Starting,
     TargetStart,
 )
 from onemap_planner.search.state_machine import new_search, status, transition
-from onemap_shared.messages import Coverage, SearchKind, SearchOrder, SearchState
+from onemap_shared.messages import Coverage, SearchKind, SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -77,23 +76,6 @@ def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     assert restored.budget == search.budget
     assert restored.started_ns == 7
     assert 1000.0 - restored.target_start.since_s == pytest.approx(10.0)
-    assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)
-
-
-def test_a_search_in_any_order_goes_on_at_its_object(tmp_path: Path) -> None:
-    names = ("cup", "bed", "sofa", "sink")
-    search = replace(new_search("id", names, THEN, 7, order=SearchOrder.ANY), phase=Exploring())
-    search = transition(search, Reordered((2, 3, 0, 1)), replace(NOW, now_s=6.0, odometer_m=11.0))
-    search = replace(search, phase=Exploring())
-    search = transition(search, Exhausted("nothing left"), NOW)
-    assert (search.target, search.done) == ("sink", (2,))
-    save(tmp_path, search, now_s=19.0, odometer_m=17.0)
-    restored = load(tmp_path, now_s=1000.0)
-    assert restored is not None
-    assert (restored.target, restored.order) == ("sink", SearchOrder.ANY)
-    assert (restored.objects, restored.done) == (names, (2,))
-    assert restored.results == search.results
-    assert restored.paused == search.paused
     assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)
 
 

@@ -129,15 +129,6 @@ def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
     ]
 
 
-def test_one_object_given_up_makes_the_whole_search_failed() -> None:
-    search = transition(at(Starting(), "qzx", "cup"), EVENTS[-3], NOW)
-    assert search.target == "cup"
-    search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
-    assert search.phase == Finished(SearchState.FAILED)
-    assert [result.reason_code for result in search.results] == [FailureCode.UNKNOWN_WORD, ""]
-    assert status(search, odometer_m=0.0, now_ns=1).reason_code is FailureCode.UNKNOWN_WORD
-
-
 def test_every_end_has_its_code_coverage_and_evidence() -> None:
     coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
     missed = transition(at(Exploring()), Exhausted("nothing left", coverage), NOW).results[0]
@@ -162,11 +153,6 @@ def test_a_result_tells_where_how_long_and_how_far() -> None:
     assert result.score == CUP.similarity
 
 
-def test_a_search_that_began_without_odometry_starts_where_the_map_answers() -> None:
-    search = new_search("id", ("cup",), replace(THEN, xy=None), 7)
-    assert transition(search, MapReady(look_around=False), NOW).target_start.xy == NOW.xy
-
-
 @pytest.mark.parametrize(
     ("phase", "public"),
     [
@@ -183,15 +169,6 @@ def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
     message = status(at(phase), odometer_m=12.0, now_ns=99)
     assert message.state is public
     assert message.active is not isinstance(phase, Finished)
-
-
-def test_the_status_says_what_is_waited_for_while_active() -> None:
-    message = status(at(Exploring()), odometer_m=12.0, now_ns=99, waiting="the map is 1.2 s old")
-    assert message.reason == "waiting: the map is 1.2 s old"
-    assert message.path_length_m == pytest.approx(2.0)
-    over = transition(at(Exploring()), Cancelled(), NOW)
-    assert status(over, odometer_m=20.0, now_ns=99, waiting="x").reason == "cancelled"
-    assert status(over, odometer_m=20.0, now_ns=99).path_length_m == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(

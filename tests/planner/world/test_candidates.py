@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world.candidates import (
-    MAX_CANDIDATES,
     RECENT_SIGHTINGS,
     Consensus,
     ObjectCandidate,
@@ -62,22 +61,6 @@ def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -
     distinct = ~np.isclose(similarity, threshold, atol=1e-5)  # rounding decides about the others
     expected = top_cells(similarity, percentile)
     assert (similarity >= threshold)[distinct].tolist() == expected[distinct].tolist()
-
-
-def test_an_empty_map_supports_no_detection() -> None:
-    empty = np.full((20, 20), np.nan, np.float32)
-    assert similarity_threshold(empty, Consensus()) == float("inf")
-    assert sighted(empty, detections([(0.55, 0.55, 0.5)])) == ()
-
-
-def test_a_detection_on_similar_cells_counts() -> None:
-    similarity = np.full((20, 20), 0.1, np.float32)
-    similarity[5:7, 5:7] = 0.8
-    (found,) = sighted(similarity, detections([(0.55, 0.55, 0.4), (0.65, 0.65, 0.6)]))
-    assert found.xyz == pytest.approx((0.6, 0.6, 0.5))
-    assert found.cells == {(5, 5), (6, 6)}
-    assert found.similarity == pytest.approx(0.8)
-    assert found.score == pytest.approx(0.8)
 
 
 @pytest.mark.parametrize(
@@ -141,13 +124,6 @@ def test_background_in_the_box_is_tolerated_and_left_out() -> None:
     assert found.xyz == pytest.approx((0.6, 0.55, 0.5))
 
 
-def test_other_names_and_detections_without_points_are_passed_over() -> None:
-    similarity = np.full((20, 20), 0.8, np.float32)
-    assert sighted(similarity, detections([(0.5, 0.5, 0.5)], name="bed")) == ()
-    assert sighted(similarity, detections([])) == ()
-    assert len(sighted(similarity, detections([(0.5, 0.5, 0.5)], name="Sofa"))) == 1
-
-
 def test_sightings_in_one_place_become_one_candidate() -> None:
     found: tuple[ObjectCandidate, ...] = ()
     for x in (1.0, 1.2, 1.1):
@@ -166,15 +142,6 @@ def test_a_sighting_from_near_outweighs_those_from_afar() -> None:
     assert other.xyz[0] > 1.2  # what is seen again from afar does not undo it
 
 
-def test_cells_seen_from_afar_alone_are_not_the_surface() -> None:
-    smeared = frozenset((x, 10) for x in range(10, 18))
-    thing = frozenset((x, 10) for x in range(10, 13))
-    far = [replace(sighting(1.2, smeared), seen_from=(6.2, 0.0)) for _ in range(6)]
-    near = [replace(sighting(1.1, thing), seen_from=(2.1, 0.0)) for _ in range(2)]
-    (candidate,) = merge_sightings((), [*far, *near])
-    assert candidate.surface == thing
-
-
 def test_a_detection_without_the_map_s_support_has_the_obstacles_it_covers() -> None:
     map_view = drawn_map(*["." * 20] * 10, *["#" * 20] * 10)
     message = detections([(0.55, 0.55, 0.4), (1.55, 0.55, 0.6), (1.65, 0.55, 0.6)])
@@ -184,14 +151,6 @@ def test_a_detection_without_the_map_s_support_has_the_obstacles_it_covers() -> 
     assert found.xyz == pytest.approx((1.6, 0.55, 0.6))
     (candidate,) = merge_sightings((), [found])
     assert not candidate.supported
-
-
-def test_far_sightings_are_others_unless_they_share_cells() -> None:
-    apart = merge_sightings((), [sighting(0.0), sighting(1.0)])
-    assert [candidate.sightings for candidate in apart] == [1, 1]
-    bed = frozenset({(1, 1), (2, 1)})
-    joined = merge_sightings((), [sighting(0.0, bed), sighting(1.0, bed)])
-    assert [candidate.sightings for candidate in joined] == [2]
 
 
 def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
@@ -207,15 +166,3 @@ def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
     for _ in range(RECENT_SIGHTINGS):
         found = merge_sightings(found, [sighting(1.3, moved)])
     assert found[0].surface == moved
-
-
-def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
-    (found,) = merge_sightings((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))])
-    assert found.surface == found.cells
-
-
-def test_the_number_of_candidates_is_bounded() -> None:
-    found = merge_sightings((), [sighting(0.0), sighting(0.0)])
-    found = merge_sightings(found, [sighting(5.0 + i) for i in range(2 * MAX_CANDIDATES)])
-    assert len(found) == MAX_CANDIDATES
-    assert found[0].sightings == 2

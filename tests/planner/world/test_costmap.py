@@ -59,13 +59,6 @@ def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:
     assert not costmap.navigable[5, 15]
 
 
-def test_floor_that_is_assumed_is_floor_but_unseen() -> None:
-    costmap = costmap_of(drawn_map(*["...aa"] * 5, scale=4), (1.0, 0.5), PARAMS.costmap)
-    assert costmap.free.all()
-    np.testing.assert_array_equal(costmap.unseen, np.tile(np.arange(20) >= 12, (20, 1)))
-    assert costmap.cost[10, 11] > costmap.cost[10, 10] > costmap.cost[10, 2]
-
-
 def test_costs_rise_towards_obstacles() -> None:
     map_view = drawn_map("#####", *["....."] * 4, scale=5)
     cost = costmap_of(map_view, (1.5, 1.2), PARAMS.costmap).cost[:, 12]
@@ -112,19 +105,6 @@ def test_the_way_that_the_robot_came_stays_open() -> None:
     assert reaches_the_other_room(trail)
     map_view.occupancy[12, 12:17] = Occupancy.OCCUPIED  # the door was closed since
     assert not reaches_the_other_room(trail)
-
-
-def test_a_virtual_obstacle_blocks_its_surroundings() -> None:
-    blocked = build_costmap(
-        OPEN,
-        robot_xy=np.array([0.6, 0.6]),
-        trail_xy=NO_POINTS,
-        obstacles_xy=np.array([[1.85, 1.85], [99.0, 99.0]]),
-        params=PARAMS.costmap,
-    )
-    assert blocked.occupied[18, 18]
-    assert not blocked.navigable[17, 17]
-    assert blocked.navigable[12, 12]
 
 
 def test_the_own_trail_outside_n_is_dearer_than_any_way_through_n() -> None:

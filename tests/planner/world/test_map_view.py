@@ -27,23 +27,6 @@ def test_the_window_holds_what_is_known_and_the_robot() -> None:
     assert np.isnan(map_view.similarity).sum() == map_view.similarity.size - 3
 
 
-def test_an_empty_map_gives_a_window_around_the_robot() -> None:
-    empty = SearchView(
-        text="",
-        revision=0,
-        sequence=0,
-        stamp_ns=0,
-        grid=GridSpec(0.1, (0, 0), (0, 0)),
-        occupancy=np.zeros((0, 0), np.uint8),
-        layers=np.zeros((0, 0), np.uint8),
-        similarity=np.zeros((0, 0), np.float32),
-    )
-    map_view = map_view_around(empty, np.array([3.0, -4.0]))
-    assert map_view.grid.contains(map_view.grid.cells(np.array([3.0, -4.0])))
-    assert not map_view.observed.any()
-    assert np.isnan(map_view.similarity).all()
-
-
 def test_the_margin_over_a_rival_survives_the_crop_around_the_robot() -> None:
     view = search_view_of(drawn_map(*["." * 20] * 20))  # similarity 0.1
     rival = np.full(view.grid.shape, np.nan, np.float32)

@@ -141,7 +141,6 @@ def build_context(
     obstacles_xy: F64,
     params: CostmapParams,
     window_xy: F64 | None = None,
-    bands: Bands = Bands(),
 ) -> PlanningContext:
     """The context at this pose.
 
@@ -157,9 +156,7 @@ def build_context(
         params=params,
     )
     cost_to_go = _cost_to_go(costmap, pose)
-    return PlanningContext(
-        pose, map_view, costmap, cost_to_go, params, window_xy is None, bands=bands
-    )
+    return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
 
 
 def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:

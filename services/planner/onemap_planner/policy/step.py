@@ -144,7 +144,8 @@ def step(
     context = _context(state, pose, view, params, follow_window(state, observation))
     if not context.whole and not can_follow(state, context):
         context = _context(state, pose, view, params, None)
-    context = replace(context, consensus=consensus)
+    bands = Bands(params.explore.approach_farthest_m)
+    context = replace(context, consensus=consensus, bands=bands)
     state.appeared = context.appeared
     _take_in_map(state, observation, context)
     move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
@@ -207,7 +208,6 @@ def _context(
         obstacles_xy=state.obstacles_xy,
         params=params.costmap,
         window_xy=window_xy,
-        bands=Bands(params.explore.approach_farthest_m),
     )
     context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
     return across_gaps(context) if state.crosses_gaps else context
