@@ -262,6 +262,11 @@ class DeadEnd:
     returns: int = 0
     open: bool = False
 
+    def is_near(self, xy: Xy) -> bool:
+        """Whether another place is within ``DEAD_END_AROUND_M``."""
+        away_m = float(np.hypot(self.xy[0] - xy[0], self.xy[1] - xy[1]))
+        return away_m <= DEAD_END_AROUND_M
+
 
 def updated_dead_ends(
     dead_ends: tuple[DeadEnd, ...], given_up_xy: tuple[Xy, ...], map_view: MapView
@@ -273,7 +278,7 @@ def updated_dead_ends(
     for xy in dict.fromkeys(given_up_xy):
         before = known.get(xy)
         if before is None or before.open:
-            near = [d.returns + 1 for d in dead_ends if d.open and _near(d.xy, xy)]
+            near = [d.returns + 1 for d in dead_ends if d.open and d.is_near(xy)]
             kept.append(DeadEnd(xy, surroundings(map_view, xy).tobytes(), max(near, default=0)))
         elif before.returns < DEAD_END_RETURNS and _changed(before, map_view):
             kept.append(replace(before, open=True))
@@ -301,10 +306,6 @@ def _changed(dead_end: DeadEnd, map_view: MapView) -> bool:
     both_known = (now != Occupancy.UNKNOWN) & (then != Occupancy.UNKNOWN)
     area_m2 = float((both_known & (now != then)).sum()) * map_view.cell_area_m2
     return area_m2 >= DEAD_END_CHANGED_M2
-
-
-def _near(one: Xy, other: Xy) -> bool:
-    return float(np.hypot(one[0] - other[0], one[1] - other[1])) <= DEAD_END_AROUND_M
 
 
 @dataclass(slots=True)

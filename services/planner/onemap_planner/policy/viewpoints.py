@@ -136,9 +136,12 @@ def find_viewpoint(
     target = SightTarget(_occupied_only(cells, costmap), seen_from)
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
-    viewpoint = _in_bands(target, context, context.bands.at(candidate.xyz[2]), tried, apart_m)
+    bands_m = context.bands.at(candidate.xyz[2])
+    viewpoint = _in_bands(target, context, bands_m, tried, apart_m=apart_m)
     if viewpoint is None and candidate.supported:
-        viewpoint = _beyond_bands(target, context, tried)
+        # Not over whatever it was seen over: somebody may stand in that door by now.
+        beyond_m = context.bands.beyond_m
+        viewpoint = _in_bands(SightTarget(target.cells), context, beyond_m, tried, occluded=False)
         if viewpoint is None:
             viewpoint = _where_detected(target, context, APPROACH_LIMIT_M, tried)
     if viewpoint is None:
@@ -161,32 +164,26 @@ def _in_bands(
     context: PlanningContext,
     bands_m: tuple[tuple[float, float], ...],
     tried: I64,
-    apart_m: float,
+    *,
+    apart_m: float = TRIED_M,
+    occluded: bool = True,
 ) -> I64 | None:
-    """The viewpoint (2,) of a target in the first band that has one, else the least occluded."""
-    costmap, cost_to_go = context.costmap, context.cost_to_go
+    """The viewpoint (2,) of a target in the first band that has one, else the least occluded of
+    the last band, if that counts and none was tried."""
+    around: Viewpoints | None = None
     for band_m in bands_m:
         around = viewpoints_around(
-            target, costmap, cost_to_go, band_m=band_m, tried=tried, apart_m=apart_m
+            target,
+            context.costmap,
+            context.cost_to_go,
+            band_m=band_m,
+            tried=tried,
+            apart_m=apart_m,
         )
         viewpoint = first_visible(around)
         if viewpoint is not None:
             return viewpoint
-    return None if len(tried) else least_occluded(around)
-
-
-def _beyond_bands(target: SightTarget, context: PlanningContext, tried: I64) -> I64 | None:
-    """The nearest cell (2,) beyond the bands with a clear line of sight; None without any."""
-    # Not over whatever it was seen over: somebody may stand in that door by now.
-    target = SightTarget(target.cells)
-    for band_m in context.bands.beyond_m:
-        around = viewpoints_around(
-            target, context.costmap, context.cost_to_go, band_m=band_m, tried=tried
-        )
-        viewpoint = first_visible(around)
-        if viewpoint is not None:
-            return viewpoint
-    return None
+    return None if around is None or len(tried) or not occluded else least_occluded(around)
 
 
 def _where_detected(

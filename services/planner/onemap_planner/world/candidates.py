@@ -312,6 +312,7 @@ def is_same_object(candidate: ObjectCandidate, sighting: Sighting) -> bool:
 
 
 def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
+    best, view = candidate.best_view, sighting.view
     total = FORGETTING * candidate.weight + sighting.weight
     share = sighting.weight / total
     mean = np.asarray(candidate.xyz) * (1 - share) + np.asarray(sighting.xyz) * share
@@ -326,7 +327,7 @@ def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
         similarity=max(candidate.similarity, sighting.similarity),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
         recent=(*candidate.recent, sighting)[-RECENT_SIGHTINGS:],
-        best_view=_better_view(candidate.best_view, sighting.view),
+        best_view=view if view and view.is_better_than(best) else best,
     )
 
 
@@ -338,9 +339,3 @@ def _view_of(detections: Detections, index: int) -> PictureOfObject:
         box_px=(x0, y0, x1, y1),
         picture=detections.picture,
     )
-
-
-def _better_view(
-    best: PictureOfObject | None, view: PictureOfObject | None
-) -> PictureOfObject | None:
-    return view if view is not None and view.is_better_than(best) else best
