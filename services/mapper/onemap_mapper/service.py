@@ -22,6 +22,7 @@ from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.gpu import resolved_device
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
@@ -60,7 +61,6 @@ from onemap_shared.messages import (
     ViewChanges,
     ViewChangesRequest,
 )
-from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
@@ -395,8 +395,7 @@ def _empty() -> RequestRejected:
 
 def build(bus: Bus, config: MapperConfig) -> Mapper:
     """The worker for the runner."""
-    if config.device.startswith("cuda") and not torch.cuda.is_available():
-        raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
+    config = config.model_copy(update={"device": resolved_device(config.device)})
     torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
     prepare(buses, config)
