@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from onemap_ros2.cdr import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED
 from onemap_ros2.config import Ros2Config
@@ -20,8 +19,7 @@ from onemap_shared.keys import (
 )
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
-from onemap_tools.demo.ros2.robot import ros2_section
-from onemap_tools.demo.ros2.robot_bus import COLOR, DEPTH, INFO, Ros2RobotBus
+from onemap_tools.demo.ros2_robot import COLOR, DEPTH, INFO, Ros2RobotBus, ros2_section
 from tests.ros2.fake_network import FakeNetwork
 
 T_BODY_CAMERA = camera_mount(0.1, 1.0, 0.2)
@@ -90,9 +88,3 @@ def test_the_rest_goes_over_the_other_bus() -> None:
     assert bus.alive() == {"ros2_robot"}
     bus.close()
     assert network.closed
-
-
-@pytest.mark.parametrize("setting", ["color", "depth", "camera_info"])
-def test_the_adapter_is_told_its_topics(setting: str) -> None:
-    config = Ros2Config.model_validate(ros2_section("tcp/127.0.0.1:1"))
-    assert getattr(config.topics, setting) == SAID[setting][0]
