@@ -55,28 +55,10 @@ hypothesis.settings.load_profile("shared cores")
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """With several workers, begin with the files that hold slow tests: none is left for the end.
-
-    Coverage is that of the other tests: it would make the slow ones a third slower.
-    """
-    slow = [item for item in items if item.get_closest_marker("slow")]
-    if config.pluginmanager.hasplugin("_cov"):
-        for item in slow:
-            item.add_marker("no_cover")
+    """With several workers, begin with the files that hold slow tests: none is left for the end."""
     if hasattr(config, "workerinput"):
-        first = {item.path for item in slow}
+        first = {item.path for item in items if item.get_closest_marker("slow")}
         items.sort(key=lambda item: item.path not in first)
-
-
-@pytest.fixture(autouse=True)
-def _no_coverage_of_slow_processes(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Processes that a slow test starts are not measured either."""
-    # A patch of its own: the test's, made before _process_as_before, would be undone after it.
-    with pytest.MonkeyPatch.context() as patch:
-        if request.node.get_closest_marker("slow"):
-            for name in [name for name in os.environ if name.startswith("COVERAGE_")]:
-                patch.delenv(name)
-        yield
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from onemap_mapper.checkpoint_file import newest
+from onemap_mapper.storage import map_file
 from onemap_shared.messages import MapRevision
 from tests.end_to_end.conftest import SIMULATOR
 from tests.end_to_end.system import START_S, System
@@ -56,3 +57,24 @@ def test_a_mapper_that_ended_resumes_its_map(mapping: System) -> None:
         assert first.frames_fused >= frames  # a map that began anew has one
         assert first.cells_observed >= cells
         assert announced(mapping).frames_fused > frames  # and frames reach it
+
+
+def test_a_map_of_another_world_is_set_aside(tmp_path: Path) -> None:
+    """Everything is started again with another apartment, in the same folders."""
+
+    def apartment(seed: int) -> System:
+        simulated = {"simulator": {**SIMULATOR, "seed": seed}}
+        return System(tmp_path, (*MAPPING, "gateway"), simulated)
+
+    aside = tmp_path / "maps" / "other_worlds" / "1"
+    with apartment(1) as system:
+        system.until(lambda: kept(system)[1] > 20, "a checkpoint is written", 2 * START_S)
+    before = kept(system)[1]
+    with apartment(2) as system:
+        system.until(aside.exists, "the map is set aside", 2 * START_S)
+        assert announced(system).frames_fused < before
+        said = "the map was of another world"
+        system.until(lambda: said in system.http.get("/v1/status").text, "the status says so")
+        assert said in system.log("mapper").read_text()
+    assert "apartment" in (aside / "world.txt").read_text()
+    assert map_file.read(max(aside.glob("*.npz"))).header.frames_fused == before

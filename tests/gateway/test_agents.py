@@ -20,13 +20,16 @@ from starlette.testclient import TestClient
 
 from onemap.replies import SearchSnapshot
 from onemap_gateway.config import GatewayConfig, Role
-from onemap_gateway.http.agent_tools import TOOLS, ToolResult, budget_limits, call_tool
-from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.present.agents import (
+from onemap_gateway.http.agent_tools import (
+    TOOLS,
+    ToolResult,
+    budget_limits,
+    call_tool,
     started_summary,
     stopped_summary,
 )
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys

@@ -335,6 +335,6 @@ def test_queries_have_threads_of_their_own(router: MemoryRouter) -> None:
     """As many at once as the mapper serves, whatever the limit for other calls."""
     count = keys.MAP_SIMILARITY.parallel
     rpc = RpcClient(router.bus(), 1)
-    assert rpc._limiter(keys.MAP_SIMILARITY.key).total_tokens == count
-    assert rpc._limiter(keys.MAP_SAVE.key).total_tokens == 1
-    assert rpc._limiter(keys.MAP_SAVE.key) is rpc._limiter(keys.MAP_LOAD.key)
+    assert rpc._limiter(keys.MAP_SIMILARITY).total_tokens == count
+    assert rpc._limiter(keys.MAP_SAVE).total_tokens == 1
+    assert rpc._limiter(keys.MAP_SAVE) is rpc._limiter(keys.MAP_LOAD)

@@ -26,7 +26,6 @@ from onemap_gateway.present.replies import (
     map_archive,
     map_object,
     map_statistics,
-    object_list,
     search_snapshot,
 )
 from onemap_gateway.present.service_status import PipelineFault
@@ -36,7 +35,6 @@ from onemap_shared.messages import (
     Coverage,
     FailureCode,
     MapVerdict,
-    ObjectList,
     ObjectResult,
     SearchKind,
     SearchOrder,
@@ -226,12 +224,6 @@ def test_an_object_has_its_place_in_millimetres_and_its_times_twice() -> None:
         "box_px": [4.0, 6.0, 20.0, 18.0],
         "picture": "/v1/objects/3f9a12c4.jpg",
     }
-
-
-def test_a_list_says_how_many_are_not_kept_any_more() -> None:
-    reply = object_list(ObjectList((kept_object(), kept_object("00ff00ff")), 3))
-    assert [known.id for known in reply.objects] == ["3f9a12c4", "00ff00ff"]
-    assert reply.left_out == 3
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

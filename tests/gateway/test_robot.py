@@ -24,7 +24,7 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry
 from tests.gateway import fakes
 from tests.gateway.fakes import client_of, gateway_on, state_reached
-from tests.shared.messages.broken import sample
+from tests.shared.samples import sample
 
 
 def test_the_process_lives_whatever_else_is_missing(router: MemoryRouter) -> None:

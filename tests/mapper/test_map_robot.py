@@ -216,6 +216,16 @@ def test_a_robot_that_begins_anew_elsewhere_is_left_out_until_the_map_is(fleet: 
     assert fleet.mapper._health(robots(fleet)[1]).problem == ""
 
 
+def test_a_robot_in_another_world_is_left_out_of_a_shared_map(fleet: Fleet) -> None:
+    flat, office = (replace(frame(0, 100 * S), world=name) for name in ("flat", "office"))
+    fleet.feed(fleet.r1, flat)
+    fleet.feed(fleet.r2, office)
+    assert "r2 is in world 'office'" in fleet.mapper._health(robots(fleet)[1]).problem
+    assert fleet.r1.newest().frames_fused == 1
+    fleet.feed(fleet.r1, replace(office, sequence=1, stamp_ns=101 * S))  # both are there now
+    assert "another world (fleet/r1/flat)" in fleet.mapper._health(robots(fleet)[0]).problem
+
+
 def test_corrections_of_one_robot_do_not_move_what_others_saw(
     fleet: Fleet, caplog: pytest.LogCaptureFixture
 ) -> None:

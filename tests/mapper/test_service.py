@@ -55,9 +55,9 @@ NEUTRAL = np.eye(16, dtype=np.float32)[[5, 6]]
 class Rig:
     """A mapper and, around it, what perception and a planner would say and ask."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **settings: Any) -> None:
         self.router = MemoryRouter()
-        config = MapperConfig(map_folder=folder)
+        config = MapperConfig(map_folder=folder, **settings)
         self.mapper: Mapper = build(self.router.bus("mapper"), config)
         self.client: MemoryBus = self.router.bus("planner")
         self.revisions = self.client.subscribe(keys.MAP_REVISION, capacity=100)
@@ -337,7 +337,7 @@ def test_a_map_that_cannot_be_deleted_is_reported(
 def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
-    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps").mkdir(exist_ok=True)
     (tmp_path / "maps" / "broken.npz").write_bytes(b"PK\x03\x04 no map")
     codes = {"broken": "invalid", "missing": "unknown_map", "../escape": "invalid"}
     for name, code in codes.items():
@@ -434,9 +434,9 @@ def test_a_pose_bomb_is_refused_and_the_next_frame_is_fused(rig: Rig) -> None:
     assert rig.metric("frames_refused") == 2
 
 
-def restarted(folder: Path) -> Rig:
+def restarted(folder: Path, **settings: Any) -> Rig:
     """A mapper of another process on the same folder."""
-    again = Rig(folder)
+    again = Rig(folder, **settings)
     again.embed()
     return again
 
@@ -466,6 +466,60 @@ def test_a_resumed_map_of_another_encoder_is_dropped(rig: Rig, tmp_path: Path) -
     assert (revision.encoder_id, revision.frames_fused) == ("encoder-b", 1)
     again.feed(sofa_ahead(2))  # once frames were fused, encoders are never mixed
     assert "encoder-b" in again.mapper.health().problem
+
+
+@pytest.mark.parametrize("before", ["flat", ""])
+@pytest.mark.parametrize("now", ["flat", "", "office"])
+@pytest.mark.parametrize("mapper", ["runs", "resumes", "begins anew"])
+def test_what_is_of_another_world_is_set_aside(
+    rig: Rig, tmp_path: Path, before: str, now: str, mapper: str
+) -> None:
+    folder = tmp_path / "maps"
+    rig.feed(*(replace(sofa_ahead(k), world=before) for k in range(2)))
+    rig.client.call(keys.MAP_REMEMBER, object_find())
+    again = rig
+    if mapper != "runs":
+        rig.mapper.close()
+        again = restarted(folder, resume=mapper == "resumes")
+    again.feed(replace(sofa_ahead(2), world=now))
+    again.feed(replace(sofa_ahead(3), world=now))  # the first one may have been dropped
+    same, aside = before == now, folder / "other_worlds" / "1"
+    if same and mapper != "begins anew":
+        assert again.metric("frames_fused") == 4
+    else:
+        assert again.metric("frames_fused") <= 2
+    found = again.client.call(keys.MAP_OBJECTS, ObjectListRequest()).objects
+    assert len(found) == same
+    assert aside.exists() is not same
+    if not same:
+        assert (aside / "objects.bin").exists()
+        assert bool(list(aside.glob("*.npz"))) is (mapper != "runs")  # none was due yet
+        assert f"another world (/{before})" in again.mapper.health().problem
+    again.mapper.close()
+    assert restarted(folder).metric("frames_fused") == again.metric("frames_fused")
+
+
+def test_a_map_of_an_earlier_release_is_of_the_world_of_the_next_frame(
+    rig: Rig, tmp_path: Path
+) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.mapper.close()
+    (tmp_path / "maps" / "world.txt").unlink()
+    again = restarted(tmp_path / "maps")
+    again.feed(replace(sofa_ahead(1), world="flat"))
+    assert again.metric("frames_fused") == 2
+    assert (tmp_path / "maps" / "world.txt").read_text() == "/flat"
+
+
+def test_a_loaded_map_is_of_the_world_of_the_next_frame(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(replace(sofa_ahead(0), world="flat"))
+    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    again = restarted(tmp_path / "other")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "maps" / "a.npz").rename(tmp_path / "other" / "a.npz")
+    again.client.call(keys.MAP_LOAD, MapFile("a"))
+    again.feed(replace(sofa_ahead(1), world="office"))
+    assert again.metric("frames_fused") == 2
 
 
 def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from onemap_perception import factory
 from onemap_perception.detectors.protocol import Detection, DetectorError, Image
 from onemap_perception.errors import BackendError
-from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.factory import make_detector
 from onemap_perception.service import build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
@@ -24,7 +24,6 @@ from tests.perception.tiny import (
     open_clip_folder,
     owl_folder,
     rtdetr_folder,
-    tipsv2_folder,
 )
 from tests.perception.toy import ColourEncoder, frame
 
@@ -56,21 +55,6 @@ def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> No
     reply = router.bus().call(keys.EMBED_TEXT, TextRequest(("a red lamp",)))
     assert (reply.encoder_id, reply.text_space) == (field.encoder_id, field.text_space)
     assert reply.embeddings.shape[1] == field.features.shape[2]
-
-
-def test_tipsv2_is_made(tmp_path: Path) -> None:
-    document = {"backend": "tipsv2", "model": str(tipsv2_folder(tmp_path)), "long_side_px": 56}
-    encoder = make_encoder(configured({"encoder": document}).encoder)
-    assert encoder.encoder_id.startswith("tipsv2-")
-
-
-@pytest.mark.parametrize("backend", ["coco", "open_vocabulary"])
-def test_a_box_detector_is_made(backend: str, tmp_path: Path) -> None:
-    make = {"coco": rtdetr_folder, "open_vocabulary": owl_folder}[backend]
-    document = {"backend": backend, "model": str(make(tmp_path))}
-    detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
-    assert detector.detector_id.startswith(f"{backend}-")
-    assert not detector.reads_features
 
 
 def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,6 @@ import pytest
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.frame_picture import MAX_SIDE_PX, encode_picture, with_picture
 from onemap_perception.target_detection import detect_in_frame, make_target
-from onemap_shared.geometry import U8
 from onemap_shared.messages import Detections
 from tests.perception.toy import ColourEncoder, frame
 
@@ -63,9 +62,3 @@ def test_a_large_frame_is_made_smaller(shape: tuple[int, int, int]) -> None:
     assert max(image.shape) == MAX_SIDE_PX
     assert scale == pytest.approx(MAX_SIDE_PX / max(shape))
     assert image.shape[0] == max(round(shape[0] * scale), 1)
-
-
-def test_noise_that_stays_too_large_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    noise: U8 = np.random.default_rng(0).integers(0, 256, (640, 640, 3), dtype=np.uint8)
-    assert encode_picture(noise[:64, :64])[0]
-    assert encode_picture(noise) == (b"", 1.0)

@@ -84,23 +84,6 @@ def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
     assert blob(file).read_bytes() == served(hub).content
 
 
-def test_a_download_that_was_stopped_is_continued(hub: LocalHub) -> None:
-    listing, file = listed()
-    part = blob(file).with_name(file.digest + PART)
-
-    def stop(count: int) -> None:
-        if count:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        download(listing, file, stop)
-    begun = part.stat().st_size
-    assert 0 < begun < SIZE
-    download(listing, file, lambda _: None)
-    assert served(hub).ranges == [0, begun]
-    assert blob(file).read_bytes() == served(hub).content
-
-
 def test_a_server_that_cannot_continue_sends_all_again(hub: LocalHub) -> None:
     served(hub).breaks_at = 1_000_000
     listing, file = listed()
@@ -111,15 +94,6 @@ def test_a_server_that_cannot_continue_sends_all_again(hub: LocalHub) -> None:
     download(listing, file, arrived.append)
     assert blob(file).read_bytes() == served(hub).content
     assert sum(arrived) == SIZE
-
-
-def test_a_part_that_is_too_long_is_dropped(hub: LocalHub) -> None:
-    listing, file = listed()
-    part = blob(file).with_name(file.digest + PART)
-    part.parent.mkdir(parents=True)
-    part.write_bytes(bytes(SIZE + 1))
-    download(listing, file, lambda _: None)
-    assert blob(file).read_bytes() == served(hub).content
 
 
 def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:
@@ -140,14 +114,6 @@ def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
     with pytest.raises(ModelError) as error:
         download(listing, file, lambda _: None)
     assert str(error.value) == f"{REPO} cannot be fetched: model.safetensors: 404 Not Found"
-
-
-def test_a_full_disk_is_one_sentence(hub: LocalHub) -> None:
-    listing, file = listed()
-    blobs_folder(REPO).parent.mkdir(parents=True)
-    blobs_folder(REPO).write_text("a file where the folder should be")
-    with pytest.raises(ModelError, match="File exists"):
-        download(listing, file, lambda _: None)
 
 
 def test_two_processes_do_not_write_one_file(hub: LocalHub) -> None:

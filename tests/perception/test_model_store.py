@@ -53,12 +53,6 @@ def test_files_with_another_digest_are_corrupt(cache: Path) -> None:
     ]
 
 
-def test_an_unknown_model_is_an_error() -> None:
-    assert model_store.known_model(REPO).backend == "coco"
-    with pytest.raises(ModelError, match="'nobody/nothing' is not among the known"):
-        model_store.known_model("nobody/nothing")
-
-
 def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -107,22 +101,9 @@ def test_a_model_that_arrived_in_part_is_not_here(hub: LocalHub) -> None:
     assert hub.models[REPO]["model.safetensors"].ranges[-1] == 9000
 
 
-def test_a_fetched_model_needs_the_hub_no_more(hub: LocalHub) -> None:
-    folder = fetch()
-    hub.down = True
-    assert fetch() == folder
-    assert model_store.look_up(REPO, NEEDED).offline
-
-
 def test_a_damaged_file_is_fetched_again_once_it_is_discarded(hub: LocalHub) -> None:
     folder = fetch()
     (folder / "model.safetensors").resolve().write_bytes(b"other")
     assert model_store.corrupt_files(folder) == ["model.safetensors"]
     model_store.discard(folder, ["model.safetensors"])
     assert model_store.corrupt_files(fetch()) == []
-
-
-def test_a_hub_that_does_not_answer_is_one_sentence(hub: LocalHub) -> None:
-    hub.down = True
-    with pytest.raises(ModelError, match=rf"^{REPO} cannot be fetched: [^\n]+$"):
-        fetch()

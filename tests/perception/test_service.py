@@ -26,8 +26,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
-from onemap_shared.wire import Packet
-from tests.perception.encoders.test_crops import png
+from tests.perception.encoders.test_images import png
 from tests.perception.slow_detector import SlowDetector
 from tests.perception.toy import ColourEncoder, SeeingColours, frame
 
@@ -86,18 +85,6 @@ def test_every_frame_that_is_taken_has_a_receipt(world: World) -> None:
     assert receipts.take(0.0) == FrameReceipt(2, frame(2).stamp_ns)
     world.service.step(0.0)
     assert receipts.take(0.0) is None
-
-
-def test_only_the_newest_frame_is_encoded(world: World) -> None:
-    for sequence in (1, 2, 3):
-        world.camera.put(frame(sequence))
-    world.service.step(0.0)
-    world.service.step(0.0)
-    field = world.fields.take(0.0)
-    assert field is not None
-    assert field.sequence == 3
-    metrics = world.service.health().metrics or {}
-    assert metrics["frames_skipped"] == 2
 
 
 def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: World) -> None:
@@ -181,31 +168,6 @@ def constant(height: int, width: int, value: int = 0) -> U8:
     return np.full((height, width, 3), value, np.uint8)
 
 
-@pytest.mark.parametrize(
-    "image", [constant(1, 1), constant(33, 7), constant(240, 321, 255), constant(8, 700, 128)]
-)
-def test_odd_images_are_images(world: World, image: U8) -> None:
-    world.planner.put(SEARCH)
-    world.camera.put(frame(rgb=image))
-    world.service.step(0.0)
-    field = world.fields.take(0.0)
-    assert field is not None
-    assert field.depth_mm.shape == image.shape[:2]
-
-
-def test_without_depth_every_variance_is_infinite(world: World) -> None:
-    world.planner.put(SEARCH)
-    world.camera.put(frame(depth_mm=0))
-    world.service.step(0.0)
-    field = world.fields.take(0.0)
-    assert field is not None
-    assert np.isinf(field.variance).all()
-    seen = world.detections.take(0.0)
-    assert seen is not None
-    assert len(seen.names) == 1
-    assert len(seen.points_map) == 0
-
-
 def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(world: World) -> None:
     world.camera.put(frame(1, rgb=constant(8, 8) + np.array([1, 2, 3], np.uint8)))
     world.service.step(0.0)
@@ -217,12 +179,6 @@ def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(worl
     world.service.step(0.0)
     assert world.fields.take(0.0) is not None
     assert world.service.health().problem == ""
-
-
-def test_broken_bytes_are_counted(world: World) -> None:
-    world.router.inject(keys.ROBOT_RGBD.key, Packet(b"\x00\x01", b"junk"))
-    world.service.step(0.0)
-    assert (world.service.health().metrics or {})["frames_refused"] == 1
 
 
 def test_a_missing_encoder_is_one_sentence(tmp_path: object) -> None:
@@ -349,9 +305,3 @@ def test_a_picture_is_embedded_as_the_encoder_sees_it() -> None:
     with pytest.raises(RemoteError, match="cut off") as refused:
         caller.call(keys.EMBED_IMAGE, ImageRequest(png(rgb)[:80]))
     assert refused.value.code == "bad_image"
-
-
-def test_an_encoder_that_takes_no_pictures_says_so(world: World) -> None:
-    with pytest.raises(RemoteError, match="the encoder toy takes no images") as refused:
-        world.outside.call(keys.EMBED_IMAGE, ImageRequest(png(frame().rgb)))
-    assert refused.value.code == "no_image_queries"

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.errors import UnknownWordError
-from onemap_perception.target_detection import Target, detect_in_frame, make_target
-from onemap_shared.messages import TextEmbeddings
-from tests.perception.toy import ColourEncoder, frame
+from onemap_perception.target_detection import (
+    MAX_POINTS,
+    backproject_detections,
+    detect_in_frame,
+    iou,
+    make_target,
+    suppress_overlaps,
+)
+from onemap_shared.geometry import U16, Bool, inverse, pose_2d, transform
+from onemap_shared.messages import RgbdFrame, TextEmbeddings
+from tests.perception.toy import CAMERA, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
 DETECTOR = PatchDetector("toy")
@@ -21,17 +32,6 @@ def test_the_target_comes_first_and_the_other_names_compete() -> None:
     assert target.name == "blue"
     assert target.queries is not None
     assert target.queries.texts == ("blue", "red", "green")
-
-
-def test_names_that_cannot_be_embedded_do_not_compete() -> None:
-    target = make_target(ENCODER, "blue", ("mauve", "red", "puce"))
-    assert target.queries is not None
-    assert target.queries.texts == ("blue", "red")
-
-
-def test_an_unknown_target_is_an_error() -> None:
-    with pytest.raises(UnknownWordError, match="'mauve' is no colour"):
-        make_target(ENCODER, "mauve", ("red", "mauve"))
 
 
 def test_detections_have_points_in_the_map() -> None:
@@ -58,8 +58,70 @@ def test_a_detector_that_reads_no_features_is_independent() -> None:
     assert detect_in_frame(Nothing(), target, frame(), None).independent
 
 
-def test_a_target_without_queries_has_no_detections() -> None:
-    shown = frame()
-    nothing = detect_in_frame(DETECTOR, Target("mauve", None), shown, ENCODER.encode(shown.rgb))
-    assert nothing.names == ()
-    assert nothing.boxes_px.shape == (0, 4)
+def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detection:
+    """A square of ``side`` cells at (x, y) of a grid of 16 x 16."""
+    mask = np.zeros((16, 16), bool)
+    mask[y : y + side, x : x + side] = True
+    return Detection(name, score, (x, y, x + side, y + side), mask)
+
+
+def test_of_two_names_for_one_object_the_better_one_is_kept() -> None:
+    bed, sofa = detection("bed", 0.9, 2, 2), detection("sofa", 0.6, 2, 3)
+    assert suppress_overlaps((bed, sofa)) == (bed,)
+    assert suppress_overlaps((sofa, bed)) == (bed,)
+
+
+def test_scores_of_two_networks_are_not_compared() -> None:
+    chair = replace(detection("chair", 0.9, 2, 2), scale="coco")
+    throne = replace(detection("throne", 0.4, 2, 2), scale="open")
+    assert suppress_overlaps((chair, throne)) == (chair, throne)
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 1), st.integers(0, 12)), max_size=8))
+def test_the_surest_always_stands_and_every_loser_has_a_surer_rival(
+    drawn: list[tuple[str, float, int]],
+) -> None:
+    found = [detection(name, score, x, 3) for name, score, x in drawn]
+    standing = suppress_overlaps(found)
+    if found:
+        assert any(max(found, key=lambda each: each.score) is each for each in standing)
+    for loser in (each for each in found if not any(each is one for one in standing)):
+        assert any(
+            rival.name != loser.name and rival.score > loser.score
+            for rival in found
+            if iou(rival.mask, loser.mask) >= 0.5
+        )
+
+
+def masked(mask: Bool) -> Detection:
+    return Detection("red", 1.0, (0.0, 0.0, 1.0, 1.0), mask)
+
+
+def frame_of(depth_mm: U16) -> RgbdFrame:
+    return replace(frame(), rgb=np.zeros((*depth_mm.shape, 3), np.uint8), depth_mm=depth_mm)
+
+
+def test_points_lie_on_the_object_in_the_map() -> None:
+    T_map_camera = pose_2d(2.0, -1.0, 0.7)
+    mask = np.zeros((4, 6), bool)
+    mask[1:3, 2:4] = True  # columns 16 to 32 and rows 8 to 24 of the image
+    posed = replace(frame(depth_mm=1500), T_map_camera=T_map_camera)
+    points, owners = backproject_detections([masked(mask)], posed)
+    assert 0 < len(points) <= MAX_POINTS
+    assert points.dtype == np.float32
+    assert owners.tolist() == [0] * len(points)
+    x, y, z = transform(inverse(T_map_camera), points.astype(np.float64)).T
+    np.testing.assert_allclose(z, 1.5, rtol=1e-5)
+    for at_depth_1, first, last in (
+        (x / z, CAMERA.x_at(16), CAMERA.x_at(31)),
+        (y / z, CAMERA.y_at(8), CAMERA.y_at(23)),
+    ):
+        assert at_depth_1.min() == pytest.approx(first, abs=1e-5)
+        assert at_depth_1.max() == pytest.approx(last, abs=1e-5)
+
+
+def test_the_background_within_a_mask_is_left_out() -> None:
+    depth_mm = np.full((32, 48), 1500, np.uint16)
+    depth_mm[:, 24:26] = 4000
+    points, _ = backproject_detections([masked(np.ones((4, 6), bool))], frame_of(depth_mm))
+    np.testing.assert_allclose(points[:, 2], 1.5, rtol=1e-5)

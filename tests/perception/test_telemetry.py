@@ -18,25 +18,6 @@ def test_the_time_without_frames_is_stated() -> None:
     assert problem(telemetry, 20.0) == "no camera frames on robot/rgbd/v1 for 6.5 s"
 
 
-def test_ready_as_long_as_frames_come() -> None:
-    telemetry = PerceptionTelemetry(started_s=0.0)
-    assert not telemetry.is_ready(0.1)
-    telemetry.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
-    assert telemetry.is_ready(5.9)
-    assert not telemetry.is_ready(6.1)
-
-
-def test_a_failure_is_a_problem_until_a_frame_succeeds() -> None:
-    telemetry = PerceptionTelemetry(started_s=0.0)
-    telemetry.frame_done(0.0, encode_ms=1.0, frame_age_ms=2.0)
-    telemetry.frame_failed("out of memory", False)
-    assert problem(telemetry, 0.1) == "frames cannot be encoded: out of memory"
-    telemetry.frame_done(0.2, encode_ms=1.0, frame_age_ms=2.0)
-    assert problem(telemetry, 0.3) == ""
-    telemetry.text_problem = "'xyzzy' is unknown"
-    assert problem(telemetry, 0.4) == "'xyzzy' is unknown"
-
-
 def test_a_failing_detector_is_a_problem_but_not_of_readiness() -> None:
     telemetry = PerceptionTelemetry(started_s=0.0)
     assert telemetry.timings == {}

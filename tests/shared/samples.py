@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
 
+M = TypeVar("M")
 CAMERA = Intrinsics(300.0, 300.0, 4.0, 3.0)
 POSE = pose_2d(1.0, -2.0, 0.5)
 GRID = GridSpec(0.1, (-3, 2), (4, 5))
@@ -159,3 +160,9 @@ def equal(a: Any, b: Any) -> bool:
         elif x != y:
             return False
     return True
+
+
+def sample(cls: type[M]) -> M:
+    """The valid message, or part of one, of this type."""
+    parts = (OPTION, CHOICE, SAVED, KEPT, m.ViewKey("5f3a", "1.2.3", 4))
+    return next(each for each in (*SAMPLES, *parts) if type(each) is cls)

@@ -68,15 +68,6 @@ def test_no_role_may_delete_or_speak_for_another(role: str) -> None:
     assert beats == {keys.heartbeat(name).key for name in ROLES[role].names}
 
 
-@pytest.mark.parametrize("role", ROLES)
-def test_a_role_hears_the_heartbeats_of_its_own(role: str) -> None:
-    """``onemap status --service`` in a container has the certificate of its service alone."""
-    heard = allowed(access_control(), role, "declare_subscriber")
-    own = {keys.heartbeat(name).key for name in ROLES[role].names}
-    if keys.ALL_HEARTBEATS.key not in heard:
-        assert {key for key in heard if key.startswith("health/")} == own
-
-
 def test_latched_topics_are_asked_for_and_answered() -> None:
     section, latched = access_control(), keys.SEARCH_STATE.key
     assert latched in allowed(section, "planner", "declare_queryable")

@@ -18,11 +18,11 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.bus import open_bus, run_router
+from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
-from tests.shared.messages.broken import sample
+from tests.shared.samples import sample
 
 T = TypeVar("T")
 PATIENCE_S = 90.0  # for what takes a second on an idle machine; a failure, not a pace
@@ -137,18 +137,6 @@ def test_a_slow_consumer_gets_the_newest_and_gaps_are_counted(buses: tuple[Bus, 
 
 def sequence_of(message: m.Odometry | None, wanted: int) -> int | None:
     return message.sequence if message is not None and message.sequence == wanted else None
-
-
-def test_commands_arrive(buses: tuple[Bus, Bus]) -> None:
-    here, there = buses
-    commands = there.subscribe(keys.ROBOT_CMD_VEL)
-    publisher = here.publish(keys.ROBOT_CMD_VEL)
-
-    def attempt() -> m.VelocityCommand | None:
-        publisher.put(sample(m.VelocityCommand))
-        return commands.take(0.1)
-
-    assert eventually(attempt) == sample(m.VelocityCommand)
 
 
 def test_late_joiners_get_what_is_latched(buses: tuple[Bus, Bus]) -> None:
@@ -328,13 +316,6 @@ def test_a_restarted_router_brings_everything_back(router: Router) -> None:
     there.close()
 
 
-def test_joining_without_a_router_waits_until_told_to_stop() -> None:
-    stop = threading.Event()
-    config = BusConfig(connect=(f"tcp/127.0.0.1:{free_port()}",))
-    threading.Timer(0.3, stop.set).start()
-    assert open_bus(config, "mapper", "test", stop) is None
-
-
 def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
     """``alive`` learns it a moment later: too late for who must not be the second."""
     first = join(router, "mapper")
@@ -346,36 +327,6 @@ def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
         assert ("up", f"u{number}") in processes
         bus.close()
     first.close()
-
-
-def test_a_fleet_shares_a_router_and_no_names(router: Router) -> None:
-    """Robots with namespaces of their own do not see each other's processes."""
-    buses = [
-        open_bus(
-            BusConfig(connect=(router.endpoint,), namespace=f"fleet/{robot}"),
-            "mapper",
-            robot,
-            threading.Event(),
-        )
-        for robot in ("r1", "r2")
-    ]
-    for bus, robot in zip(buses, ("r1", "r2"), strict=True):
-        assert bus is not None
-        assert bus.processes() == {("mapper", robot)}
-    for bus in buses:
-        assert bus is not None
-        bus.close()
-
-
-def test_a_router_knows_that_it_routes() -> None:
-    stop, turns = threading.Event(), list[int]()
-
-    def routed() -> None:
-        turns.append(1)
-        stop.set()
-
-    run_router((f"tcp/127.0.0.1:{free_port()}",), stop, None, routed)
-    assert turns == [1]
 
 
 def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) -> None:

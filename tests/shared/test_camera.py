@@ -21,22 +21,11 @@ def test_unprojected_points_project_back_to_their_pixel(h: int, w: int, depth_m:
     np.testing.assert_allclose(v, np.broadcast_to(np.arange(h)[:, None], (h, w)), atol=1e-4)
 
 
-def test_scaling_the_image_keeps_the_rays() -> None:
-    camera = Intrinsics.from_fov(640, 480, np.deg2rad(79))
-    half = camera.scaled(0.5, 0.5)
-    assert half == Intrinsics.from_fov(320, 240, np.deg2rad(79))
-
-
 @given(st.integers(1, 7), st.integers(5, 20), st.integers(5, 20))
 def test_a_strided_image_keeps_the_rays_of_its_pixels(n: int, h: int, w: int) -> None:
     full = ray_directions(CAMERA, w, h)[::n, ::n]
     strided = ray_directions(CAMERA.strided(n), full.shape[1], full.shape[0])
     np.testing.assert_allclose(strided, full, atol=1e-5)
-
-
-def test_a_point_at_depth_one_is_the_ray() -> None:
-    ones = np.ones((6, 9), np.float32)
-    np.testing.assert_allclose(unproject(ones, CAMERA), ray_directions(CAMERA, 9, 6), atol=1e-6)
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-4, 4), st.floats(-0.5, 1.0))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -70,21 +68,6 @@ def test_a_command_made_on_old_odometry_brakes(age_s: float, linear: float) -> N
         assert allowed.moves != old
         assert gate.late == old
     assert gate.echo(10.0) == ("a", 3)  # so that the planner can measure its loop
-
-
-def test_a_late_command_to_drive_sideways_brakes() -> None:
-    late = replace(command(3, age_s=5.0), linear_mps=0.0, lateral_mps=0.3)
-    gate, allowed = received(CommandGate(), late)
-    assert allowed is not None
-    assert not allowed.moves
-    assert gate.late == 1
-
-
-def test_a_late_stop_stops_and_is_no_fault() -> None:
-    stop = VelocityCommand(3, 5, 0.0, 0.0, planner="a", odometry_stamp_ns=1)
-    gate, allowed = received(CommandGate(), stop)
-    assert allowed == stop
-    assert gate.late == 0
 
 
 def test_a_planner_of_an_earlier_release_is_followed() -> None:

@@ -101,15 +101,6 @@ def test_sent_bytes_are_counted() -> None:
     assert metrics["link_rgbd_frames"] == 1
 
 
-def test_after_closing_nothing_is_sent_and_the_thread_ends(opened: Opened) -> None:
-    before = threading.active_count()
-    sender, sent = opened(LinkParams(window=1))
-    sender.close()
-    sender.put(frame(1))
-    assert threading.active_count() == before
-    assert sent.empty()
-
-
 def test_a_bus_that_closes_under_a_frame_on_its_way_is_no_crash(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -51,30 +51,12 @@ def test_a_receipt_counts_for_the_skipped_frames_before_it() -> None:
     assert window.overdue == 0
 
 
-def test_without_any_receipt_nothing_is_held_back() -> None:
-    window = SendWindow(1)
-    for number in range(5):
-        window = window.with_sent(number, 0.1 * number)
-        assert window.free_at() == NEVER
-    assert window.overdue == 0
-
-
 def test_lost_frames_are_given_up_and_counted() -> None:
     window = heard(1).with_sent(1, 1.0)
     assert window.free_at() == 1.0 + OVERDUE_S
     window = window.with_sent(2, 1.0 + OVERDUE_S)
     assert window.overdue == 1
     assert [sequence for sequence, _ in window.under_way] == [2]
-
-
-def test_receipts_of_other_frames_change_nothing() -> None:
-    window = heard(1).with_sent(5, 1.0)
-    assert window.with_receipt(4, 1.1) == window
-
-
-def test_a_robot_that_counts_anew_is_not_held_back() -> None:
-    window = heard(1).with_sent(900, 1.0).with_receipt(900, 1.1).with_sent(0, 1.2)
-    assert window.with_receipt(0, 1.3).under_way == ()
 
 
 @given(st.integers(1, 4), st.lists(st.tuples(st.booleans(), st.floats(0.01, 2.0)), max_size=40))

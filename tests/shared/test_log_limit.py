@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from onemap_shared.runner import MAX_CHARS, MAX_KINDS, PERIOD_S, LogLimit
+from onemap_shared.runner import MAX_CHARS, PERIOD_S, LogLimit
 
 LOG = logging.Logger("onemap.test_log_limit", logging.INFO)  # of this module alone
 
@@ -61,13 +61,3 @@ def test_information_and_errors_pass_failures_with_a_traceback_do_not(
         except ValueError:
             LOG.exception("a call failed")
     assert lines().count("a call failed") == 1
-
-
-def test_kinds_without_end_are_forgotten() -> None:
-    limit = LogLimit(lambda: 0.0)
-    for index in range(3 * MAX_KINDS):
-        record = logging.LogRecord("a", logging.WARNING, "", 0, f"kind {index}", (), None)
-        assert limit.filter(record)
-        assert not limit.filter(record)
-    assert len(limit._last_s) == MAX_KINDS
-    assert len(limit._left_out) <= MAX_KINDS

@@ -9,7 +9,6 @@ import pytest
 
 from onemap_shared import keys, runner
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import Heartbeat
 from onemap_shared.runner import is_starting, long_start
 
 PATIENCE_S = 60.0
@@ -30,10 +29,6 @@ def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyP
     while beats.take(0.0) is not None:
         pass
     assert beats.take(0.1) is None  # over with the block
-
-
-def test_the_heartbeat_of_a_running_service_is_no_start() -> None:
-    assert not is_starting(Heartbeat("mapper", "1", 1, 1, ready=True, metrics={"cells": 4.0}))
 
 
 def test_systemd_is_asked_for_more_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

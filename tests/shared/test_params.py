@@ -44,7 +44,6 @@ def test_unknown_keys_and_numbers_out_of_range_are_refused(values: dict[str, flo
 
 def test_a_former_name_leads_to_a_field_and_is_none() -> None:
     renamed = {kind: kind.former_keys for kind in declared() if kind.former_keys}
-    assert len(renamed) >= 10
     for kind, names in renamed.items():
         assert set(names.values()) <= set(kind.model_fields), kind
         assert set(names).isdisjoint(kind.model_fields), kind

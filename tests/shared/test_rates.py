@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_shared.rates import MAX_EVENTS, WINDOW_S, RateMeter, mean_rate_hz
+from onemap_shared.rates import WINDOW_S, RateMeter, mean_rate_hz
 
 
 def metered(times_s: list[float]) -> RateMeter:
@@ -24,27 +24,12 @@ def test_a_steady_stream_has_its_rate_at_and_between_events(rate_hz: float, coun
     assert meter.rate_hz(times[-1] + 0.5 / rate_hz) == pytest.approx(rate_hz, rel=0.2)
 
 
-def test_a_fast_stream_keeps_its_rate_with_few_events() -> None:
-    meter = metered([k / 1000 for k in range(2000)])
-    assert len(meter.times_s) == MAX_EVENTS
-    assert meter.rate_hz(2.0) == pytest.approx(1000.0, rel=0.02)
-
-
 def test_a_stalled_stream_s_rate_falls_to_nothing() -> None:
     meter = metered([k / 10 for k in range(51)])
     rates = [meter.rate_hz(5.0 + stall) for stall in (0.0, 1.0, 3.0, WINDOW_S + 0.1)]
     assert rates == sorted(rates, reverse=True)
     assert rates[0] == pytest.approx(10.0)
     assert rates[-1] == 0.0
-
-
-def test_one_event_has_no_rate() -> None:
-    assert RateMeter().rate_hz(1.0) == 0.0
-    assert metered([0.0]).rate_hz(0.1) == 0.0
-
-
-def test_events_at_one_instant_do_not_divide_by_zero() -> None:
-    assert math.isfinite(metered([1.0, 1.0]).rate_hz(1.0))
 
 
 def test_silence_is_counted_from_the_newest_event_or_the_start() -> None:

@@ -203,30 +203,12 @@ def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) ->
     assert "Traceback" not in stderr
 
 
-def test_what_a_service_checks_first_needs_no_router() -> None:
-    process = start("tcp/127.0.0.1:1", "no file")
-    _, stderr = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 2
-    assert "there is no file at /no/such.glb" in stderr
-    assert "waiting for a router" not in stderr
-    assert "Traceback" not in stderr
-
-
 def test_a_bad_configuration_exits_with_2_and_no_traceback() -> None:
     process = start("tcp/127.0.0.1:1", ONEMAP__MAPPER__MOOD="1")
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert "mapper.mood is unknown; did you mean 'mode'?" in stderr
     assert "Traceback" not in stderr
-
-
-def test_a_service_stops_while_it_waits_for_a_router() -> None:
-    process = start("tcp/127.0.0.1:1")
-    assert process.stderr is not None
-    eventually(lambda: "waiting for a router" in process.stderr.readline() or None)  # type: ignore[union-attr]
-    process.terminate()
-    process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0
 
 
 def test_a_service_stops_when_its_launcher_is_gone_even_while_it_waits() -> None:
@@ -286,11 +268,3 @@ def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(router: Router) 
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert "Fatal Python error: Aborted" in stderr
     assert 'File "' in stderr
-
-
-def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    key = tmp_path / "role.key"
-    process = start(f"tls/127.0.0.1:1#connect_private_key_file={key}")
-    _, stderr = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 2
-    assert f"cannot read {key}: No such file or directory" in stderr

@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_shared import tracing
-from onemap_shared.config import ConfigError, LogConfig
+from onemap_shared.config import LogConfig
 from onemap_shared.tracing import DRIVE, FrameTracer, frame_ids
-from tests.tools.recording.bags import RecordedRobot
 
 pytest.importorskip("opentelemetry.sdk", reason="needs opentelemetry: pip install 'onemap[otel]'")
 
@@ -79,27 +77,6 @@ def test_all_services_trace_the_same_share_of_the_frames() -> None:
     assert 60 < len(kept[0]) < 140
 
 
-def test_a_frame_without_a_time_and_traces_that_are_off_make_nothing(
-    exporter: InMemorySpanExporter,
-) -> None:
-    tracing.stage("plan", 0, 0.1)
-    tracing.drive(0)
-    assert exporter.get_finished_spans() == ()
-    tracing.use(None)
-    tracing.stage("plan", FRAME_NS, 0.1)
-    assert exporter.get_finished_spans() == ()
-
-
-def test_a_mapper_traces_the_frames_that_it_fuses(
-    exporter: InMemorySpanExporter, tmp_path: Path
-) -> None:
-    robot = RecordedRobot(tmp_path)
-    robot.see(1, 2)
-    spans = exporter.get_finished_spans()
-    assert [span.name for span in spans] == ["fuse", "fuse"]
-    assert len({span.context.trace_id for span in spans}) == 2
-
-
 class Collector(HTTPServer):
     """Takes what is posted to it."""
 
@@ -155,12 +132,6 @@ def test_off_by_default_and_then_nothing_is_imported() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
     )
     assert result.stdout.strip() == "False"
-
-
-def test_missing_packages_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "opentelemetry.exporter.otlp.proto.http.trace_exporter", None)
-    with pytest.raises(ConfigError, match=r"log.traces is set and needs .*onemap\[otel\]"):
-        tracing.start(LogConfig(traces="http://127.0.0.1:4318/v1/traces"), "mapper")
 
 
 @pytest.mark.parametrize("traces", ["127.0.0.1:4318", "grpc://host:4317", "http://a b"])

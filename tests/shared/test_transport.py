@@ -6,11 +6,10 @@ import dataclasses
 
 import pytest
 
-from onemap_shared import keys
-from onemap_shared.messages import MapFile, MapSummary, Odometry
-from onemap_shared.transport import Inbox, RemoteError, RequestRejected, answer, refuse_stale
-from onemap_shared.wire import Packet, decode, encode
-from tests.shared.messages.broken import sample
+from onemap_shared.messages import Odometry
+from onemap_shared.transport import Inbox
+from onemap_shared.wire import Packet, encode
+from tests.shared.samples import sample
 
 GARBAGE = Packet(b"?", b"")
 
@@ -71,41 +70,3 @@ def test_a_skipped_packet_is_never_copied() -> None:
     inbox.put(copy)
     inbox.put(lambda: odometry(2))
     assert taken(inbox) == [2]
-
-
-def test_an_answer_is_encoded() -> None:
-    reply = answer(keys.MAP_SAVE, lambda _: sample(MapSummary), encode(MapFile("flat")))
-    assert decode(MapSummary, reply) == sample(MapSummary)
-
-
-@pytest.mark.parametrize(
-    ("raised", "code", "text"),
-    [
-        (RequestRejected("storage", "the disk is full", {"free": 0}), "storage", "disk is full"),
-        (ValueError("that is no name"), "invalid", "no name"),
-        (RuntimeError("a bug"), "internal", "RuntimeError: a bug"),
-    ],
-)
-def test_errors_of_a_handler_reach_the_caller(raised: Exception, code: str, text: str) -> None:
-    def handler(_: MapFile) -> MapSummary:
-        raise raised
-
-    with pytest.raises(RemoteError, match=text) as caught:
-        answer(keys.MAP_SAVE, handler, encode(MapFile("flat")))
-    assert caught.value.code == code
-    assert caught.value.details == ({"free": 0} if code == "storage" else {})
-
-
-def test_a_request_that_cannot_be_decoded_is_invalid() -> None:
-    with pytest.raises(RemoteError) as caught:
-        answer(keys.MAP_SAVE, lambda _: sample(MapSummary), GARBAGE)
-    assert caught.value.code == "invalid"
-
-
-def test_only_procedures_with_a_limit_refuse_late_requests() -> None:
-    limited = dataclasses.replace(keys.MAP_SAVE, stale_after_s=0.2)
-    refuse_stale(limited, 0.2)
-    with pytest.raises(RemoteError, match="was not carried out") as caught:
-        refuse_stale(limited, 0.21)
-    assert caught.value.code == "busy"
-    refuse_stale(dataclasses.replace(limited, stale_after_s=None), 1e6)

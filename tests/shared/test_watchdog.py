@@ -27,12 +27,6 @@ def test_the_seconds_without_progress_are_counted() -> None:
     assert still_s == [0.0, TICK_S, 2 * TICK_S, 0.0, TICK_S]
 
 
-def test_a_suspended_process_is_no_hanging_one() -> None:
-    timer = StallTimer()
-    timer.update(7, 0.0)
-    assert timer.update(7, 3600.0) == TICK_S
-
-
 def enumerate_s(steps: list[int]) -> list[tuple[float, int]]:
     return [(TICK_S * number, each) for number, each in enumerate(steps)]
 
@@ -80,18 +74,6 @@ def test_the_end_is_reported_with_where_each_thread_stands(
     assert ended.wait(SOON_S)
     assert codes == [1]
     assert "mapper ends, to be restarted: it has not stopped" in caplog.text
-
-
-def test_a_process_that_has_ended_its_work_is_not_watched(monkeypatch: pytest.MonkeyPatch) -> None:
-    short(monkeypatch, limit_s=60.0)
-    stop, codes = threading.Event(), list[int]()
-    done = watch("mapper", LoopProgress(), stop, codes.append)
-    done.set()
-    for thread in threading.enumerate():
-        if thread.name == "watchdog":
-            thread.join(SOON_S)
-            assert not thread.is_alive()
-    assert codes == []
 
 
 def test_a_library_that_holds_the_interpreter_is_ended_too() -> None:

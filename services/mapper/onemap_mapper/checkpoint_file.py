@@ -22,7 +22,7 @@ def write(folder: Path, to_file: Callable[[Path], object]) -> Path:
 
     Raises what ``to_file`` raises; then the old ones stay.
     """
-    known = _newest_first(folder)
+    known = all_of(folder)
     path = folder / FOLDER / f"{_number(known[0]) + 1 if known else 1:08d}{map_file.SUFFIX}"
     to_file(path)
     for old in known[KEPT - 1 :]:
@@ -33,7 +33,7 @@ def write(folder: Path, to_file: Callable[[Path], object]) -> Path:
 def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
     """The newest checkpoint that can be read, and why newer ones cannot, a sentence each."""
     problems: list[str] = []
-    for path in _newest_first(folder):
+    for path in all_of(folder):
         try:
             return map_file.read(path), problems
         except MapFileError as problem:
@@ -43,11 +43,12 @@ def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
 
 def remove_all(folder: Path) -> None:
     """Remove the checkpoints, because the map was replaced. Raises OSError."""
-    for path in _newest_first(folder):
+    for path in all_of(folder):
         path.unlink(missing_ok=True)
 
 
-def _newest_first(folder: Path) -> list[Path]:
+def all_of(folder: Path) -> list[Path]:
+    """All checkpoints, the newest first."""
     paths = (folder / FOLDER).glob(f"*{map_file.SUFFIX}")
     return sorted((path for path in paths if path.stem.isdecimal()), key=_number, reverse=True)
 

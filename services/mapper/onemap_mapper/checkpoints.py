@@ -116,10 +116,9 @@ class Checkpoints:
 def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
     """The map of the newest checkpoint that fits the configuration; what does not is logged.
 
-    None without ``resume``; old checkpoints are removed then, or a later start would resume them.
+    None without ``resume``; the mapper removes them with the first frame, if it is of their world.
     """
     if not params.resume:
-        _forget(folder)
         return None
     content, problems = checkpoint_file.newest(folder)
     for problem in problems:
@@ -147,10 +146,3 @@ def sweep(folder: Path) -> None:
             continue
         if count:
             LOG.info("removed %d unfinished files in %s", count, each)
-
-
-def _forget(folder: Path) -> None:
-    try:
-        checkpoint_file.remove_all(folder)
-    except OSError as problem:
-        LOG.error("cannot remove old checkpoints: %s; a restart resumes an old map", problem)

@@ -24,10 +24,11 @@ class MapperConfig(Params):
     }
 
     device: str = Field(
-        default="cpu",
-        pattern=r"^(cpu|cuda(:\d+)?)$",
-        description="Where the map lives and frames are fused. One frame takes a few ms on two "
-        "CPU cores; cuda frees them on a Jetson.",
+        default="auto",
+        pattern=r"^(auto|cpu|cuda(:\d+)?)$",
+        description="Where the map lives and frames are fused: cpu, cuda, or auto for the GPU if "
+        "torch can use one. One frame takes a few ms on two CPU cores; cuda frees them on a "
+        "Jetson.",
     )
     cell_size_m: float = Field(
         default=0.1, ge=0.05, le=1, description="m; the paper's 10 cells per metre."
@@ -95,7 +96,7 @@ class MapperConfig(Params):
     def map(self) -> CheckpointParams:
         """The numbers of the map that these settings make."""
         return CheckpointParams(
-            device=self.device,
+            device="cpu" if self.device == "auto" else self.device,  # resolved at the start
             cell_size_m=self.cell_size_m,
             max_feature_range_m=self.depth_range_m,
             obstacle_max_height_m=self.obstacle_max_height_m,

@@ -203,6 +203,7 @@ class MapRobot:
     ) -> None:
         self.number, self.bus = number, bus
         self.encoder_seen = ""
+        self.world: str | None = None  # of its newest field
         self.telemetry = MapperTelemetry()
         self.queries = MapQueries(bus, device, space)
         self.coverages = CoverageCache(time.monotonic)
@@ -221,6 +222,7 @@ class MapRobot:
         if field is None:
             return None
         self._receipts.put(FrameReceipt(field.sequence, field.stamp_ns))
+        self.world = field.world
         if field.encoder_id != self.encoder_seen:
             self.encoder_seen = field.encoder_id
             self.queries.clear()

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from uuid import uuid4
 
 import torch
@@ -22,6 +23,7 @@ from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.gpu import resolved_device
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
@@ -38,7 +40,7 @@ from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.robots import AllRobots, MapRobot, buses_of
 from onemap_mapper.saved_maps import SavedMaps
-from onemap_mapper.storage import map_file, snapshot
+from onemap_mapper.storage import map_file, snapshot, world
 from onemap_mapper.storage.live_map import LiveMap
 from onemap_mapper.storage.snapshot import digest_of
 from onemap_shared import keys, tracing
@@ -60,11 +62,11 @@ from onemap_shared.messages import (
     ViewChanges,
     ViewChangesRequest,
 )
-from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
+NOTICE_S = 60.0  # for which the status says that a map was set aside; the log keeps it
 # The other services share the cores, and torch's threads wait for each other at every step: on two
 # cores under a load of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.
 TORCH_THREADS = 1
@@ -83,6 +85,9 @@ class Mapper:
         kept = resumed(config.map_folder, config.map)
         self._map = kept or BeliefMap(config.map)
         self._resumed = kept is not None  # and no frame was fused since
+        self._world = world.read(config.map_folder)  # of what is there; empty: not known
+        self._forgets = not config.resume  # the checkpoints, with the first frame
+        self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(config.map_folder, config.map, self._live)
         self._scores = MapScores(self._map, self._lock)
@@ -143,6 +148,7 @@ class Mapper:
             metrics["checkpoint_ms"] = self._checkpoints.write_ms
             problem = robot.telemetry.problem(now_s) or self._objects.problem
             problem = problem or self._checkpoints.problem
+            problem = problem or (self._notice if now_s < self._notice_until_s else "")
             ready = robot.telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
 
@@ -268,6 +274,7 @@ class Mapper:
         with self._lock:
             restored.revision = self._map.revision + 1
             self._replace(restored)
+            self._world = ""  # who loads a map says that it is of the robot's world
             self._checkpoints.replaced(due=True)
         self._objects.replace(content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
@@ -300,11 +307,12 @@ class Mapper:
         If another map has taken its place meanwhile, the field is dropped: it is of before.
         """
         started_s = time.monotonic()
-        history = belief.history(robot.number)
-        if robot.is_late(field, history):
-            return
-        belief = self._without_resumed_of_another(belief, field.encoder_id)
         try:
+            belief = self._of_world(robot, field, belief)
+            history = belief.history(robot.number)
+            if robot.is_late(field, history):
+                return
+            belief = self._without_resumed_of_another(belief, field.encoder_id)
             if len(self._robots) > 1 and (problem := robot.origin_problem(field, history)):
                 raise FieldRejected(problem)
             belief.check_pose(field.T_map_camera)
@@ -313,6 +321,48 @@ class Mapper:
         except (FieldRejected, GridTooLarge) as problem:
             robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
+
+    def _of_world(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> BeliefMap:
+        """The map of the world that a field is of: an empty one if ours is of another.
+
+        Raises ``FieldRejected`` if another robot of a shared map is in another world.
+        """
+        name = f"{self._robots[0].bus.namespace}/{field.world}"
+        if name == self._world and not self._forgets:
+            return belief
+        others = {other.world for other in self._robots} - {None, field.world}
+        if others:
+            raise FieldRejected(
+                f"robot {robot.bus.namespace} is in world {field.world!r}, but others of its map "
+                f"are in {', '.join(map(repr, others))}"
+            )
+        before, folder = self._world, self._config.map_folder
+        left = before not in ("", name)
+        with self._lock:
+            if self._map is not belief:
+                return belief  # the field will be dropped
+            try:
+                if left:
+                    self._say_left(before, name, world.set_aside(folder))
+                world.write(folder, name)
+            except OSError as problem:
+                LOG.error("cannot keep apart in %s what is of another world: %s", folder, problem)
+            if left:
+                self._replace(BeliefMap(self._config.map, first_revision=belief.revision + 1))
+            if left or self._forgets:
+                self._checkpoints.replaced(due=False)
+            self._world, self._forgets = name, False
+        if left:
+            self._objects.replace(NO_OBJECTS)
+        return self._map
+
+    def _say_left(self, before: str, now: str, aside: Path) -> None:
+        self._notice = (
+            f"the map was of another world ({before}) than the robot's frames ({now}): it is set "
+            f"aside, with what was found there, in {aside}, and a new one begins"
+        )
+        self._notice_until_s = time.monotonic() + NOTICE_S
+        LOG.warning("%s", self._notice)
 
     def _without_resumed_of_another(self, belief: BeliefMap, encoder_id: str) -> BeliefMap:
         """An empty map if the resumed one is of another encoder: perception was changed."""
@@ -395,8 +445,7 @@ def _empty() -> RequestRejected:
 
 def build(bus: Bus, config: MapperConfig) -> Mapper:
     """The worker for the runner."""
-    if config.device.startswith("cuda") and not torch.cuda.is_available():
-        raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
+    config = config.model_copy(update={"device": resolved_device(config.device)})
     torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
     prepare(buses, config)

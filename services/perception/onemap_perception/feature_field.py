@@ -144,4 +144,5 @@ def feature_field(
         depth_mm=frame.depth_mm,
         intrinsics=frame.intrinsics,
         T_map_camera=frame.T_map_camera,
+        world=frame.world,
     )

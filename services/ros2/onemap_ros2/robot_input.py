@@ -290,7 +290,10 @@ class RobotInput:
                 "registered to the color image, or set ros2.topics.depth_camera_info"
             )
         camera = self._cameras["camera_info"]
-        return RgbdFrame(self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera)
+        world = f"frame {self._config.map_frame[:50]}"  # of the 64 characters of a name
+        return RgbdFrame(
+            self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera, world
+        )
 
     def _registered(
         self, images: _Waiting, depth_mm: U16, shape: tuple[int, ...], now_s: float

@@ -7,6 +7,7 @@ and never delays the reaction to a command.
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import queue
 import threading
@@ -59,8 +60,10 @@ class StampedPose:
 class CameraThread:
     """Renders an image from the newest pose offered and publishes what came over the link."""
 
-    def __init__(self, bus: Bus, camera: RgbdCamera, link: FrameLink[RgbdFrame]) -> None:
-        self._camera, self._link = camera, link
+    def __init__(
+        self, bus: Bus, camera: RgbdCamera, link: FrameLink[RgbdFrame], world: str
+    ) -> None:
+        self._camera, self._link, self._world = camera, link, world
         self._publisher = bus.publish(ROBOT_RGBD)
         self._poses: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
         self._skipped = 0
@@ -118,6 +121,7 @@ class CameraThread:
             image.depth_mm,
             self._camera.intrinsics,
             pose.T_reported @ self._camera.T_body_camera,
+            self._world,
         )
         self._captured += 1
         self._link.send(frame, time.monotonic())
@@ -133,7 +137,7 @@ class SimulatorWorker:
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._gate = CommandGate(config.robot.max_command_age_s)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
-        self._camera = CameraThread(bus, parts.camera, parts.link)
+        self._camera = CameraThread(bus, parts.camera, parts.link, world_of(scene))
         bus.serve(ROBOT_TRUTH, partial(self._truth_reply, scene_truth(scene, config)))
         self._sequence = 0
         self._collided = False
@@ -214,6 +218,12 @@ class SimulatorWorker:
         )
         self._sequence += 1
         self._collided = False
+
+
+def world_of(scene: Scene) -> str:
+    """A name for a scene's world: another one for other geometry."""
+    geometry = hashlib.sha256(scene.vertices.tobytes() + scene.faces.tobytes()).hexdigest()
+    return f"{''.join(filter(str.isprintable, scene.name))[:40]} {geometry[:12]}"
 
 
 def _next(due_s: float, rate_hz: float, now_s: float) -> float:

@@ -9,19 +9,19 @@ import numpy as np
 
 MAX_TEXT_CHARS = 200  # of the name of one object
 MAX_PICTURE_BYTES = 256 * 1024  # simulated frames of 640 x 480 take up to 42 kB
-MAX_INSTANCE_CHARS = 64  # of the name of a process; ours have 12
+MAX_NAME_CHARS = 64  # of the name of a process, ours have 12, or of a world
 
 # Metadata of a field that was added to a message: a sender that does not know it leaves it out,
 # and the receiver takes the field's default.
 ADDED = {"added": True}
 
 
-def check_instance(name: str, field: str) -> None:
-    """Raise ValueError unless ``name`` can name a process; empty stands for none."""
-    if len(name) > MAX_INSTANCE_CHARS or not name.isprintable():
+def check_name(name: str, field: str) -> None:
+    """Raise ValueError unless ``name`` can name a process or a world; empty stands for none."""
+    if len(name) > MAX_NAME_CHARS or not name.isprintable():
         raise ValueError(
-            f"{field} has {len(name)} characters; it must be the printable name of a process with "
-            f"at most {MAX_INSTANCE_CHARS}"
+            f"{field} has {len(name)} characters; it must be a printable name with at most "
+            f"{MAX_NAME_CHARS}"
         )
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
 from onemap_shared.messages.checks import (
+    ADDED,
     check_image,
+    check_name,
     check_picture,
     clean_texts,
     expect,
@@ -35,6 +37,7 @@ class FeatureField:
         variance: (H, W) variance of the observation, 1e-6 to 1e12; infinity = do not use this
             pixel.
         depth_mm: (H, W) depth as in the frame: millimetres, 0 = no return.
+        world: of the frame.
     """
 
     sequence: int
@@ -46,8 +49,10 @@ class FeatureField:
     depth_mm: U16
     intrinsics: Intrinsics
     T_map_camera: F64
+    world: str = field(default="", metadata=ADDED)
 
     def __post_init__(self) -> None:
+        check_name(self.world, "world")
         expect(self.features, "features", np.float16, (None, None, None))
         expect(self.variance, "variance", np.float32, (None, None))
         expect(self.depth_mm, "depth_mm", np.uint16, self.variance.shape)

@@ -11,7 +11,7 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
-from onemap_shared.messages.checks import ADDED, check_instance, expect
+from onemap_shared.messages.checks import ADDED, check_name, expect
 
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
@@ -23,6 +23,8 @@ class RgbdFrame:
     Attributes:
         rgb: (H, W, 3) red, green, blue; row 0 is the top of the image.
         depth_mm: (H, W) depth along the optical axis in millimetres, 0 = no return.
+        world: a name for what the poses are in, another one for another place or frame of
+            reference: a map is never continued in another world. Empty: a robot with one only.
     """
 
     sequence: int
@@ -31,8 +33,10 @@ class RgbdFrame:
     depth_mm: U16
     intrinsics: Intrinsics
     T_map_camera: F64
+    world: str = field(default="", metadata=ADDED)
 
     def __post_init__(self) -> None:
+        check_name(self.world, "world")
         expect(self.rgb, "rgb", np.uint8, (None, None, 3))
         expect(self.depth_mm, "depth_mm", np.uint16, self.rgb.shape[:2])
         if self.depth_mm.size == 0:
@@ -71,7 +75,7 @@ class Odometry:
 
     def __post_init__(self) -> None:
         check_rigid(self.T_map_body, "T_map_body")
-        check_instance(self.planner, "planner")
+        check_name(self.planner, "planner")
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +148,7 @@ class VelocityCommand:
     lateral_mps: float = field(default=0.0, metadata=ADDED)
 
     def __post_init__(self) -> None:
-        check_instance(self.planner, "planner")
+        check_name(self.planner, "planner")
         if not np.isfinite((self.linear_mps, self.angular_radps, self.lateral_mps)).all():
             raise ValueError("velocity is NaN or infinite")
 

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.boxes import Box, detections_from_boxes, inner_mask
-from onemap_perception.detectors.protocol import Detection
-from tests.perception.detectors.samples import inside
+from onemap_perception.detectors.boxes import (
+    Box,
+    BoxDetector,
+    RoutedDetector,
+    detections_from_boxes,
+    inner_mask,
+)
+from onemap_perception.detectors.params import CocoParams
+from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.encoders.checkpoint import load_pretrained
+from onemap_shared.geometry import U8
+from onemap_shared.messages import TextEmbeddings
+from tests.perception.detectors.samples import inside, names, noise
 
 SQUARE = (0.0, 0.0, 9.0, 9.0)
 
@@ -43,11 +55,6 @@ def test_any_box_is_clipped_or_left_out(
     assert inside(detections, image_px)
 
 
-def test_a_box_within_the_image_is_a_detection() -> None:
-    (detection,) = accepted([Box("x", 0.5, (1, 2, 8, 9))])
-    assert (detection.name, detection.score, detection.box_px) == ("x", 0.5, (1, 2, 8, 9))
-
-
 def test_boxes_below_the_threshold_do_not_count_and_the_best_come_first() -> None:
     boxes = [Box("x", score, SQUARE) for score in (0.3, 0.9, 0.6)]
     assert [each.score for each in accepted(boxes, score_threshold=0.5)] == [0.9, 0.6]
@@ -60,6 +67,84 @@ def test_many_boxes_of_one_name_do_not_displace_another() -> None:
     assert [each.name for each in found] == ["chair"] * 3 + ["cup"]
 
 
-def test_scores_above_one_are_one() -> None:
-    (detection,) = accepted([Box("x", 1.5, SQUARE)])
-    assert detection.score == 1.0
+class FixedBoxes:
+    """Implements ``BoxNetwork``: the same three boxes for every name but unicorns."""
+
+    network_id = "fixed-1"
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[tuple[str, ...], float]] = []
+
+    def supports(self, name: str) -> bool:
+        return name != "unicorn"
+
+    def boxes(self, rgb: U8, names: Sequence[str], score_threshold: float) -> list[Box]:
+        self.asked.append((tuple(names), score_threshold))
+        scores = (0.9, 0.7, 0.2)
+        return [Box(name, score, (0, 0, 8, 8)) for name in names for score in scores]
+
+
+def test_the_network_is_asked_for_the_names_it_supports() -> None:
+    network = FixedBoxes()
+    detector = BoxDetector(network, CocoParams(score_threshold=0.4))
+    found = detector.detect(noise(), names("sofa", "unicorn"))
+    assert network.asked == [(("sofa",), 0.4)]
+    assert [(each.name, each.score) for each in found] == [("sofa", 0.9), ("sofa", 0.7)]
+    assert detector.detector_id == "fixed-1"
+    assert not detector.reads_features
+
+
+def test_without_a_supported_name_the_network_does_not_run() -> None:
+    network = FixedBoxes()
+    detector = BoxDetector(network, CocoParams())
+    assert detector.detect(noise(), names("unicorn")) == ()
+    assert detector.detect(noise(), names()) == ()
+    assert network.asked == []
+
+
+class Unwhole:
+    """A model class of transformers whose checkpoint lacks two tensors."""
+
+    @staticmethod
+    def from_pretrained(folder: Path, **options: bool) -> tuple[None, dict[str, set[str]]]:
+        return None, {"missing_keys": {"head.weight", "body.bias"}}
+
+
+def test_a_checkpoint_that_lacks_a_tensor_is_refused_by_its_name(tmp_path: Path) -> None:
+    with pytest.raises(DetectorError, match=r"another architecture: it lacks body\.bias"):
+        load_pretrained(Unwhole, tmp_path, what="model", error=DetectorError)
+
+
+class OneEach:
+    """One detection of every name, with a fixed score."""
+
+    reads_features = False
+
+    def __init__(self, detector_id: str, score: float, supported: tuple[str, ...] = ()) -> None:
+        self.detector_id = detector_id
+        self.asked: list[tuple[str, ...]] = []
+        self._score, self._supported = score, supported
+
+    def supports(self, name: str) -> bool:
+        return name in self._supported
+
+    def detect(self, image: Image, wanted: TextEmbeddings) -> tuple[Detection, ...]:
+        self.asked.append(wanted.texts)
+        mask = np.ones((1, 1), bool)
+        return tuple(Detection(name, self._score, (0, 0, 1, 1), mask) for name in wanted.texts)
+
+
+def test_each_name_goes_to_one_detector_and_the_best_come_first() -> None:
+    closed, open_vocabulary = OneEach("closed", 0.5, ("tv", "cup")), OneEach("open", 0.8)
+    routed = RoutedDetector(closed, open_vocabulary)
+    found = routed.detect(noise(), names("tv", "unicorn", "cup"))
+    assert (closed.asked, open_vocabulary.asked) == ([("tv", "cup")], [("unicorn",)])
+    assert [each.name for each in found] == ["unicorn", "tv", "cup"]
+    assert [each.scale for each in found] == ["open", "closed", "closed"]
+    assert routed.detector_id == "closed+open"
+
+
+def test_a_detector_without_a_name_does_not_run() -> None:
+    closed, open_vocabulary = OneEach("closed", 0.5, ("tv",)), OneEach("open", 0.8)
+    RoutedDetector(closed, open_vocabulary).detect(noise(), names("tv"))
+    assert open_vocabulary.asked == []

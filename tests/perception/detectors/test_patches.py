@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import Bool
-from tests.perception.toy import COLOURS, ColourEncoder, frame
+from tests.perception.toy import ColourEncoder, frame
 
 ENCODER = ColourEncoder()
 
@@ -33,32 +33,10 @@ def test_a_red_square_is_the_one_detection() -> None:
     assert detector().detector_id == "patches/toy"
 
 
-def test_an_absent_name_has_no_detection() -> None:
-    assert detector().detect(sample_image(), ENCODER.embed_text(["blue"])) == ()
-
-
-def test_several_names_come_best_first() -> None:
-    found = detector().detect(sample_image(), ENCODER.embed_text(COLOURS))
-    assert {detection.name for detection in found} == {"red", "green"}
-    assert [detection.score for detection in found] == sorted(
-        (t.score for t in found), reverse=True
-    )
-
-
 def test_groups_below_the_thresholds_are_left_out() -> None:
     red = ENCODER.embed_text(["red"])
     assert detector(min_patches=5).detect(sample_image(), red) == ()
     assert detector(peak_threshold=0.99999).detect(sample_image(), red) == ()
-
-
-def test_at_most_so_many_detections_of_a_name() -> None:
-    rgb = np.zeros((40, 40, 3), np.uint8)
-    rgb[..., 1] = 200
-    rgb[::16, ::16] = (200, 0, 0)  # the toy looks at each patch's first pixel
-    image = Image(rgb, ENCODER.encode(rgb))
-    red = ENCODER.embed_text(["red"])
-    assert len(detector(min_patches=1, max_detections=9).detect(image, red)) == 9
-    assert len(detector(min_patches=1, max_detections=4).detect(image, red)) == 4
 
 
 @given(

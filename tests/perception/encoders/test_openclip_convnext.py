@@ -14,7 +14,6 @@ from onemap_perception.encoders.openclip_convnext import STEM, DenseConvNext, re
 from onemap_perception.encoders.params import OpenClipConvNextParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import TorchEncoder
-from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
@@ -61,33 +60,6 @@ def test_on_one_cell_the_dense_map_is_the_pooled_embedding() -> None:
     torch.testing.assert_close(dense[:, 0, 0], pooled, rtol=0, atol=1e-6)
 
 
-def test_the_shape_of_the_image_is_kept(encoder: TorchEncoder) -> None:
-    features = encoder.encode(image(480, 640))
-    assert features.shape == (3, 4, EMBED_DIM)
-    assert features.dtype == np.float16
-    np.testing.assert_allclose(np.linalg.norm(features.astype(np.float32), axis=-1), 1, atol=2e-3)
-
-
-@pytest.mark.parametrize("size", [(1, 1), (33, 7), (100, 3), (8, 500), (37, 53)])
-def test_images_of_any_size_have_features(encoder: TorchEncoder, size: tuple[int, int]) -> None:
-    features = encoder.encode(image(*size))
-    assert features.size > 0
-    assert np.isfinite(features).all()
-
-
-@pytest.mark.parametrize("value", [0, 127, 255])
-def test_constant_images_have_features(encoder: TorchEncoder, value: int) -> None:
-    assert np.isfinite(encoder.encode(np.full((48, 64, 3), value, np.uint8))).all()
-
-
-@pytest.mark.parametrize("shape", [(32, 32), (32, 32, 4), (32, 32, 1)])
-def test_grey_and_rgba_are_refused_with_their_shape(
-    encoder: TorchEncoder, shape: tuple[int, ...]
-) -> None:
-    with pytest.raises(ValueError, match="rgb has shape"):
-        encoder.encode(np.zeros(shape, np.uint8))
-
-
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_every_layout_loads_to_the_same_encoder(
     layout: str, tmp_path: Path, encoder: TorchEncoder
@@ -116,38 +88,12 @@ def test_fine_tuned_images_keep_the_text_space(tmp_path: Path, encoder: TorchEnc
     assert tuned.encoder_id != encoder.encoder_id
 
 
-def test_a_floor_that_was_measured_goes_with_the_texts(folder: Path, encoder: TorchEncoder) -> None:
-    measured = load(folder, floor=0.62)
-    assert measured.embed_text(["lamp"]).floor == 0.62
-    assert encoder.embed_text(["lamp"]).floor == 0.0
-
-
 def test_an_embedding_is_the_models_own(encoder: TorchEncoder) -> None:
     model = open_clip_model()
     tokenizer = pytest.importorskip("open_clip.tokenizer").SimpleTokenizer(context_length=77)
     with torch.inference_mode():
         expected = model.encode_text(tokenizer(["a lamp"]), normalize=True).numpy()
     np.testing.assert_allclose(encoder.embed_text(["lamp"]).embeddings, expected, atol=1e-6)
-
-
-def test_a_full_device_is_said_and_the_next_image_is_tried(
-    encoder: TorchEncoder, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(_: torch.Tensor) -> torch.Tensor:
-        raise torch.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(encoder.tower, "_run", full)
-        with pytest.raises(OutOfDeviceMemoryError, match="out of memory for an image of 128 x 96"):
-            encoder.encode(image(480, 640))
-    assert encoder.encode(image(480, 640)).shape == (3, 4, EMBED_DIM)
-
-
-def test_a_device_that_is_not_there_is_one_sentence(folder: Path) -> None:
-    if torch.cuda.is_available():
-        pytest.skip("this machine has a CUDA device")
-    with pytest.raises(BackendError, match="device 'cuda' cannot be used"):
-        load(folder, device="cuda")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import pytest
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.projected import ProjectedEncoder
 from onemap_perception.encoders.protocol import Encoder, EncoderError
-from onemap_perception.errors import ImageError
 from onemap_perception.factory import make_encoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, F32, U8
@@ -75,17 +74,6 @@ def test_texts_and_neutral_words_are_unit_rows_with_their_calibration() -> None:
     assert (after.floor, after.texts) == (before.floor, before.texts)
 
 
-def test_spaces_of_other_sizes_and_words_have_other_names() -> None:
-    made = [
-        ProjectedEncoder(PlanarEncoder(), words, channels)
-        for words, channels in ((WORDS, 4), (WORDS, 5), (WORDS[8:], 4), (WORDS, 4))
-    ]
-    names = [(each.encoder_id, each.text_space) for each in made]
-    assert len(set(names)) == 3
-    assert names[0] == names[3]
-    assert names[0][0].startswith("planar-4c-")
-
-
 @pytest.mark.parametrize("channels", [1, DIMENSION + 1])
 def test_impossible_numbers_of_channels_are_refused(channels: int) -> None:
     with pytest.raises(EncoderError, match=f"channels is {channels}; this encoder has 24"):
@@ -122,9 +110,3 @@ def test_an_image_is_projected_as_a_text_is() -> None:
     query, text = projected.embed_image(IMAGE), projected.embed_text(["image"])
     np.testing.assert_array_equal(query.embeddings, text.embeddings)
     assert query.text_space == projected.text_space
-
-
-def test_an_encoder_that_takes_no_images_takes_none_projected() -> None:
-    projected = ProjectedEncoder(PlanarEncoder(), WORDS, SPAN + 1)
-    with pytest.raises(ImageError, match="takes no images"):
-        projected.embed_image(IMAGE)

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 import torch
+from onnx import TensorProto, helper
 
+from onemap_perception.encoders.checkpoint import inference, open_device
 from onemap_perception.encoders.params import Tipsv2Params
+from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import (
+    ENCODER_KEY,
+    INPUT,
     NO_MEAN,
     NO_STD,
+    OUTPUT,
+    ExportedTower,
     TorchEncoder,
+    TorchTower,
     VisionLanguageModel,
 )
-from onemap_shared.geometry import F16, F32
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
+from onemap_shared.geometry import F32
 
 STRIDE_PX = 8
 
@@ -58,16 +69,6 @@ def test_the_shape_of_the_image_is_kept(height: int, width: int, rows: int, colu
     assert features.dtype == np.float16
 
 
-def test_features_are_unit_vectors_in_the_layout_of_the_image() -> None:
-    rgb = np.zeros((24, 32, 3), np.uint8)
-    rgb[:, :16, 0] = 255
-    rgb[:, 16:, 1] = 255
-    features = encoder().encode(rgb).astype(np.float32)
-    assert features[:, :2, 0].min() > 0.99
-    assert features[:, 2:, 1].min() > 0.99
-    np.testing.assert_allclose(np.linalg.norm(features, axis=-1), 1, atol=2e-3)
-
-
 def test_texts_go_through_the_prompt_once_and_score_as_cosines() -> None:
     asked: list[str] = []
     toy = encoder(asked, floor=0.62)
@@ -93,15 +94,100 @@ def test_an_image_is_the_mean_of_the_patches_that_show_it(shape: tuple[int, int]
     assert (query.encoder_id, query.text_space) == ("toy", "space")
 
 
-def test_images_of_any_shape_have_the_size_that_the_tower_was_made_for() -> None:
-    toy, sizes = encoder(), set[tuple[int, ...]]()
-    tower = toy.tower
+class Channels(torch.nn.Module):
+    """Each pixel's channels, times ``factor``."""
 
-    def watched(pixel_values: F32) -> F16:
-        sizes.add(pixel_values.shape)
-        return tower(pixel_values)
+    def __init__(self, factor: float = 1.0) -> None:
+        super().__init__()
+        self.factor = factor
 
-    toy.tower = watched
-    for height, width in ((16, 90), (90, 16), (240, 320)):
-        toy.embed_image(np.full((height, width, 3), 90, np.uint8))
-    assert sizes == {(1, 3, 24, 32)}
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        return image.permute(0, 2, 3, 1) * self.factor
+
+
+PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
+
+
+def test_features_are_normalised_in_half_precision() -> None:
+    features = TorchTower(Channels(7.0), "cpu")(PIXELS)
+    assert features.dtype == np.float16
+    expected = PIXELS[0].transpose(1, 2, 0)
+    expected = expected / np.linalg.norm(expected, axis=-1, keepdims=True)
+    np.testing.assert_allclose(features, expected, atol=1e-3)
+
+
+def test_features_that_are_not_finite_are_an_error() -> None:
+    with pytest.raises(EncoderError, match=r"not finite in torch\.float32"):
+        TorchTower(Channels(float("nan")), "cpu")(PIXELS)
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+def test_on_cuda_the_tower_runs_in_half_precision() -> None:
+    tower = TorchTower(Channels(), "cuda")
+    assert tower.dtype == torch.float16
+    on_cpu = TorchTower(Channels(), "cpu")
+    np.testing.assert_allclose(tower(PIXELS), on_cpu(PIXELS), atol=2e-3)
+
+
+PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
+
+
+def exported(path: Path, encoder_id: str = "toy-1") -> Path:
+    """A network whose features are each pixel's channels."""
+    graph = helper.make_graph(
+        [helper.make_node("Transpose", [INPUT], [OUTPUT], perm=[0, 2, 3, 1])],
+        "tower",
+        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, [1, 3, 4, 5])],
+        [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, [1, 4, 5, 3])],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    helper.set_model_props(model, {ENCODER_KEY: encoder_id})
+    onnx.save(model, str(path))
+    return path
+
+
+def test_features_are_normalised(tmp_path: Path) -> None:
+    tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
+    expected = PIXELS[0].transpose(1, 2, 0)
+    expected = expected / np.linalg.norm(expected, axis=-1, keepdims=True)
+    np.testing.assert_allclose(tower(PIXELS), expected, atol=1e-3)
+
+
+def test_an_image_of_another_size_is_refused_with_both_sizes(tmp_path: Path) -> None:
+    tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
+    with pytest.raises(EncoderError, match=r"exported for 5 x 4, this image needs 3 x 4"):
+        tower(PIXELS[..., :3])
+
+
+def test_a_tower_of_another_encoder_is_refused(tmp_path: Path) -> None:
+    path = exported(tmp_path / "tower.onnx", encoder_id="toy-2")
+    with pytest.raises(EncoderError, match=r"was exported from toy-2, not from toy-1"):
+        ExportedTower(path, "cpu", "toy-1")
+
+
+def test_a_missing_or_damaged_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "tower.onnx"
+    with pytest.raises(EncoderError, match=r"tower\.onnx does not exist: onemap export-encoder"):
+        ExportedTower(path, "cpu", "toy-1")
+    path.write_bytes(b"not a network")
+    with pytest.raises(EncoderError, match=r"tower\.onnx cannot be run"):
+        ExportedTower(path, "cpu", "toy-1")
+
+
+CPU = torch.device("cpu")
+
+
+def test_errors_of_torch_become_backend_errors() -> None:
+    failed = "the network failed on cpu: size mismatch"
+    with pytest.raises(BackendError, match=failed), inference(CPU, (4, 3)):
+        raise RuntimeError("size mismatch\nand a long story")
+    full = "cpu is out of memory for an image of 4 x 3"
+    with pytest.raises(OutOfDeviceMemoryError, match=full), inference(CPU, (4, 3)):
+        raise torch.OutOfMemoryError("no more")
+
+
+@pytest.mark.parametrize("name", ["toaster", "cuda:99"])
+def test_a_device_that_does_not_exist_is_an_error(name: str) -> None:
+    with pytest.raises(BackendError, match=f"device '{name}' cannot be used"):
+        open_device(name)

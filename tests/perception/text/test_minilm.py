@@ -18,8 +18,6 @@ from onemap_perception.text.minilm import (
     LAYERS,
     MiniLm,
     find_model_folder,
-    gelu,
-    token_batches,
 )
 from onemap_shared.geometry import F32
 
@@ -110,16 +108,6 @@ def test_agrees_with_torch(tmp_path: Path) -> None:
     assert model.embed([]).shape == (0, DIM)
 
 
-def test_long_texts_are_cut_not_refused(tmp_path: Path) -> None:
-    folder, _ = model_folder(tmp_path)
-    assert np.isfinite(MiniLm(folder).embed(["sofa " * 1000])).all()
-
-
-def test_gelu_is_torchs() -> None:
-    x = np.linspace(-6, 6, 1001).astype(np.float32)
-    np.testing.assert_allclose(gelu(x), functional.gelu(torch.from_numpy(x)).numpy(), atol=1e-6)
-
-
 def test_the_real_weights_know_synonyms() -> None:
     folder = find_model_folder()
     if folder is None:
@@ -148,11 +136,3 @@ def test_several_texts_at_once_are_embedded_as_each_alone(tmp_path: Path) -> Non
     texts = ["a sofa", "lamp", "a lamp a sofa", "sofa sofa", "a"]
     alone = np.concatenate([model.embed([text]) for text in texts])
     np.testing.assert_allclose(model.embed(texts), alone, atol=1e-5)
-
-
-def test_batches_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_perception.text.minilm.MAX_BATCH_TOKENS", 5)
-    texts = [np.zeros(length, int) for length in (2, 3, 1, 9, 4)]
-    batches = token_batches(texts)
-    assert [[len(text) for text in batch] for batch in batches] == [[2, 3], [1], [9], [4]]
-    assert token_batches([]) == []

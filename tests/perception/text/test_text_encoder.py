@@ -30,11 +30,6 @@ def test_the_least_recently_used_text_is_evicted() -> None:
     assert asked == ["see b"]
 
 
-def test_a_list_longer_than_the_cache_is_answered_whole() -> None:
-    texts = CachedTextEncoder(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", capacity=2)
-    assert texts([f"w{i}" for i in range(9)]).shape == (9, 3)
-
-
 def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
     asked: list[str] = []
     together = threading.Barrier(4)

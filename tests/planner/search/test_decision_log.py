@@ -12,7 +12,7 @@ from onemap import SearchSnapshot
 from onemap_planner.search import decision_log
 from onemap_planner.search.decision_log import FOLDER, file_name, record
 from onemap_shared.messages import SearchState, SearchStatus
-from tests.shared.messages.broken import sample
+from tests.shared.samples import sample
 
 STATUS = replace(sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 2_500_000_000)
 ENDED = replace(STATUS, state=SearchState.FOUND)

@@ -27,7 +27,7 @@ from onemap_shared.messages import (
     ViewChangesRequest,
 )
 from onemap_shared.wire import decode, encode
-from onemap_tools.bench.lockstep_views import LockstepViews
+from onemap_tools.bench.lockstep import LockstepViews
 from tests.mapper import scenes
 
 CHANNELS = 16

@@ -1,32 +1,41 @@
-"""What is queried, and the replies of maps made here."""
+"""The floor of an encoder: what is asked, of which maps, and what it costs."""
 
 from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
-from onemap_tools.bench.mapping import map_scene
-from onemap_tools.bench.queries import (
-    STYLES,
-    EncoderPair,
-    query_map,
-    query_words,
-    run_configured,
-)
-from onemap_tools.bench.query_report import QueryBenchParams, QueryWord, table_lines
+from onemap_tools.bench.options import QueriesBench
+from onemap_tools.bench.queries import QueryOutcome, QueryWord
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
+
+SOFA, CAR = QueryWord("sofa", "sofa", "names"), QueryWord("car", "", "unrelated")
+
+
+@pytest.fixture(scope="module")
+def room() -> Scene:
+    return box_room()
+
+
+def outcome(
+    word: QueryWord, score: float, *, near: bool | None = None, seed: int = 1
+) -> QueryOutcome:
+    """``near`` None: the thing is absent."""
+    return QueryOutcome(word, seed, near is not None, score, bool(near))
 
 
 def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
     vocabulary = load_vocabulary(SHIPPED)
-    words = query_words(vocabulary)
+    words = queries.query_words(vocabulary)
     MiniEncoder(MiniParams()).embed_text([word.text for word in words])
     named = {
         word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
@@ -35,14 +44,23 @@ def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch
     assert {"floor", "wall", "ceiling"}.isdisjoint(word.category for word in words)
 
 
-@pytest.fixture(scope="module")
-def room() -> Scene:
-    return box_room()
+def test_an_object_counts_as_observed_if_it_is_large_and_near(room: Scene) -> None:
+    def observed(pixels: int, depth_m: float) -> set[str]:
+        labels = np.full(320 * 240, -1, np.int32)
+        labels[:pixels] = 0
+        shape, none = (240, 320), np.full((240, 320), -1, np.int32)
+        rgb, depth = np.zeros((*shape, 3), np.uint8), np.full(shape, depth_m, np.float32)
+        view = RenderedImage(rgb, depth, labels.reshape(shape), none)
+        return queries.observed_categories(room, view)
+
+    enough, near = queries.MIN_OBSERVED_PIXELS, queries.MAX_OBSERVED_RANGE_M
+    assert observed(enough, near) == {room.objects[0].category}
+    assert observed(enough - 1, near) == observed(enough, near + 0.1) == set()
 
 
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     encoder = ColourEncoder()
-    mapped = map_scene(room, encoder, seed=3, images=12)
+    mapped = queries.map_scene(room, encoder, seed=3, images=12)
     assert mapped.observed >= {"sofa", "ball", "floor"}
     assert mapped.belief.frames_fused == 12
     words = (
@@ -50,8 +68,8 @@ def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
         QueryWord("blue", "", "unrelated"),
         QueryWord("green", "bed", "names"),
     )
-    questions = list(zip(words, EncoderPair(encoder, encoder).queries(words), strict=True))
-    red, blue, green = query_map(mapped, questions, 3)
+    questions = [(word, queries._query(word, encoder)) for word in words]
+    red, blue, green = queries.query_map(mapped, questions, 3)
     assert (red.present, red.near) == (True, True)
     assert (blue.present, blue.near) == (False, False)
     assert not green.present
@@ -62,16 +80,48 @@ def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
     monkeypatch: pytest.MonkeyPatch, room: Scene
 ) -> None:
     monkeypatch.setattr(queries, "generate_apartment", lambda seed, style: room)
-    params = QueryBenchParams((800, 801), STYLES["training"], images=3)
-    done: list[int] = []
-    document = run_configured(MiniParams(), params, done.append)
+    told: list[str] = []
+    options = QueriesBench(apartments=2, pictures=3, style="training")
+    document = queries.run(options, told.append)
     assert (document["benchmark"], document["pictures"]) == ("queries", 3)
     assert document["encoder_id"].startswith("mini-")
-    assert done == [1, 2]
+    assert told == ["1 of 2 apartments", "2 of 2 apartments"]
     assert 0 < document["floor"] < 1
     assert set(document["rates"]) == {"names", "synonyms", "aliases", "unrelated"}
     json.dumps(document, allow_nan=False)
-    head, columns, *rows = table_lines(document)
+    head, columns, *rows = queries.lines(document)
     assert f"floor {document['floor']:g}" in head
     assert columns.split()[0] == "words"
     assert [row.split()[0] for row in rows] == list(document["rates"])
+
+
+def test_rates_count_absent_and_present_words_apart() -> None:
+    present = [outcome(SOFA, score, near=near) for score, near in ((0.9, True), (0.5, False))]
+    answers = [*present, outcome(SOFA, 0.1, near=True), outcome(SOFA, 0.4), outcome(SOFA, 0.2)]
+    assert queries.rates(answers, 0.3) == {
+        "absent": 2,
+        "false_positive_rate": 0.5,
+        "present": 3,
+        "answered_rate": 0.667,
+        "right_rate": 0.333,
+    }
+    assert queries.rates([], 0.3)["right_rate"] is None
+
+
+def test_the_floor_lets_one_unrelated_word_in_twenty_through() -> None:
+    answers = [outcome(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
+    floor = queries.choose_floor([*answers, outcome(SOFA, 0.99)])
+    assert floor == 0.19
+    assert queries.rates(answers, floor)["false_positive_rate"] == 0.05
+    with pytest.raises(ValueError, match="no floor"):
+        queries.choose_floor([outcome(CAR, 0.999)])
+
+
+def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
+    odd = [outcome(CAR, 0.105, seed=801), outcome(SOFA, 0.9, near=True, seed=801)]
+    even = [outcome(CAR, 0.5, seed=802), outcome(SOFA, 0.1, near=True, seed=802)]
+    found = queries.summarise([*odd, *even])
+    assert found["floor"] == 0.11
+    assert found["rates"]["unrelated"]["false_positive_rate"] == 1.0
+    assert found["rates"]["names"]["right_rate"] == 0.0
+    assert found["at"]["0"]["names"]["right_rate"] == 1.0

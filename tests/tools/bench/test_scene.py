@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from onemap_shared.geometry import U8
+from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.replay.recorder import write_recording
 from onemap_simulator.replay.recording import RecordedFrame
 from onemap_simulator.scene.loading import load_scene
-from onemap_tools.bench.scene import SceneBenchParams, run
-from onemap_tools.bench.scene_tour import tour_poses
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench import scene as bench_scene
+from onemap_tools.bench.options import SceneBench
+from onemap_tools.bench.scene import HEADINGS, MIN_CLEARANCE_M, tour_places, tour_poses
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
@@ -24,12 +31,17 @@ from tests.tools.bench.furnished import write_room
 from tests.tools.recording.bags import RecordedRobot
 from tests.tools.recording.test_replay import TOPICS, bag, drive
 
+HEIGHT_M = 1.0
 PHOTOGRAPHS = ROOT.parent / "shared" / "data" / "rgbd_study"
 LABELS = ROOT / "tests" / "data" / "rgbd_study.yaml"
 
 
 def bench(*arguments: object) -> Result:
     return CliRunner().invoke(app, ["bench", "scene", *map(str, arguments)])
+
+
+def run(**options: Any) -> dict[str, Any]:
+    return bench_scene.run(SceneBench(**options), lambda _: None)
 
 
 def named(document: dict[str, Any], name: str) -> dict[str, Any]:
@@ -73,12 +85,11 @@ def test_a_recording_is_judged_by_labels(room: Path, tmp_path: Path) -> None:
     assert result.exit_code == EXIT_OK
     assert " of 2 places found" in result.stdout
     assert "8 frames" in result.stdout
-    params = SceneBenchParams(tmp_path / "recording", labels)
     for frame in frames:
         frame.depth_mm[:] = 0
     write_recording(tmp_path / "blind", frames, camera.intrinsics)
     with pytest.raises(ValueError, match=r"nothing of .*blind could be mapped"):
-        run(replace(params, path=tmp_path / "blind"))
+        run(path=tmp_path / "blind", labels=labels)
 
 
 ANYWHERE = "- {name: sofa, x: 1.0, y: 0.0, radius_m: 0.5}\n"
@@ -97,7 +108,7 @@ def robot_drive(folder: Path) -> Path:
 def test_a_recording_of_a_robot_is_judged_too(tmp_path: Path) -> None:
     path, labels = robot_drive(tmp_path), tmp_path / "labels.yaml"
     labels.write_text(ANYWHERE)
-    assert run(SceneBenchParams(path, labels))["frames"] == 4
+    assert run(path=path, labels=labels)["frames"] == 4
     result = bench(path, "--labels", labels, "--every", 3, "--json")
     assert result.exit_code == EXIT_OK
     assert json.loads(result.stdout.splitlines()[-1])["frames"] == 2
@@ -206,6 +217,100 @@ def test_a_scene_without_names_needs_labels(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not PHOTOGRAPHS.exists(), reason=f"no recording in {PHOTOGRAPHS}")
 def test_the_photographs_are_measured() -> None:
-    document = run(SceneBenchParams(PHOTOGRAPHS, LABELS))
+    document = run(path=PHOTOGRAPHS, labels=LABELS)
     assert (document["frames"], document["labelled"], document["not_mapped"]) == (5, 17, 0)
     assert named(document, "sofa")["found"]
+
+
+def decode_png(file: Path) -> U8:
+    """BGR (H, W, 3) of a picture."""
+    return np.asarray(cv2.imread(str(file)), np.uint8)
+
+
+def test_without_places_the_picture_and_its_bounds_are_written(tmp_path: Path) -> None:
+    path, labels, out = robot_drive(tmp_path), tmp_path / "labels.yaml", tmp_path / "out"
+    labels.write_text("[]")
+    result = bench(path, "--labels", labels, "--out", out)
+    assert result.exit_code == EXIT_OK
+    assert result.stdout.startswith("No place is labelled: the map was asked for nothing.\n")
+    document = json.loads((out / "scene.json").read_text())
+    assert (document["labelled"], document["places"]) == (0, [])
+    assert {file.name for file in out.iterdir()} == {"scene.json", "scene.png"}
+    height, width = decode_png(out / "scene.png").shape[:2]
+    x_min, y_min, x_max, y_max = document["bounds_m"]
+    assert width / (x_max - x_min) == pytest.approx(height / (y_max - y_min))
+
+
+def test_a_place_is_drawn_where_bounds_m_says(tmp_path: Path) -> None:
+    path, labels = robot_drive(tmp_path), tmp_path / "labels.yaml"
+    pictures = []
+    for text in ("[]", ANYWHERE):
+        labels.write_text(text)
+        document = run(path=path, labels=labels, out=tmp_path / "out")
+        pictures.append(decode_png(tmp_path / "out" / "scene.png").astype(int))
+    x_min, y_min, x_max, y_max = document["bounds_m"]
+    height, width = pictures[0].shape[:2]
+    column = int((1.0 - x_min) / (x_max - x_min) * width)
+    row = int((y_max - 0.0) / (y_max - y_min) * height)
+    changed = np.abs(pictures[1] - pictures[0]).sum(axis=2) > 0
+    assert changed[row - 4 : row + 4, column - 4 : column + 4].all()
+    assert not changed[: row - 20].any()
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    labels, blocked = tmp_path / "labels.yaml", tmp_path / "file"
+    labels.write_text(ANYWHERE)
+    blocked.touch()
+    result = bench(tmp_path, "--labels", labels, "--out", blocked / "out")
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert result.stderr == (
+        f"cannot write to {blocked / 'out'}: Not a directory; choose another --out\n"
+    )
+    monkeypatch.setattr(bench_scene, "TemporaryFile", fail)
+    result = bench(tmp_path, "--labels", labels, "--out", tmp_path / "out")
+    assert result.stderr == (
+        f"cannot write to {tmp_path / 'out'}: Read-only file system; choose another --out\n"
+    )
+
+
+@pytest.fixture(scope="module")
+def room_scene(room: Path) -> Scene:
+    return load_scene(room)
+
+
+def test_places_are_free_and_far_apart(room_scene: Scene) -> None:
+    collision = CollisionMap.of(room_scene, HEIGHT_M)
+    places = tour_places(room_scene, HEIGHT_M, 6)
+    assert len(places) == 6
+    for x, y in places.tolist():
+        assert collision.clearance_m(x, y) >= MIN_CLEARANCE_M
+    apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    assert apart[~np.eye(len(places), dtype=bool)].min() > 1.0
+    np.testing.assert_allclose(places[0], room_scene.start[:2], atol=0.05)
+
+
+def test_the_same_scene_has_the_same_tour(room_scene: Scene) -> None:
+    first, again = (tour_places(room_scene, HEIGHT_M, 5) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+    np.testing.assert_array_equal(first[:3], tour_places(room_scene, HEIGHT_M, 3))
+
+
+def test_the_camera_turns_all_around_at_each_place(room_scene: Scene) -> None:
+    camera = CameraParams(forward_m=0.0)
+    poses = np.array(tour_poses(room_scene, camera, 2))
+    assert len(poses) == 2 * HEADINGS
+    assert np.ptp(poses[:HEADINGS, :3, 3], axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert poses[:, 2, 3] == pytest.approx(camera.height_m)
+    ahead = np.arctan2(poses[:HEADINGS, 1, 2], poses[:HEADINGS, 0, 2])
+    turns = np.sort(np.mod(ahead, 2 * np.pi))
+    assert np.diff(turns) == pytest.approx(2 * np.pi / HEADINGS, abs=1e-6)
+
+
+def test_a_start_without_free_floor_is_one_sentence(room_scene: Scene) -> None:
+    with pytest.raises(ValueError, match=r"no free floor around its start \(50\.00, 0\.00\)"):
+        tour_places(replace(room_scene, start=(50.0, 0.0, 0.0)), HEIGHT_M, 3)

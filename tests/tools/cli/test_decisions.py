@@ -14,7 +14,7 @@ from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
 from onemap_tools.cli.app import app
 from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
 from onemap_tools.errors import EXIT_OK, CliError
-from tests.shared.messages.broken import sample
+from tests.shared.samples import sample
 
 STATUS = sample(SearchStatus)
 RUNNER = CliRunner()

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
 from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.demo.robots import (
+    MARGIN_M,
     MAX_ROBOTS,
+    MIN_APART_M,
     SHARED_RGBD_HZ,
     check_combination,
+    further_starts,
     named_robots,
 )
 from onemap_tools.demo.setup import SIMULATOR, DemoSetup, set_up
@@ -33,16 +44,16 @@ def two(folder: Path) -> tuple[DemoSetup, list[dict[str, Any]]]:
 @pytest.mark.parametrize("robots", [0, -1, MAX_ROBOTS + 1])
 def test_a_number_out_of_range_is_refused(robots: int) -> None:
     with pytest.raises(CliError, match=f"--robots is {robots}, .* 1 to {MAX_ROBOTS}") as error:
-        check_combination(robots, objects=(), ros2=False, film=False)
+        check_combination(robots, objects=(), ros2=False)
     assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 @pytest.mark.parametrize(
     ("given", "option"),
-    [({"ros2": True}, "--ros2"), ({"film": True}, "--film"), ({"objects": ("bed",)}, "--objects")],
+    [({"ros2": True}, "--ros2"), ({"objects": ("bed",)}, "--objects")],
 )
 def test_what_is_for_one_robot_is_refused_with_two(given: dict[str, Any], option: str) -> None:
-    plain: dict[str, Any] = {"objects": (), "ros2": False, "film": False}
+    plain: dict[str, Any] = {"objects": (), "ros2": False}
     with pytest.raises(CliError, match=f"{option} does not fit --robots 2: ") as error:
         check_combination(2, **{**plain, **given})
     assert error.value.exit_code == EXIT_USAGE_ERROR
@@ -124,3 +135,47 @@ def test_a_start_that_is_no_floor_is_refused(
         two(tmp_path / "run")
     assert error.value.exit_code == EXIT_USAGE_ERROR
     assert not (tmp_path / "run").exists()
+
+
+ROBOT = RobotParams()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return generate_apartment(2, STYLES["training"])
+
+
+def test_all_start_apart_on_floor_that_they_can_reach(scene: Scene) -> None:
+    starts = (scene.start, *further_starts(scene, ROBOT, MAX_ROBOTS - 1))
+    assert len(starts) == MAX_ROBOTS
+    for one, other in combinations(starts, 2):
+        assert math.dist(one[:2], other[:2]) >= MIN_APART_M
+    collision = CollisionMap.of(scene, ROBOT.height_m)
+    reachable = collision.reachable_cells(*scene.start[:2], ROBOT.radius_m)
+    places = collision.grid.centres(np.argwhere(reachable))
+    for x_m, y_m, _ in starts:
+        assert collision.clearance_m(x_m, y_m) >= ROBOT.radius_m + MARGIN_M
+        assert np.linalg.norm(places - (x_m, y_m), axis=1).min() < collision.grid.cell_size_m
+
+
+def test_the_second_is_farther_away_than_the_third(scene: Scene) -> None:
+    second, third = further_starts(scene, ROBOT, 2)
+    here = scene.start[:2]
+    assert math.dist(second[:2], here) >= math.dist(third[:2], here)
+    assert further_starts(scene, ROBOT, 1) == (second,)
+
+
+def test_they_face_the_first_robot(scene: Scene) -> None:
+    ((x_m, y_m, yaw_rad),) = further_starts(scene, ROBOT, 1)
+    to_x, to_y = scene.start[0] - x_m, scene.start[1] - y_m
+    assert math.cos(yaw_rad) * to_x + math.sin(yaw_rad) * to_y == pytest.approx(
+        math.hypot(to_x, to_y)
+    )
+
+
+def test_a_floor_that_is_too_small_is_refused(scene: Scene) -> None:
+    with pytest.raises(ValueError, match=r"room for \d+ robots that start 1 m apart, not for 501"):
+        further_starts(scene, ROBOT, 500)
+    walled = replace(scene, start=(-50.0, -50.0, 0.0))  # outside of the apartment
+    with pytest.raises(ValueError, match="room for 1 robots"):
+        further_starts(walled, ROBOT, 1)

@@ -23,17 +23,15 @@ from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat, Truth
 from onemap_tools.demo import run as module
-from onemap_tools.demo.robot_search import RobotSearch
+from onemap_tools.demo.robot_search import RobotSearch, RunMonitor
 from onemap_tools.demo.robots import DemoRobot
 from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
-from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import DemoSetup
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
 from tests.shared.test_bus import Router, router
-from tests.tools.demo.film.test_recorder import FakeServices
 from tests.tools.demo.test_setup import options
 from tests.tools.fake_gateway import Routes, fake_gateway
 
@@ -241,26 +239,3 @@ def test_a_whole_run_ends_with_its_summary(
     assert "Searching for sofa. Live page: http://" in out.file.getvalue()
     assert "1 of 1 found" in out.file.getvalue()
     assert (tmp_path / "logs" / "mapper.log").exists()
-
-
-def test_a_search_is_recorded_while_it_runs(tmp_path: Path) -> None:
-    gateway, _ = gateway_of(report("exploring"), report("exploring"), report("found", RESULT))
-    updates: list[float] = []
-    recorder: Any = SimpleNamespace(update=updates.append)
-    view = LineView(console())
-    searches = [search_of(gateway)]
-    module._search(demo_of(tmp_path), searches, TARGETS, view, recorder=recorder)
-    assert len(updates) == 2
-
-
-def test_a_film_is_made_only_if_asked_for(tmp_path: Path) -> None:
-    services, demo = FakeServices(), demo_of(tmp_path)
-    services.serve_map()
-    with module._filmed(demo, services.router.bus(), console()) as recorder:
-        assert recorder is None
-    demo.options = replace(demo.options, film=tmp_path / "search.gif")
-    with module._filmed(demo, services.router.bus(), console()) as recorder:
-        assert recorder is not None
-        services.search()
-        services.frame()
-    assert (tmp_path / "search.gif").exists()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import socket
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -199,10 +198,3 @@ def test_compose_simulates_the_same_apartment() -> None:
     config = ROOT / "deploy" / "config" / "demo.yaml"
     simulator = yaml.safe_load(config.read_text())["simulator"]
     assert SimulatorConfig(**simulator) == SimulatorConfig()
-
-
-def test_a_film_that_cannot_be_written_is_refused_before_the_start(tmp_path: Path) -> None:
-    filmed = replace(options(tmp_path / "run"), film=tmp_path / "search.mp4")
-    with pytest.raises(CliError, match=r"ends in \.webp, \.gif or \.png"):
-        set_up(filmed)
-    assert not (tmp_path / "run").exists()

@@ -7,34 +7,23 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from onemap import Client, OneMapError
+from onemap_tools.bench.options import ClientsBench
+from onemap_tools.gateway import gateway_client
 
 KNOWN = (
     "sofa", "bed", "television", "refrigerator", "toilet", "bookcase", "dining table", "armchair",
     "sink", "wardrobe", "door", "window", "lamp", "desk", "oven", "bathtub",
 )  # fmt: skip
 ADJECTIVES = ("purple", "broken", "tiny", "antique", "striped", "wooden", "folded", "shiny")
+SEED = 0  # of the texts
 NOUNS = ("umbrella", "teapot", "backpack", "guitar", "bicycle", "suitcase", "candle", "statue")
-
-Connect = Callable[[], AbstractContextManager[Client]]
-
-
-@dataclass(frozen=True, slots=True)
-class ClientsBenchParams:
-    """clients: that ask at once; seconds: of asking; new_share: of the texts never asked before;
-    pause_s: between a client's answer and its next question; seed: of the texts."""
-
-    clients: int
-    seconds: float
-    new_share: float
-    pause_s: float
-    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +35,32 @@ class QueryTime:
     refusal: str = ""
 
 
-def run(connect: Connect, params: ClientsBenchParams) -> dict[str, Any]:
+def run(options: ClientsBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     """Ask for ``seconds``; quantiles in ms of known and new texts, refusals and frames fused."""
     with ExitStack() as connections:
         # Connected before the first question: making a client takes longer than a query.
-        clients = [connections.enter_context(connect()) for _ in range(params.clients)]
+        clients = [
+            connections.enter_context(gateway_client(options.url, options.token))
+            for _ in range(options.clients)
+        ]
         for text in KNOWN:
             clients[0].query(text)
         fused_before, began_s = _frames_fused(clients[0]), time.monotonic()
         stop = threading.Event()
-        with ThreadPoolExecutor(params.clients) as pool:
+        with ThreadPoolExecutor(options.clients) as pool:
             asked = [
-                pool.submit(_ask, client, params, number, stop)
+                pool.submit(_ask, client, options, number, stop)
                 for number, client in enumerate(clients)
             ]
-            stop.wait(params.seconds)
+            stop.wait(options.seconds)
             stop.set()
             times = [each for future in asked for each in future.result()]
         took_s = time.monotonic() - began_s
         fused = _frames_fused(clients[0]) - fused_before
     return {
-        "clients": params.clients,
-        "pause_s": params.pause_s,
+        "benchmark": "clients",
+        "clients": options.clients,
+        "pause_s": options.pause,
         "fused_hz": round(fused / took_s, 2),
         "queries_per_s": round(len(times) / took_s, 1),
         "known": summarise([each for each in times if not each.new]),
@@ -79,26 +72,27 @@ def summarise(times: list[QueryTime]) -> dict[str, Any]:
     """Number of queries, refusals with the first reason, and quantiles of the answered in ms."""
     answered = [each.seconds * 1e3 for each in times if not each.refusal]
     refusals = [each.refusal for each in times if each.refusal]
-    p50, p99, most = np.quantile(answered, (0.5, 0.99, 1.0)) if answered else (np.nan,) * 3
+    quantiles = np.quantile(answered, (0.5, 0.99, 1.0)) if answered else (None,) * 3
+    names = ("p50_ms", "p99_ms", "max_ms")
     return {
         "queries": len(times),
         "refused": len(refusals),
         "first_refusal": refusals[0] if refusals else "",
         **{
-            name: round(float(value)) if answered else None
-            for name, value in (("p50_ms", p50), ("p99_ms", p99), ("max_ms", most))
+            name: None if value is None else round(float(value))
+            for name, value in zip(names, quantiles, strict=True)
         },
     }
 
 
 def _ask(
-    client: Client, params: ClientsBenchParams, number: int, stop: threading.Event
+    client: Client, options: ClientsBench, number: int, stop: threading.Event
 ) -> list[QueryTime]:
     """One client: the next question once the last one is answered."""
-    rng, times = random.Random(f"{params.seed} {number}"), list[QueryTime]()
-    stop.wait(rng.random() * params.pause_s)  # not all at the same instant
+    rng, times = random.Random(f"{SEED} {number}"), list[QueryTime]()
+    stop.wait(rng.random() * options.pause)  # not all at the same instant
     while not stop.is_set():
-        new = rng.random() < params.new_share
+        new = rng.random() < options.new
         text = _new_text(rng, number, len(times)) if new else rng.choice(KNOWN)
         began_s, refusal = time.perf_counter(), ""
         try:
@@ -106,7 +100,7 @@ def _ask(
         except OneMapError as problem:
             refusal = problem.detail
         times.append(QueryTime(new, time.perf_counter() - began_s, refusal))
-        stop.wait(params.pause_s)
+        stop.wait(options.pause)
     return times
 
 

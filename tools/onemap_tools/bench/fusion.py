@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,13 +17,8 @@ from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
-from onemap_tools.bench.fusion_parts import fusion_work, parts_ms
-from onemap_tools.bench.machine import (
-    clock_of,
-    device_facts,
-    machine_limits,
-    wall_clock,
-)
+from onemap_tools.bench.machine import machine_facts, spread_ms, wall_clock
+from onemap_tools.bench.options import FusionBench
 
 SIZE = (480, 640)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))  # a usual RGB-D camera
@@ -33,67 +27,35 @@ ROOM_LOW, ROOM_HIGH = (-4.0, -3.0, 0.0), (4.0, 3.0, 2.5)  # metres
 WARM_UP = 5  # frames that are fused but not counted: first allocations
 
 
-@dataclass(frozen=True, slots=True)
-class FusionBenchOptions:
-    """What is measured: so many frames, drawn with the seed, with these parameters of the map."""
-
-    frames: int = 50
-    device: str = "cpu"
-    threads: int = 1
-    half_width: int = 3  # of the blur, in cells
-    compiled: bool = True
-    seed: int = 0
-
-
-def run(options: FusionBenchOptions) -> dict[str, Any]:
+def run(options: FusionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     """Fuse frames of a robot that walks in a circle; times in milliseconds."""
     torch.set_num_threads(options.threads)
     params = MapParams(
-        device=options.device,
-        compiled=options.compiled,
-        blur_half_width_cells=options.half_width,
+        device=options.device, compiled=options.compiled, blur_half_width_cells=options.blur
     )
     device = params.torch_device
-    limits = machine_limits(clock_of(device, options.threads), device)
     belief, times = _fuse(options, params)
     observe_ms, absorb_ms, cpu_ms = (column[WARM_UP:] for column in times.T)
-    total_ms = observe_ms + absorb_ms
-    field = simulated_field(WARM_UP, np.random.default_rng(options.seed))
-    work = fusion_work(field, params)
-    least_ms = limits.least_ms(moved_bytes=work.moved_bytes, operations=work.operations)
-    result = {
+    return {
         "benchmark": "fusion",
         "seed": options.seed,
         "frames": options.frames,
         "image": f"{SIZE[1]}x{SIZE[0]}",
         "features": "x".join(str(n) for n in PATCHES),
-        "blur_cells": 2 * options.half_width + 1,
+        "blur_cells": 2 * options.blur + 1,
         "compiled": jit.usable(wanted=params.compiled, device=device),
-        "p50_ms": round(float(np.median(total_ms)), 2),
-        "p95_ms": round(float(np.quantile(total_ms, 0.95)), 2),
-        "min_ms": round(float(total_ms.min()), 2),
-        "cpu_p50_ms": round(float(np.median(cpu_ms)), 2),
-        "cpu_min_ms": round(float(cpu_ms.min()), 2),
-        "observe_p50_ms": round(float(np.median(observe_ms)), 2),
-        "absorb_p50_ms": round(float(np.median(absorb_ms)), 2),
-        "parts_ms": parts_ms(field, params),
-        "moved_bytes": work.moved_bytes,
-        "operations": work.operations,
-        **limits.as_dict(),
-        "least_ms": round(least_ms, 3),
-        "cpu_min_over_least": round(float(cpu_ms.min()) / least_ms, 1),
+        **spread_ms(observe_ms + absorb_ms),
+        **spread_ms(cpu_ms, "cpu_"),
+        **spread_ms(observe_ms, "observe_"),
+        **spread_ms(absorb_ms, "absorb_"),
         "cells": belief.store.count,
         "map_bytes": belief.memory_bytes,
-        **device_facts(device),
-        "threads": options.threads,
-        "cores": len(os.sched_getaffinity(0)),
-        "load_average": round(os.getloadavg()[0], 2),
+        **machine_facts(device),
+        "peak_process_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
     }
-    peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    return {**result, "peak_process_bytes": peak_bytes}
 
 
-def _fuse(options: FusionBenchOptions, params: MapParams) -> tuple[BeliefMap, F64]:
+def _fuse(options: FusionBench, params: MapParams) -> tuple[BeliefMap, F64]:
     """The map, and per frame the milliseconds of its update, of fusing it, and of the processor."""
     rng, belief = np.random.default_rng(options.seed), BeliefMap(params)
     times = np.zeros((options.frames + WARM_UP, 3))

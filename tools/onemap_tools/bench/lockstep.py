@@ -7,16 +7,18 @@ is a function of configuration and seed; no bus is involved.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import ViewReplies
+from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.protocol import Detector
@@ -32,29 +34,38 @@ from onemap_planner.motion.velocity_controller import (
     VelocityController,
 )
 from onemap_planner.policy.evidence import rival_names, synonyms_of
+from onemap_planner.policy.explore import explore
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Observation
-from onemap_planner.policy.step import step
+from onemap_planner.policy.step import Exploration, step
 from onemap_planner.search.phases import Destination, EventStamp, Search, Starting
 from onemap_planner.search.state_machine import new_search
-from onemap_planner.world.map_view import AssembledView, PlanningView
+from onemap_planner.world.candidates import CONSENSUS, Consensus
+from onemap_planner.world.map_view import AssembledView, PlanningView, after
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
+    NO_VIEW,
     Detections,
     FeatureField,
     RgbdFrame,
     SearchOrder,
+    SearchView,
     SearchViewRequest,
+    TextEmbeddings,
+    ViewChangesRequest,
 )
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.errors.localisation import true_place
+from onemap_simulator.parts import RobotParts
+from onemap_simulator.physics.people import Bystanders
+from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.lockstep_views import LockstepViews
-from onemap_tools.bench.search_method import ONEMAP, SearchMethod, ValueMap
-from onemap_tools.bench.simulated_robot import SearchEnd, SimulatedRobot
-from onemap_tools.bench.simulated_stamps import seconds_of
+
+START_S = 1.0  # of stamps: 0 would mean that the map is empty
+COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +88,10 @@ class SystemConfig:
             mapper=section(sections, "mapper", MapperConfig),
             planner=section(sections, "planner", PlannerConfig),
         )
+
+    def document(self, *sections: str) -> dict[str, Any]:
+        """These sections as a JSON object."""
+        return {name: getattr(self, name).model_dump(mode="json") for name in sections}
 
 
 class PerceptionPipeline:
@@ -142,6 +157,155 @@ class SimulatedClock:
             return False
         self.due_s[task] = due_s + 1.0 / rate_hz
         return True
+
+
+class ValueMap(Protocol):
+    """Scores of cells for one object, from all frames since the last ``clear``."""
+
+    def clear(self) -> None:
+        """Forget all frames."""
+
+    def add(self, field: FeatureField, query: TextEmbeddings) -> None:
+        """Take in a frame for the query's first text."""
+
+    def view(self, view: SearchView) -> SearchView:
+        """The view with these scores in place of the similarity."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchMethod:
+    """exploration: where to drive while nothing is approached; consensus: when detector and map
+    agree; view: changes what the planner sees of the map, None: nothing; value_map: scores cells
+    in place of the belief map; forgets: the map and what the planner knows of it are cleared for
+    each object."""
+
+    exploration: Exploration = explore
+    consensus: Consensus = CONSENSUS
+    view: Callable[[SearchView], SearchView] | None = None
+    value_map: ValueMap | None = None
+    forgets: bool = False
+
+
+ONEMAP = SearchMethod()
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTruth:
+    """Of a frame: the true T_map_camera (4, 4) of its capture, and where people were then."""
+
+    T_map_camera: F64
+    people: Bystanders
+
+
+@dataclass(frozen=True, slots=True)
+class SearchEnd:
+    """Reported and true T_map_body (4, 4) when the search for an object ended."""
+
+    T_reported: F64
+    T_true: F64
+
+    def true_place(self, place: tuple[float, ...]) -> tuple[float, ...]:
+        """Where a place (x, y, ...) truly is that the search told at that time; empty if it is."""
+        if not place:
+            return place
+        return (*true_place(self.T_reported, self.T_true, place), *place[2:])
+
+
+class SimulatedRobot:
+    """The simulator's robot and camera in simulated time."""
+
+    def __init__(
+        self, scene: Scene, config: SimulatorConfig, renderer: SceneRenderer | None = None
+    ) -> None:
+        parts = RobotParts.of(scene, config, renderer or Renderer(scene), now_s=0.0)
+        self.localisation, self.link = parts.localisation, parts.link
+        self._simulation, self._camera = parts.simulation, parts.camera
+        self._frames = 0
+        self._truths: dict[int, FrameTruth] = {}  # by the frame's sequence
+        self.collided = False
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """True position in the map, metres."""
+        T_map_body = self._simulation.state.pose
+        return float(T_map_body[0, 3]), float(T_map_body[1, 3])
+
+    @property
+    def speed_mps(self) -> float:
+        """True forward speed, m/s."""
+        return self._simulation.state.velocity.linear_mps
+
+    @property
+    def contacts(self) -> int:
+        """How often an obstacle stopped the robot from above ``IMPACT_MPS``."""
+        return self._simulation.counts.collisions
+
+    @property
+    def people_touched(self) -> int:
+        """How many of the contacts were with people."""
+        return self._simulation.counts.people_touched
+
+    @property
+    def edges_crossed(self) -> int:
+        """How often the robot's disc came over a place without floor."""
+        return self._simulation.counts.edges_crossed
+
+    def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
+        """Move until ``now_s`` under a command received at ``before_s``."""
+        self._simulation.receive_command(command, before_s, COMMAND_VALID_S)
+        self.collided = self._simulation.advance(now_s)
+
+    @property
+    def pose(self) -> F64:
+        """True T_map_body (4, 4)."""
+        return self._simulation.state.pose
+
+    def odometry(self) -> F64:
+        """T_map_body (4, 4) as odometry reports it: with the configured errors."""
+        return self.localisation.reported(self.pose)
+
+    def frames(self, now_s: float, *, capture: bool) -> list[RgbdFrame]:
+        """The frames that arrived up to ``now_s``, after another was captured if it is due."""
+        if capture:
+            self.link.send(self.frame(now_s), now_s)
+        return self.link.arrived(now_s)
+
+    def truth_of(self, frame: RgbdFrame) -> FrameTruth:
+        """How it truly was when the frame was captured."""
+        return self._truths[frame.sequence]
+
+    def frame(self, now_s: float) -> RgbdFrame:
+        """The camera's frame at ``now_s``."""
+        people = self._simulation.bystanders
+        image = self._camera.capture(self.pose, people)
+        self._frames += 1
+        T_map_camera = self.pose @ self._camera.T_body_camera
+        self._truths[self._frames] = FrameTruth(T_map_camera, people)
+        return RgbdFrame(
+            self._frames,
+            stamp_of(now_s),
+            image.rgb,
+            image.depth_mm,
+            self._camera.intrinsics,
+            self.odometry() @ self._camera.T_body_camera,
+        )
+
+
+class LockstepViews:
+    """Views of one map, by what was asked for."""
+
+    def __init__(self, belief: BeliefMap) -> None:
+        self._replies = ViewReplies(MapScores(belief), "lockstep")
+        self._kept: dict[SearchViewRequest, AssembledView] = {}
+
+    def view(self, request: SearchViewRequest, queries: Sequence[TextQuery]) -> AssembledView:
+        """The newest view; queries: of the text and of its rivals, none in an empty map."""
+        kept = self._kept.get(request)
+        have = NO_VIEW if kept is None else kept.key
+        question = ViewChangesRequest(request.text, request.rivals, have)
+        made = after(kept, self._replies.reply(question, queries))
+        self._kept[request] = made
+        return made
 
 
 # Told of every frame and of what was detected in it.
@@ -330,3 +494,13 @@ class LockstepSimulation:
             embeddings = self._perception.encoder.embed_text((text,))
             self._queries[text] = text_query(embeddings, 0, self.belief.params.torch_device)
         return self._queries[text]
+
+
+def stamp_of(now_s: float) -> int:
+    """The stamp in nanoseconds of a simulated second."""
+    return int((now_s + START_S) * 1e9)
+
+
+def seconds_of(stamp_ns: int) -> float:
+    """The simulated second of a stamp."""
+    return stamp_ns * 1e-9 - START_S

@@ -1,41 +1,16 @@
-"""What this machine can do at most: how fast it copies memory and multiplies matrices.
-
-Its processor, or the GPU whose figures are wanted.
-"""
+"""Times by the clock or the processor, and what a figure must say of the machine."""
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 import torch
 
-COPY_BYTES = 2**27  # larger than the caches
-MATRIX = 1024  # rows and columns
-REPEATS = 5
-CPU = torch.device("cpu")
 Clock = Callable[[], float]  # seconds
-
-
-@dataclass(frozen=True, slots=True)
-class MachineLimits:
-    """copy_gb_s: GB read and written per second; matrix_gflops: float32 operations per ns."""
-
-    copy_gb_s: float
-    matrix_gflops: float
-
-    def least_ms(self, *, moved_bytes: float, operations: float) -> float:
-        """The time of moving and computing so much, whichever takes longer, in milliseconds."""
-        return max(moved_bytes / self.copy_gb_s, operations / self.matrix_gflops) * 1e-6
-
-    def as_dict(self) -> dict[str, Any]:
-        """For the report."""
-        return {
-            "copy_gb_s": round(self.copy_gb_s, 1),
-            "matrix_gflops": round(self.matrix_gflops, 1),
-        }
 
 
 def wall_clock(device: torch.device) -> Clock:
@@ -59,37 +34,42 @@ def clock_of(device: torch.device, threads: int) -> Clock:
     return time.process_time if alone else wall_clock(device)
 
 
-def device_facts(device: torch.device) -> dict[str, Any]:
-    """Which device was measured; of a GPU its name, and the most memory that tensors took."""
-    if device.type != "cuda":
-        return {"device": str(device)}
-    return {
-        "device": str(device),
-        "device_name": torch.cuda.get_device_name(device),
-        "peak_device_bytes": torch.cuda.max_memory_allocated(device),
-    }
-
-
-def machine_limits(clock: Clock = time.perf_counter, device: torch.device = CPU) -> MachineLimits:
-    """Measured now, with torch's present number of threads, the best of several runs."""
-    source = torch.ones(COPY_BYTES // 4, device=device)
-    target = torch.empty_like(source)
-    copy_s = best_s(lambda: target.copy_(source), clock=clock)
-    a, b = (torch.ones((MATRIX, MATRIX), device=device) for _ in range(2))
-    product_s = best_s(lambda: torch.mm(a, b), clock=clock)
-    return MachineLimits(2 * COPY_BYTES / copy_s * 1e-9, 2 * MATRIX**3 / product_s * 1e-9)
-
-
-def best_s(
-    run: Callable[[], object],
-    repeats: int = REPEATS,
-    clock: Clock = time.perf_counter,
-) -> float:
-    """The shortest time in seconds of several runs, after one that does not count."""
+def best_ms(run: Callable[[], object], clock: Clock, repeats: int = 3) -> float:
+    """The shortest time in milliseconds of several runs, after one that does not count."""
     run()
     times = []
     for _ in range(repeats):
         started = clock()
         run()
         times.append(clock() - started)
-    return min(times)
+    return round(min(times) * 1e3, 3)
+
+
+def spread_ms(times_ms: Sequence[float], prefix: str = "") -> dict[str, float]:
+    """Least, median and longest in twenty of several times."""
+    least, p50, p95 = np.quantile(times_ms, (0.0, 0.5, 0.95))
+    values = {"min": least, "p50": p50, "p95": p95}
+    return {f"{prefix}{name}_ms": round(float(value), 3) for name, value in values.items()}
+
+
+def machine_facts(device: torch.device | None = None) -> dict[str, Any]:
+    """Threads, cores and load; of a GPU its name, and the most memory that tensors took."""
+    facts: dict[str, Any] = {
+        "threads": torch.get_num_threads(),
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+    }
+    if device is not None:
+        facts["device"] = str(device)
+        if device.type == "cuda":
+            facts["device_name"] = torch.cuda.get_device_name(device)
+            facts["peak_device_bytes"] = torch.cuda.max_memory_allocated(device)
+    return facts
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height of ``640x480``; raises ValueError."""
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise ValueError(f"size is {text!r}; write it like 640x480")
+    return int(width), int(height)

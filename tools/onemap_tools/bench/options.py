@@ -1,57 +1,354 @@
-"""Options of the commands that measure."""
+"""The options of every benchmark: one frozen class each, its fields are the command's options.
+
+``module`` of ``onemap_tools.bench`` measures: it has ``run(options, tell)``, which returns the
+result as a JSON object, and may have ``lines(result)`` for people. ``extra`` installs what it
+needs. Nothing heavy is imported here: the command line reads this file at every start.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar, Literal
 
-import typer
+from typer import Argument, Option
 
-from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
+from onemap_tools.cli.options import Config, Token, Url
+from onemap_tools.processes.network import DEFAULT_URL
 
-FeaturesOption = Annotated[
-    Features, typer.Option(help="uncalibrated: simulated, with scores as CLIP's.")
+Device = Annotated[str, Option(help="cpu, cuda or cuda:N, as mapper.device.")]
+Threads = Annotated[int, Option(min=1, help="CPU threads of torch.")]
+Frames = Annotated[int, Option(min=1, help="Frames to measure.")]
+Seed = Annotated[int, Option(min=0, help="Of the features.")]
+Size = Annotated[str, Option(help="Of the camera's image.")]
+Style = Annotated[Literal["training", "held out"], Option(help="Of the apartments.")]
+Limit = Annotated[float, Option(min=1, help="Simulated seconds per object.")]
+
+MethodName = Literal[
+    "onemap", "onemap_reset", "onemap_no_consensus", "vlfm", "nearest_frontier", "oracle"
 ]
-SimulatedErrors = Annotated[
-    Errors, typer.Option(help="Of a real robot; jump: drift that loop closures set right.")
-]
-Stairwells = Annotated[
-    int,
-    typer.Option(min=0, max=4, help="Openings in each apartment's floor, on the ways to take."),
-]
-Beside = Annotated[
-    list[Path] | None,
-    typer.Option(help="Results of another method, or of other settings, to compare with."),
-]
-SceneOrRecording = Annotated[
-    Path,
-    typer.Argument(
-        exists=True,
-        help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
-        "MCAP file of 'onemap record' or of ROS 2.",
-    ),
-]
-Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
-Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
-SceneOut = Annotated[
-    Path | None,
-    typer.Option(file_okay=False, help="Write scene.json, scene.png and a map for each name here."),
-]
-Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
-Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
-MethodOption = Annotated[Method, typer.Option(help="Of searching.")]
-ObjectsPerEpisode = Annotated[
-    int, typer.Option(min=1, max=10, help="Objects, one after the other.")
-]
-ResultsFolder = Annotated[
-    Path | None, typer.Option(help="Folder of the results; a killed run goes on there.")
-]
-Labels = Annotated[
-    Path | None,
-    typer.Option(
-        exists=True,
-        dir_okay=False,
-        help="YAML: a list of name, x, y, radius_m; an empty list asks for nothing.",
-    ),
-]
-Places = Annotated[int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")]
+FeaturesName = Literal["simulated", "uncalibrated", "mini"]
+ErrorsName = Literal["none", "drift", "jump", "late", "dropped", "depth", "people", "all"]
+Parity = Literal["all", "even", "odd"]
+SuccessRule = Literal["paper", "habitat"]
+
+Method = Annotated[MethodName, Option(help="Of searching.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What all benchmarks have."""
+
+    module: ClassVar[str]
+    extra: ClassVar[str] = "demo"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionBench(Options):
+    """How long the map takes to fuse one frame.
+
+    Timed per frame: projection, blur, fusion and occupancy of a 640 x 480 field
+    with 24 x 24 x 768 features. The variance is perception's work and the
+    decoding the bus's; both are done beforehand. The room is simulated, the
+    features are random. cpu_p50_ms and cpu_min_ms are the processor time of a
+    frame, which other processes disturb less. With --device cuda the frame is
+    computed on the GPU; all other times are of the clock, read when the GPU is done.
+    """
+
+    module = "fusion"
+    extra = "mapper"
+    frames: Frames = 50
+    device: Device = "cpu"
+    threads: Threads = 1
+    blur: Annotated[int, Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3
+    compiled: Annotated[bool, Option(help="As mapper.compiled.")] = True
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class QueryBench(Options):
+    """How long a text query over a large map takes, inside the mapper.
+
+    Random features of 768 channels. read_ms is reading the table once, and
+    matrix_product_ms what the machine's own rate for large matrices would take for
+    32 texts, both measured in this run. product_ms: the scalar products of one text
+    alone, where the features are. A plain text has no calibration; a
+    calibrated one competes with 103 neutral words, whose part is computed with the
+    first text (first_calibrated_text_ms) and kept. standing_ms_per_frame: 20 texts
+    asked again after a frame changed 800 cells. Processor time with one thread,
+    the best of several runs. With --device cuda the features are on the GPU, and
+    the times are of the clock, read when the GPU is done.
+    """
+
+    module = "query"
+    extra = "mapper"
+    cells: Annotated[int, Option(min=4096, help="Of the map.")] = 250_000
+    feature_dtype: Annotated[
+        Literal["float32", "float16"], Option(help="As mapper.feature_dtype.")
+    ] = "float32"
+    device: Device = "cpu"
+    threads: Threads = 1
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanningBench(Options):
+    """How long a planning step takes, by the size of the building.
+
+    A square building of rooms of 5 m, six in ten of them seen; the robot explores
+    and drives towards its goal. Processor time, which other processes disturb
+    less: of the median step, of the longest one in twenty, and the mean.
+    """
+
+    module = "planning"
+    extra = "planner"
+    size: Annotated[
+        list[int] | None, Option(min=10, max=100, help="Metres; default 10, 20, 30 and 50.")
+    ] = None
+    steps: Annotated[int, Option(min=1, help="Planning steps to measure.")] = 40
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerceptionBench(Options):
+    """How long an encoder takes for one frame, on CPU and GPU.
+
+    A frame is an image of noise; resizing it, copying it, the network and copying
+    the features back all count. On CUDA the network alone is timed with device
+    events too. The weights of --random-weights need no download: the time does
+    not depend on their values.
+    """
+
+    module = "perception"
+    extra = "openclip"
+    config: Config = None
+    random_weights: Annotated[
+        bool, Option("--random-weights", help="Measure backends without their weights.")
+    ] = False
+    backend: Annotated[
+        list[str] | None,
+        Option(help="With random weights: mini, openclip_convnext, tipsv2; default: all."),
+    ] = None
+    architecture: Annotated[str, Option(help="Of openclip_convnext with random weights.")] = (
+        "convnext_large_d_320"  # the paper's
+    )
+    device: Annotated[list[str] | None, Option(help="Default: cpu, and cuda if there is one.")] = (
+        None
+    )
+    size: Size = "640x480"
+    frames: Frames = 30
+    threads: Annotated[
+        int | None, Option(min=1, help="CPU threads of torch; default: its own choice.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class QueriesBench(Options):
+    """Which scores mean something: the floor of an encoder and how often it errs.
+
+    Generated apartments are mapped in this process from images of sampled poses.
+    Every map is then queried for each class name of mini, each synonym that was
+    never a training target (through its embedding), each alias, and words that
+    name nothing there. An object is present if the map was shown it well enough
+    and absent if the apartment has none; in between, the query does not count. An
+    answer is right if its best region lies within 1 m of such an object.
+
+    The floor, below which a map answers "nothing", is the lowest at which at most
+    one unrelated word in twenty is answered. It is chosen on apartments with odd
+    seeds; the rates are measured on those with even seeds.
+    """
+
+    module = "queries"
+    config: Config = None
+    apartments: Annotated[
+        int, Option(min=2, max=100, help="Those with odd seeds choose the floor.")
+    ] = 10
+    pictures: Annotated[int, Option(min=1, help="Images of each apartment.")] = 40
+    style: Annotated[Literal["training", "held-out", "both"], Option(help="Of the apartments.")] = (
+        "both"
+    )
+    threads: Threads = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneBench(Options):
+    """What an encoder sees in a scene of your own: right, wrong and missing answers.
+
+    A recording is mapped from all of its frames, or those that --every leaves. A scene
+    file is rendered with the simulator's camera, which stands at places spread over
+    the floor that a robot can reach and turns all around in eight steps; no robot
+    drives, and nothing is random.
+
+    The map is then asked for the name of every label. A place is found if the centre
+    of one of the answers lies in its circle (rank: of the first such). "here" and
+    "elsewhere" are the highest scores of a cell in the circle, and outside of all
+    circles of that name; "looks most like" is the other name, of mini's and of the
+    labels, with the highest score in the circle. Without --labels, the named objects
+    of a scene file are the labels.
+    """
+
+    module = "scene"
+    path: Annotated[
+        Path,
+        Argument(
+            exists=True,
+            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
+            "MCAP file of 'onemap record' or of ROS 2.",
+        ),
+    ]
+    labels: Annotated[
+        Path | None,
+        Option(
+            exists=True,
+            dir_okay=False,
+            help="YAML: a list of name, x, y, radius_m; an empty list asks for nothing.",
+        ),
+    ] = None
+    places: Annotated[int, Option(min=1, max=100, help="From which a scene file is looked at.")] = 8
+    every: Annotated[int, Option(min=1, help="Map every Nth frame of a recording only.")] = 1
+    out: Annotated[
+        Path | None,
+        Option(file_okay=False, help="Write scene.json, scene.png and a map for each name here."),
+    ] = None
+    config: Config = None
+    threads: Threads = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class NavigationBench(Options):
+    """How well a method finds sequences of objects in generated apartments.
+
+    Searches in simulated time, with the modules that the services run, each from
+    a random start for objects that the seed draws from what the apartment has.
+    The simulator's ground truth judges success as Habitat does; intervals are
+    95 % bootstrap intervals. The same command gives the same result but for wall_s.
+    """
+
+    module = "navigation.benchmark"
+    method: Method = "onemap"
+    features: Annotated[
+        FeaturesName, Option(help="uncalibrated: simulated, with scores as CLIP's.")
+    ] = "simulated"
+    errors: Annotated[
+        ErrorsName, Option(help="Of a real robot; jump: drift that loop closures set right.")
+    ] = "none"
+    stairwells: Annotated[
+        int, Option(min=0, max=4, help="Openings in each apartment's floor, on the ways to take.")
+    ] = 0
+    episodes: Annotated[int, Option(min=1, help="Apartments, one episode in each.")] = 10
+    seed: Annotated[int, Option(min=0, help="Of the first apartment.")] = 1
+    apartments: Annotated[Parity, Option(help="Settings are chosen on even seeds.")] = "all"
+    style: Style = "training"
+    objects_per_episode: Annotated[
+        int, Option(min=1, max=10, help="Objects, one after the other.")
+    ] = 3
+    order: Annotated[
+        Literal["given", "any"], Option(help="Of the objects: as drawn, or the cheapest.")
+    ] = "given"
+    limit: Limit = 300.0
+    workers: Annotated[int, Option(min=1, help="Episodes at once, a core each.")] = 1
+    out: Annotated[
+        Path | None, Option(help="Folder of the results; a killed run goes on there.")
+    ] = None
+    beside: Annotated[
+        list[Path] | None,
+        Option(help="Results of another method, or of other settings, to compare with."),
+    ] = None
+    config: Config = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class HabitatBench(Options):
+    """The paper's figures on HM3D, in Habitat: SR, SPL, PR, PPL, SPL by position.
+
+    Needs Habitat-Sim and the HM3D scenes with their annotations; docs/benchmarks.md
+    says what to install. Searches in simulated time; the folder holds results.json, a
+    page and one line per episode. It has never been run on the real data: its tests
+    drive a stand-in for Habitat.
+    """
+
+    module = "habitat.benchmark"
+    episodes: Annotated[
+        Path, Option(help="Split of ObjectNav, or the paper's folder of multi-object ones.")
+    ]
+    scenes: Annotated[Path, Option(help="Folder in which hm3d or hm3d_v0.2 lies.")]
+    out: Annotated[Path, Option(help="Folder of the results; a killed run goes on there.")]
+    goals: Annotated[
+        Path | None, Option(help="ObjectNav of the same scenes, for multi-object episodes.")
+    ] = None
+    count: Annotated[int | None, Option(min=1, help="Only the first; default: all.")] = None
+    method: Method = "onemap"
+    success: Annotated[
+        SuccessRule, Option(help="1.5 m from a box (paper), 0.1 m from a view point.")
+    ] = "paper"
+    limit: Limit = 300.0
+    config: Config = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClientsBench(Options):
+    """How long queries take when many clients ask a running gateway at once.
+
+    Start 'onemap up' or 'onemap demo' before, with the rate of frames that the map
+    should fuse meanwhile. Each client has a connection of its own and asks, waits
+    for the answer, and pauses. fused_hz is what the map fused while they asked.
+    """
+
+    module = "clients"
+    url: Url = DEFAULT_URL
+    token: Token = ""
+    clients: Annotated[int, Option(min=1, max=500, help="That ask.")] = 50
+    seconds: Annotated[float, Option(min=1, help="Of asking.")] = 20.0
+    new: Annotated[
+        float, Option(min=0, max=1, help="Share of texts that nobody asked for before.")
+    ] = 0.2
+    pause: Annotated[
+        float, Option(min=0, help="Seconds from a client's answer to its next question.")
+    ] = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransportBench(Options):
+    """What a link carries: rate and age of the fields that reach the map.
+
+    Router, robots, perception and map are processes of their own; frames are those
+    of a simulated camera with noisy depth, fields what mini makes of them, computed
+    beforehand. With --link, perception is in a network namespace of its own behind
+    a link of that rate, delay and loss (Linux, as root); without, all is on loopback.
+
+    raw: no setting. window: two frames under way. compressed: JPEG, lossless depth,
+    int8 features, 8-bit variances. thin: both. narrow: thin with 128 of mini's 384
+    channels. Ages count from the capture until the map has the field;
+    router_ms_per_frame is the router's processor time for a frame and its field.
+    """
+
+    module = "transport.benchmark"
+    link: Annotated[
+        float, Option(min=0, help="Mbit/s each way between perception and robot; 0: none.")
+    ] = 0.0
+    delay: Annotated[float, Option(min=0, help="Milliseconds each way.")] = 0.0
+    loss: Annotated[float, Option(min=0, max=50, help="Percent of packets.")] = 0.0
+    congestion_control: Annotated[
+        str, Option(help="Of TCP over the link, such as bbr or reno; default: the machine's.")
+    ] = ""
+    setting: Annotated[list[str] | None, Option(help="May be repeated; default: all.")] = None
+    streams: Annotated[
+        list[int] | None, Option(min=1, max=64, help="Robots at once; may be repeated.")
+    ] = None
+    rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second.")] = 15.0
+    encode: Annotated[float, Option(min=0, help="Milliseconds of perception a frame.")] = 30.0
+    size: Size = "320x240"
+    seconds: Annotated[float, Option(min=1, help="That count, after three others.")] = 10.0
+
+
+BENCHMARKS: tuple[type[Options], ...] = (
+    NavigationBench,
+    SceneBench,
+    QueriesBench,
+    FusionBench,
+    QueryBench,
+    PlanningBench,
+    PerceptionBench,
+    TransportBench,
+    ClientsBench,
+    HabitatBench,
+)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import os
 import resource
 import time
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.images import fitted_size, pixel_values, resized
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.openclip_convnext import (
@@ -32,8 +32,12 @@ from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncod
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
+from onemap_shared.config import load
 from onemap_shared.geometry import F16, F32, U8
+from onemap_tools.bench.machine import machine_facts, parse_size, spread_ms
+from onemap_tools.bench.options import PerceptionBench
 
+BACKENDS = ("mini", "openclip_convnext", "tipsv2")  # that need no download
 WARM_UP = 5  # frames that are not counted: first allocations, and what cuDNN tries out
 
 
@@ -46,37 +50,40 @@ class MeasuredEncoder:
     prepare: Callable[[U8], F32] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class PerceptionBenchParams:
-    """What to measure.
-
-    frames: per backend and device; size_px: width and height of the camera's image; architecture:
-    of openclip_convnext with random weights.
-    """
-
-    frames: int
-    size_px: tuple[int, int]
-    architecture: str
-    devices: tuple[str, ...]
-
-
-def run(backends: tuple[str, ...], params: PerceptionBenchParams) -> dict[str, Any]:
-    """Measure each backend on each device, with random weights (mini: with its own)."""
-    results = []
-    for backend in backends:
-        devices = ("cpu",) if backend == "mini" else params.devices
-        for device in devices:
-            make = partial(random_encoder, backend, device, params)
-            results.append(_measure_one(backend, device, make, params))
-    return _document(results, params)
-
-
-def run_configured(config: EncoderParams, params: PerceptionBenchParams) -> dict[str, Any]:
-    """The encoder of a configuration, with its weights, on its device."""
-    device = "cpu" if isinstance(config, MiniParams) else config.device
-    return _document(
-        [_measure_one(config.backend, device, partial(configured_encoder, config), params)], params
-    )
+def run(options: PerceptionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
+    """Backends with random weights (mini: with its own), or the encoder of a configuration."""
+    if options.threads is not None:
+        torch.set_num_threads(options.threads)
+    size_px = parse_size(options.size)
+    devices = options.device or (["cpu", "cuda"] if torch.cuda.is_available() else ["cpu"])
+    makers: list[tuple[str, str, Callable[[], MeasuredEncoder]]] = []
+    if options.random_weights:
+        if unknown := set(options.backend or ()) - set(BACKENDS):
+            raise ValueError(f"--backend is {min(unknown)!r}; there are {', '.join(BACKENDS)}")
+        for backend in options.backend or BACKENDS:
+            for device in ["cpu"] if backend == "mini" else devices:
+                make = partial(random_encoder, backend, device, options.architecture)
+                makers.append((backend, device, make))
+    else:
+        config = load(options.config, "perception", PerceptionConfig)[2].encoder
+        device = "cpu" if isinstance(config, MiniParams) else config.device
+        makers.append((config.backend, device, partial(configured_encoder, config)))
+    results = [
+        {
+            "backend": backend,
+            "device": device,
+            **_measured(make, size_px, options.frames, on_gpu=device.startswith("cuda")),
+        }
+        for backend, device, make in makers
+    ]
+    return {
+        "benchmark": "perception",
+        "image": options.size,
+        "frames": options.frames,
+        "results": results,
+        **machine_facts(),
+        "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else "",
+    }
 
 
 def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
@@ -87,7 +94,7 @@ def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
     return MeasuredEncoder(encoder.encode, encoder.tower, encoder.prepare)
 
 
-def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> MeasuredEncoder:
+def random_encoder(backend: str, device: str, architecture: str) -> MeasuredEncoder:
     """A backend with random weights; raises BackendError."""
     match backend:
         case "mini":
@@ -96,9 +103,9 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
             with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
                 from open_clip.model import CLIP
 
-            named = not params.architecture.endswith(".json")
+            named = not architecture.endswith(".json")
             read = named_architecture if named else lambda file: read_config(Path(file))
-            config = read(params.architecture)
+            config = read(architecture)
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
             # Only the image tower runs: the text tower is as small as possible.
             text = {"width": 8, "heads": 1, "layers": 1}
@@ -121,45 +128,42 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
     return MeasuredEncoder(lambda rgb: tower(prepare(rgb)), tower, prepare)
 
 
-def _measure_one(
-    backend: str, device: str, make: Callable[[], MeasuredEncoder], params: PerceptionBenchParams
+def _measured(
+    make: Callable[[], MeasuredEncoder], size_px: tuple[int, int], frames: int, *, on_gpu: bool
 ) -> dict[str, Any]:
-    """The entry of one backend on one device; ``problem`` says why there are no numbers."""
-    entry: dict[str, Any] = {"backend": backend, "device": device}
+    """Milliseconds per frame and memory of one backend; ``problem`` says why there are none."""
     _reset_peak_memory()
     try:
-        return {**entry, **measure(make(), params, on_gpu=device.startswith("cuda"))}
+        return measure(make(), size_px, frames, on_gpu=on_gpu)
     except BackendError as problem:
-        return {**entry, "problem": str(problem)}
+        return {"problem": str(problem)}
 
 
 def measure(
-    encoder: MeasuredEncoder, params: PerceptionBenchParams, *, on_gpu: bool
+    encoder: MeasuredEncoder, size_px: tuple[int, int], frames: int, *, on_gpu: bool
 ) -> dict[str, Any]:
     """Milliseconds per frame, frames per second, memory."""
-    width, height = params.size_px
+    width, height = size_px
     noise = np.random.default_rng(0).integers(0, 256, (height, width, 3))
     rgb: U8 = noise.astype(np.uint8)
     if on_gpu:
         torch.cuda.reset_peak_memory_stats()
     features = encoder.encode(rgb)
     times_ms = []
-    for index in range(params.frames + WARM_UP):
+    for index in range(frames + WARM_UP):
         begun = time.perf_counter()
         encoder.encode(rgb)
         if index >= WARM_UP:
             times_ms.append((time.perf_counter() - begun) * 1e3)
     result = {
         "features": "x".join(str(side) for side in features.shape),
-        **_quantiles("frame", times_ms),
+        **spread_ms(times_ms, "frame_"),
         "frames_per_s": round(1e3 / float(np.median(times_ms)), 2),
     }
     if on_gpu and encoder.tower is not None and encoder.prepare is not None:
-        events_ms = _device_ms(encoder.tower, encoder.prepare(rgb), params.frames)
-        result |= {
-            **_quantiles("network", events_ms),
-            "peak_device_bytes": torch.cuda.max_memory_allocated(),
-        }
+        events_ms = _device_ms(encoder.tower, encoder.prepare(rgb), frames)
+        result |= spread_ms(events_ms, "network_")
+        result["peak_device_bytes"] = torch.cuda.max_memory_allocated()
     return result | {"peak_process_bytes": _peak_memory_bytes()}
 
 
@@ -194,37 +198,3 @@ def _peak_memory_bytes() -> int:
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) * 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-
-
-def _quantiles(name: str, times_ms: list[float]) -> dict[str, float]:
-    return {
-        f"{name}_p50_ms": round(float(np.median(times_ms)), 3),
-        f"{name}_p95_ms": round(float(np.quantile(times_ms, 0.95)), 3),
-    }
-
-
-def _document(results: list[dict[str, Any]], params: PerceptionBenchParams) -> dict[str, Any]:
-    gpu = torch.cuda.get_device_name() if torch.cuda.is_available() else ""
-    return {
-        "benchmark": "perception",
-        "image": f"{params.size_px[0]}x{params.size_px[1]}",
-        "frames": params.frames,
-        "results": results,
-        "threads": torch.get_num_threads(),
-        "cores": len(os.sched_getaffinity(0)),
-        "load_average": round(os.getloadavg()[0], 2),
-        "gpu": gpu,
-    }
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """Width and height of ``640x480``; raises ValueError."""
-    width, _, height = text.partition("x")
-    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
-        raise ValueError(f"size is {text!r}; write it like 640x480")
-    return int(width), int(height)
-
-
-def available_devices() -> tuple[str, ...]:
-    """The devices that this machine has."""
-    return ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)

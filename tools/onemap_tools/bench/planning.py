@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,8 @@ from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
+from onemap_tools.bench.machine import machine_facts, spread_ms
+from onemap_tools.bench.options import PlanningBench
 
 CELL_M = 0.1  # as the mapper has it by default
 ROOM_CELLS = 50  # 5 m
@@ -31,21 +33,23 @@ SIZES_M = (10, 20, 30, 50)
 SPEED_MPS = 0.4  # at which the robot follows its path
 
 
-def run(sizes_m: tuple[int, ...], steps: int) -> dict[str, Any]:
-    """Plan ``steps`` times in a building of each size; processor time in milliseconds."""
+def run(options: PlanningBench, _tell: Callable[[str], None]) -> dict[str, Any]:
+    """Plan in a building of each size; processor time in milliseconds."""
+    sizes_m = options.size or SIZES_M
     return {
         "benchmark": "planning",
-        "steps": steps,
-        "results": [_time_steps(size_m, steps) for size_m in sizes_m],
-        "cores": len(os.sched_getaffinity(0)),
-        "load_average": round(os.getloadavg()[0], 2),
+        "steps": options.steps,
+        "results": [_time_steps(size_m, options.steps) for size_m in sizes_m],
+        **machine_facts(),
     }
 
 
 def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
     params = PlannerConfig()
     view = building_view(size_m, np.random.default_rng(SEED))
-    pose, state = _start(view), exploring(view)
+    pose = _start(view)
+    search = new_search("benchmark", (view.text,), EventStamp(0.0, 0.0, pose.xy, 0.0), 0)
+    state = PlannerState(replace(search, phase=Exploring()))
     times_ms = []
     for index in range(steps + WARM_UP):
         observation = Observation(
@@ -63,22 +67,13 @@ def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
         state, decision = outcome.state, outcome.decision
         times_ms.append((time.process_time() - started) * 1e3)
         pose = _moved(pose, decision, SPEED_MPS / params.plan_hz)
-    counted = np.array(times_ms[WARM_UP:])
+    counted = times_ms[WARM_UP:]
     return {
         "size_m": size_m,
         "known_m2": round(state.known_m2),
-        "cpu_p50_ms": round(float(np.median(counted)), 1),
-        "cpu_p95_ms": round(float(np.quantile(counted, 0.95)), 1),
-        "cpu_mean_ms": round(float(counted.mean()), 1),
+        **spread_ms(counted, "cpu_"),
+        "cpu_mean_ms": round(float(np.mean(counted)), 3),
     }
-
-
-def exploring(view: SearchView) -> PlannerState:
-    """A search that has looked around and explores."""
-    pose = _start(view)
-    stamp = EventStamp(0.0, 0.0, pose.xy, 0.0)
-    search = new_search("benchmark", (view.text,), stamp, 0)
-    return PlannerState(replace(search, phase=Exploring()))
 
 
 def building_view(size_m: int, rng: np.random.Generator) -> SearchView:

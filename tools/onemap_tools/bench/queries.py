@@ -15,30 +15,40 @@ from typing import Any
 import numpy as np
 import torch
 
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
-from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder, with_channels
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
+from onemap_shared.config import load
 from onemap_shared.geometry import F32
-from onemap_shared.messages import SimilarityRequest
+from onemap_shared.messages import RgbdFrame, SimilarityRequest
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING
 from onemap_simulator.ground_truth.truth import horizontal_distances
+from onemap_simulator.rendering.camera_poses import sample_camera_poses
+from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.mapping import MappedScene, map_scene
-from onemap_tools.bench.query_report import (
-    QueryBenchParams,
-    QueryOutcome,
-    QueryWord,
-    summarise,
-)
+from onemap_tools.bench.machine import machine_facts
+from onemap_tools.bench.options import QueriesBench
 
 SEEDS = tuple(range(800, 900))  # encoders are evaluated on 900 to 999, trained from 1000 on
+MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one image: three patches of 8 x 8
+MAX_OBSERVED_RANGE_M = 4.0  # beyond, the released model's confidence is below a quarter
+FRAME_NS = 100_000_000
+FLOORS = tuple(round(0.01 * step, 2) for step in range(1, 100))
+SHOWN_FLOORS = (0.0, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
+MAX_FALSE_POSITIVE_RATE = 0.05  # of unrelated words, at the chosen floor
 NEAR_M = 1.0  # horizontal distance from a region's centre to the object
 # Everywhere, or above the map's height limit.
 EXCLUDED_CLASSES = frozenset({"floor", "wall", "ceiling"})
@@ -57,53 +67,94 @@ STYLES = {"training": (TRAINING,), "held-out": (HELD_OUT,), "both": (TRAINING, H
 
 
 @dataclass(frozen=True, slots=True)
-class EncoderPair:
-    """The configured encoder, and the same without aliases: every synonym is embedded."""
+class QueryWord:
+    """A text, the class that it names (empty: none) and its group in the report."""
 
-    configured: Encoder
-    without_aliases: Encoder
-
-    def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
-        """One query per word, without its calibrated minimum score."""
-        device = torch.device("cpu")
-        made = []
-        for word in words:
-            encoder = self.without_aliases if word.group == "synonyms" else self.configured
-            query = text_query(encoder.embed_text([word.text]), 0, device)
-            made.append(replace(query, min_score=0.0))
-        return made
+    text: str
+    category: str
+    group: str
 
 
-def run_configured(
-    config: EncoderParams, params: QueryBenchParams, report: Callable[[int], None]
-) -> dict[str, Any]:
-    """Measure the encoder of a configuration; ValueError if it cannot be loaded."""
+@dataclass(frozen=True, slots=True)
+class QueryOutcome:
+    """The reply of one map to one word. near: the best region lies near such an object."""
+
+    word: QueryWord
+    seed: int
+    present: bool
+    score: float
+    near: bool
+
+
+@dataclass(frozen=True, slots=True)
+class MappedScene:
+    """A scene, its map, and the categories that were shown to the map well enough."""
+
+    scene: Scene
+    belief: BeliefMap
+    observed: frozenset[str]
+
+
+def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
+    """The floor chosen on odd seeds and the rates on even ones."""
+    torch.set_num_threads(options.threads)
+    config = load(options.config, "perception", PerceptionConfig)[2].encoder
     try:
-        return run(encoder_pair(config), params, load_vocabulary(SHIPPED), report)
+        encoder = without_aliases = make_encoder(config)
+        if isinstance(config, MiniParams):
+            without_aliases = with_channels(MiniEncoder(config, aliases=False), config.channels)
     except BackendError as problem:
         raise ValueError(str(problem)) from problem
-
-
-def run(
-    encoders: EncoderPair,
-    params: QueryBenchParams,
-    vocabulary: Vocabulary,
-    report: Callable[[int], None],
-) -> dict[str, Any]:
-    """The floor chosen on odd seeds and the rates on even ones.
-
-    ``report`` receives the number of apartments done.
-    """
-    words = query_words(vocabulary)
-    questions = list(zip(words, encoders.queries(words), strict=True))
+    questions = [
+        (word, _query(word, without_aliases if word.group == "synonyms" else encoder))
+        for word in query_words(load_vocabulary(SHIPPED))
+    ]
     outcomes: list[QueryOutcome] = []
-    for number, seed in enumerate(params.seeds, 1):
-        for style in params.styles:
-            scene = generate_apartment(seed, style)
-            mapped = map_scene(scene, encoders.configured, seed, params.images)
+    for number, seed in enumerate(SEEDS[: options.apartments], 1):
+        for style in STYLES[options.style]:
+            mapped = map_scene(generate_apartment(seed, style), encoder, seed, options.pictures)
             outcomes += query_map(mapped, questions, seed)
-        report(number)
-    return summarise(outcomes, params) | {"encoder_id": encoders.configured.encoder_id}
+        tell(f"{number} of {options.apartments} apartments")
+    return {
+        "benchmark": "queries",
+        "encoder_id": encoder.encoder_id,
+        "apartments": options.apartments,
+        "pictures": options.pictures,
+        "styles": [style.name for style in STYLES[options.style]],
+        **summarise(outcomes),
+        **machine_facts(),
+    }
+
+
+def _query(word: QueryWord, encoder: Encoder) -> TextQuery:
+    """The query for a word, without its calibrated minimum score."""
+    embedded = encoder.embed_text([word.text])
+    return replace(text_query(embedded, 0, torch.device("cpu")), min_score=0.0)
+
+
+def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedScene:
+    """The map of images of ``images`` poses drawn from the seed."""
+    params, camera, renderer = MapParams(), CameraParams(), Renderer(scene)
+    belief, observed = BeliefMap(params), set[str]()
+    poses = sample_camera_poses(scene, np.random.default_rng(seed), images)
+    for sequence, T_map_camera in enumerate(poses):
+        view = renderer.render(
+            T_map_camera, camera.intrinsics, width=camera.width, height=camera.height
+        )
+        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
+        stamp_ns = (sequence + 1) * FRAME_NS
+        frame = RgbdFrame(sequence, stamp_ns, view.rgb, depth_mm, camera.intrinsics, T_map_camera)
+        field = feature_field(frame, encoder.encode(view.rgb), encoder, VarianceParams())
+        belief.fuse(compute_update(field, params))
+        observed |= observed_categories(scene, view)
+    return MappedScene(scene, belief, frozenset(observed))
+
+
+def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
+    """Categories of which one object fills enough pixels within range."""
+    near = view.labels[(view.labels >= 0) & (view.depth_m <= MAX_OBSERVED_RANGE_M)]
+    counts = np.bincount(near, minlength=len(scene.objects))
+    return {scene.objects[i].category for i in np.flatnonzero(counts >= MIN_OBSERVED_PIXELS)}
 
 
 def query_words(vocabulary: Vocabulary) -> tuple[QueryWord, ...]:
@@ -143,10 +194,64 @@ def distance_m(scene: Scene, category: str, place: F32) -> float:
     return float(horizontal_distances(triangles, place.astype(np.float64)).min())
 
 
-def encoder_pair(config: EncoderParams) -> EncoderPair:
-    """The configured encoder, with and without aliases; raises BackendError."""
-    encoder = make_encoder(config)
-    if isinstance(config, MiniParams):
-        plain = MiniEncoder(config, aliases=False)
-        return EncoderPair(encoder, with_channels(plain, config.channels))
-    return EncoderPair(encoder, encoder)
+def summarise(outcomes: Sequence[QueryOutcome]) -> dict[str, Any]:
+    """The floor, and the rates of each group of words at it and at others."""
+    floor = choose_floor([one for one in outcomes if one.seed % 2])
+    even = [one for one in outcomes if not one.seed % 2]
+    groups = {
+        group: [one for one in even if one.word.group == group]
+        for group in dict.fromkeys(one.word.group for one in outcomes)
+    }
+    return {
+        "floor": floor,
+        "rates": {group: rates(each, floor) for group, each in groups.items()},
+        "at": {
+            f"{shown:g}": {group: rates(each, shown) for group, each in groups.items()}
+            for shown in SHOWN_FLOORS
+        },
+    }
+
+
+def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
+    """The lowest candidate that keeps ``MAX_FALSE_POSITIVE_RATE``; ValueError if none does."""
+    scores = np.array([one.score for one in outcomes if one.word.group == "unrelated"])
+    for floor in FLOORS:
+        if np.mean(scores >= floor) <= MAX_FALSE_POSITIVE_RATE:
+            return floor
+    raise ValueError("no floor keeps unrelated words unanswered: scores of this encoder say little")
+
+
+def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | int | None]:
+    """Shares of absent words answered, and of present words answered and answered correctly."""
+    absent = [one.score >= floor for one in outcomes if not one.present]
+    present = [one for one in outcomes if one.present]
+    return {
+        "absent": len(absent),
+        "false_positive_rate": _share(absent),
+        "present": len(present),
+        "answered_rate": _share([one.score >= floor for one in present]),
+        "right_rate": _share([one.score >= floor and one.near for one in present]),
+    }
+
+
+def _share(flags: Sequence[bool]) -> float | None:
+    return round(float(np.mean(flags)), 3) if flags else None
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The report as a table."""
+    head = (
+        f"encoder {result['encoder_id']}: floor {result['floor']:g}, chosen and "
+        f"measured on {result['apartments']} apartments of {result['pictures']} pictures"
+    )
+    rows = [
+        head,
+        f"{'words':12}{'absent':>8}{'answered':>10}{'present':>9}{'answered':>10}{'right':>8}",
+    ]
+    for group, each in result["rates"].items():
+        shares = [each[key] for key in ("false_positive_rate", "answered_rate", "right_rate")]
+        wrong, answered, right = ("-" if s is None else f"{s:.3f}" for s in shares)
+        rows.append(
+            f"{group:12}{each['absent']:>8}{wrong:>10}{each['present']:>9}{answered:>10}{right:>8}"
+        )
+    return rows

@@ -33,13 +33,6 @@ Objects = Annotated[
 PagePort = Annotated[
     int, typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any.")
 ]
-Film = Annotated[
-    Path | None,
-    typer.Option(
-        dir_okay=False,
-        help="Write an animation of the search here (.webp, .gif or .png): at most 15 s and 3 MB.",
-    ),
-]
 Headless = Annotated[
     bool | None,
     typer.Option(
@@ -79,7 +72,6 @@ def demo(
     port: PagePort = 0,
     out: RunsFolder = Path("runs"),
     time_limit: TimeLimit = 360.0,
-    film: Film = None,
     robots: Robots = 1,
     ros2: Ros2 = False,
     as_json: Json = False,
@@ -105,7 +97,6 @@ def demo(
         port=choose_port(port, headless=not stay, console=console),
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
-        film=film,
         ros2=ros2,
         robots=robots,
     )

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import atan2
 from typing import Any
 
+import numpy as np
+
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.scene.scene import Scene
 from onemap_simulator.service import open_scene
-from onemap_tools.demo.starts import further_starts
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 SITE = "demo"  # of the robots' namespaces
@@ -42,7 +47,7 @@ def named_robots(count: int, process: str) -> tuple[DemoRobot, ...]:
     return tuple(DemoRobot(name, f"{SITE}/{name}", f"/robots/{name}", process) for name in names)
 
 
-def check_combination(robots: int, *, objects: Sequence[str], ros2: bool, film: bool) -> None:
+def check_combination(robots: int, *, objects: Sequence[str], ros2: bool) -> None:
     """CliError if so many robots cannot be simulated, or not with these options."""
     if not 1 <= robots <= MAX_ROBOTS:
         raise CliError(
@@ -53,7 +58,6 @@ def check_combination(robots: int, *, objects: Sequence[str], ros2: bool, film: 
         return
     for given, option, why in (
         (ros2, "--ros2", "behind ROS 2's formats there is one simulated robot"),
-        (film, "--film", "a film shows one robot"),
         (
             0 < len(objects) < robots,
             "--objects",
@@ -113,3 +117,38 @@ def with_values(
         **sections,
         **{name: {**sections.get(name, {}), **part} for name, part in values.items()},
     }
+
+
+Start = tuple[float, float, float]  # x, y in metres and yaw in radians, in the scene's frame
+
+CELL_SIZE_M = 0.05
+ROOMY_M = 0.3  # between the body and obstacles, where the floor has it
+MARGIN_M = 0.1  # the same where it has not: a robot can turn and leave
+MIN_APART_M = 1.0  # between the middles of two robots
+
+
+def further_starts(scene: Scene, robot: RobotParams, count: int) -> tuple[Start, ...]:
+    """Starts of ``count`` robots beside the one at the scene's start, which they face.
+
+    Each is as far from those before as the floor reaches. ValueError if it does not hold so many
+    robots ``MIN_APART_M`` apart.
+    """
+    collision = CollisionMap.of(scene, robot.height_m, CELL_SIZE_M)
+    x_m, y_m, _ = scene.start
+    reachable = collision.reachable_cells(x_m, y_m, robot.radius_m)
+    starts: list[Start] = []
+    for margin_m in (ROOMY_M, MARGIN_M):
+        wide = reachable & (collision.clearance >= robot.radius_m + margin_m)
+        places = collision.grid.centres(np.argwhere(wide))
+        away = np.linalg.norm(places - (x_m, y_m), axis=1)
+        starts = []
+        while len(starts) < count and len(places) and away.max() >= MIN_APART_M:
+            x, y = (float(value) for value in places[int(away.argmax())])
+            starts.append((x, y, atan2(y_m - y, x_m - x)))
+            away = np.minimum(away, np.linalg.norm(places - (x, y), axis=1))
+        if len(starts) == count:
+            return tuple(starts)
+    raise ValueError(
+        f"{scene.name} has room for {len(starts) + 1} robots that start {MIN_APART_M:g} m apart, "
+        f"not for {count + 1}"
+    )

@@ -5,23 +5,20 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from math import inf
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
-from onemap_shared.transport import Bus
 from onemap_tools.demo.report import describe
-from onemap_tools.demo.robot_search import RobotSearch, deal, rounds_of, separation_m
+from onemap_tools.demo.robot_search import RobotSearch, RunMonitor, deal, rounds_of, separation_m
 from onemap_tools.demo.robots import DemoRobot
-from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import (
     OBJECTS,
     OBJECTS_EACH,
@@ -40,9 +37,6 @@ from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
 from onemap_tools.progress import ProgressView, progress_view
-
-if TYPE_CHECKING:
-    from onemap_tools.demo.film.recorder import FilmRecorder
 
 POLL_S = 0.25
 CONNECT_S = 5.0  # the router accepts connections before this wait begins
@@ -113,10 +107,8 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
                 targets = _choose_targets(demo, searches, console)
                 _check_words(searches, targets)
                 console.print(f"Searching for {', '.join(targets.objects)}. {_pages(setup)}")
-                with _filmed(demo, searches[0].monitor.bus, console) as recorder:
-                    summary = _search(demo, searches, targets, view, recorder=recorder)
-            film = options.film if recorder is not None and recorder.moments else None
-            document = _write_results(demo, searches, summary, film)
+                summary = _search(demo, searches, targets, view)
+            document = _write_results(demo, searches, summary)
         describe(summary, document, console)
         if not options.headless:
             _stay_up(demo, console)
@@ -203,25 +195,11 @@ def _check_words(searches: Sequence[RobotSearch], targets: DemoTargets) -> None:
         searches[0].gateway.query_all(targets.objects)
 
 
-@contextmanager
-def _filmed(demo: DemoRun, bus: Bus, console: Console) -> Iterator[FilmRecorder | None]:
-    """The recorder of a film if the options name one; the film is written at the end."""
-    if demo.options.film is None:
-        yield None
-        return
-    from onemap_tools.demo.film.filming import filming
-
-    with filming(demo.options.film, bus, console) as recorder:
-        yield recorder
-
-
 def _search(
     demo: DemoRun,
     searches: Sequence[RobotSearch],
     targets: DemoTargets,
     view: ProgressView,
-    *,
-    recorder: FilmRecorder | None = None,
 ) -> DemoSummary:
     """Search for the targets until all are finished or the time limit has passed.
 
@@ -245,8 +223,6 @@ def _search(
         for search in searches:
             search.update(time.monotonic())
         closest_m = min(closest_m, separation_m(searches))
-        if recorder is not None:
-            recorder.update(time.monotonic())
     search_s = time.monotonic() - began_s
     robots = tuple(_robot_summary(search, targets) for search in searches)
     return DemoSummary(
@@ -279,13 +255,9 @@ def _write_results(
     demo: DemoRun,
     searches: Sequence[RobotSearch],
     summary: DemoSummary,
-    film: Path | None = None,
 ) -> dict[str, Any]:
-    """Write the picture and the summary into the run's folder; returns the summary document.
-
-    ``film``: where the film was written, None without one.
-    """
-    from onemap_tools.demo.picture import DrivenPath, write_picture
+    """Write the picture and the summary into the run's folder; returns the summary document."""
+    from onemap_tools.demo.report import DrivenPath, write_picture
 
     folder = demo.options.folder
     picture = None
@@ -301,7 +273,6 @@ def _write_results(
         "seed": demo.options.seed,
         "scene": scene,
         "picture": str(picture) if picture else None,
-        "film": str(film) if film else None,
         "folder": str(folder),
     }
     (folder / "summary.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")

@@ -52,9 +52,8 @@ UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``film``: where an animation of the search is written; None: nowhere. ``ros2``: the robot speaks
-    ROS 2. ``robots``: how many, with one map. ``settings``: of the configuration's sections, above
-    the environment's.
+    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map. ``settings``: of the
+    configuration's sections, above the environment's.
     """
 
     seed: int
@@ -64,7 +63,6 @@ class DemoOptions:
     port: int
     folder: Path
     time_limit_s: float
-    film: Path | None = None
     ros2: bool = False
     robots: int = 1
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -129,7 +127,6 @@ def set_up(options: DemoOptions) -> DemoSetup:
         options.robots,
         objects=options.objects,
         ros2=options.ros2,
-        film=options.film is not None,
     )
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
@@ -139,10 +136,6 @@ def set_up(options: DemoOptions) -> DemoSetup:
         check_robot("ros2", sections)
     if options.scene is not None:
         check_scene_file(options.scene)
-    if options.film is not None:
-        from onemap_tools.demo.film.encoding import check_film
-
-        check_film(options.film)
     robots = named_robots(options.robots, ROS2_ROBOT if options.ros2 else SIMULATOR)
     parts = sections_of_robots(sections, robots)
     make_folder(options.folder)
@@ -187,13 +180,13 @@ def _processes(
 
 def _ros2_processes(file: Path) -> tuple[ProcessSpec, ...]:
     """The simulator behind ROS 2's formats, and the adapter."""
-    robot = (sys.executable, "-m", "onemap_tools.demo.ros2", "--config", str(file))
+    robot = (sys.executable, "-m", "onemap_tools.demo.ros2_robot", "--config", str(file))
     adapter = onemap_command("ros2", "--config", str(file))
     return (ProcessSpec(ROS2_ROBOT, robot), ProcessSpec("ros2", adapter))
 
 
 def _ros2_environment(endpoint: str) -> dict[str, str]:
-    from onemap_tools.demo.ros2.robot import ROUTER_VARIABLE
+    from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE
 
     return {ROUTER_VARIABLE: endpoint}
 
@@ -226,7 +219,7 @@ def demo_sections(
         fixed["simulator"]["scene"] = str(options.scene.resolve())
     if options.ros2:
         with requires_extra("ros2", "A demo with ROS 2"):
-            from onemap_tools.demo.ros2.robot import ros2_section
+            from onemap_tools.demo.ros2_robot import ros2_section
 
         fixed["ros2"] = ros2_section(endpoint)
     return with_values(with_values(sections, options.settings), fixed)

@@ -43,12 +43,14 @@ def section_model(name: str) -> type[Params]:
 
 
 def check_robot(name: str, sections: Mapping[str, Any]) -> None:
-    """CliError if this robot, simulator or replay, cannot start with its configuration."""
+    """CliError if this robot cannot start with its configuration, as far as that can be known."""
     config = section(sections, name, section_model(name))
     service = SERVICES[name]
     with requires_extra(service.extra, f"The {service.name}"):
-        check = import_module(f"{service.module}.service").check
+        module = import_module(f"{service.module}.service")
+    if not hasattr(module, "check"):  # only a start can show
+        return
     try:
-        check(config)
+        module.check(config)
     except StartError as problem:
         raise CliError(f"The {name} cannot start: {problem}.", EXIT_USAGE_ERROR) from problem

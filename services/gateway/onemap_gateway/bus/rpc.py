@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.transport import Bus, QueryTimeout
 
@@ -20,25 +19,10 @@ QUEUE_TIMEOUT_S = 0.5
 # To one service, which handles one of a kind at a time anyway; queries have threads of their own.
 MAX_CONCURRENT_CALLS = 4
 
-MAPPER = (
-    keys.MAP_SIMILARITY,
-    keys.MAP_IMAGE_SIMILARITY,
-    keys.MAP_SEARCH_VIEW,
-    keys.MAP_SAVE,
-    keys.MAP_LOAD,
-    keys.MAP_LIST,
-    keys.MAP_DELETE,
-    keys.MAP_MERGE,
-    keys.MAP_CLEAR,
-    keys.MAP_OBJECTS,
-    keys.MAP_OBJECT,
-    keys.MAP_FORGET,
-)
-PLANNER = (keys.SEARCH_START, keys.SEARCH_CANCEL, keys.SEARCH_GET, keys.SEARCH_LIST)
-SERVED_BY = {
-    **{procedure.key: "mapper" for procedure in MAPPER},
-    **{procedure.key: "planner" for procedure in PLANNER},
-}
+
+def served_by(procedure: Procedure[Any, Any]) -> str:
+    """The service that answers a procedure which the gateway calls."""
+    return "planner" if procedure.key.startswith("search/") else "mapper"
 
 
 class RpcClient:
@@ -50,13 +34,8 @@ class RpcClient:
 
     def __init__(self, bus: Bus, max_concurrent_calls: int = MAX_CONCURRENT_CALLS) -> None:
         self._bus = bus
-        self._limiters = {
-            service: CapacityLimiter(max_concurrent_calls) for service in ("mapper", "planner")
-        } | {
-            procedure.key: CapacityLimiter(procedure.parallel)
-            for procedure in (*MAPPER, *PLANNER)
-            if procedure.parallel > 1
-        }
+        self._max_concurrent_calls = max_concurrent_calls
+        self._limiters: dict[str, CapacityLimiter] = {}
 
     async def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float) -> R:
         """The reply; raises ``CallError``, also if no thread becomes free in time."""
@@ -68,10 +47,13 @@ class RpcClient:
                     request,
                     timeout_s,
                     abandon_on_cancel=True,
-                    limiter=self._limiter(procedure.key),
+                    limiter=self._limiter(procedure),
                 )
         except TimeoutError:
             raise QueryTimeout from None
 
-    def _limiter(self, key: str) -> CapacityLimiter:
-        return self._limiters.get(key) or self._limiters[SERVED_BY[key]]
+    def _limiter(self, procedure: Procedure[Any, Any]) -> CapacityLimiter:
+        name, limit = served_by(procedure), self._max_concurrent_calls
+        if procedure.parallel > 1:
+            name, limit = procedure.key, procedure.parallel
+        return self._limiters.setdefault(name, CapacityLimiter(limit))

@@ -1,40 +1,38 @@
-"""The tools of an agent: the gateway's calls, each with its role and a reply in words."""
+"""The tools of an agent: the gateway's calls, each with its role and a reply in words.
+
+A reply has a sentence that says what is so or was done, and the numbers. The docstring of a tool is
+its description for agents.
+"""
 # Talks: draws in a thread.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from anyio import to_thread
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from onemap.replies import MapObject, MapPose
+from onemap.replies import (
+    LookedArea,
+    MapObject,
+    MapPose,
+    MapStatistics,
+    Region,
+    SearchSnapshot,
+    rfc3339,
+)
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
 from onemap_gateway.http.queries import answer, robot_xy_m
 from onemap_gateway.http.schemas import Limit, ObjectName, RequestModel
-from onemap_gateway.present.agents import (
-    AgentReply,
-    AgentSearchReply,
-    FoundObjectsReply,
-    MapReply,
-    PlacesReply,
-    SeenObjectReply,
-    found_objects_reply,
-    map_reply,
-    places_reply,
-    progress_summary,
-    seen_object_reply,
-    started_summary,
-    stopped_summary,
-)
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
 from onemap_gateway.present.replies import map_object, map_statistics, search_snapshot
+from onemap_gateway.present.service_status import sentence
 from onemap_shared import keys
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
@@ -45,8 +43,12 @@ from onemap_shared.messages import (
     SearchKind,
     SearchOrder,
     SearchRequest,
+    SearchState,
     SimilarityRequest,
+    Verdict,
 )
+
+AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
 
 
 class NoArguments(RequestModel):
@@ -109,7 +111,52 @@ class WhichSearchArguments(RequestModel):
     )
 
 
-AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
+class AgentReply(BaseModel):
+    """The reply of a tool."""
+
+    summary: str = Field(description="The reply in words.")
+
+
+class PlacesReply(AgentReply):
+    """Where something is, or may be."""
+
+    found: tuple[MapObject, ...] = Field(description="Of this name, confirmed by a search.")
+    likely: tuple[Region, ...] = Field(description="Regions that look like it, not confirmed.")
+    did_you_mean: tuple[str, ...] = Field(
+        description="The nearest known words, if there are no regions."
+    )
+    map_age_s: float | None = Field(description="Age of the newest frame in the map.")
+    verdict: Verdict = Field(
+        description="By the map alone: found, not_here or not_looked_yet (search for it)."
+    )
+    looked: LookedArea
+
+
+class FoundObjectsReply(AgentReply):
+    """The objects that searches found, the one found last first."""
+
+    objects: tuple[MapObject, ...]
+
+
+class MapReply(AgentReply):
+    """The map, the robot on it, and whether they work."""
+
+    ready: bool = Field(description="Whether frames reach the map and all services are there.")
+    problem: str = Field(description="The reason why not; empty if all is well.")
+    map: MapStatistics
+    robot: MapPose | None = Field(description="null: no pose yet.")
+
+
+class SeenObjectReply(AgentReply):
+    """A found object; its picture is beside this reply."""
+
+    object: MapObject
+
+
+class AgentSearchReply(AgentReply):
+    """A search; the summary says what the call did."""
+
+    search: SearchSnapshot | None = Field(description="null: there has been none.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,49 +170,89 @@ class ToolResult:
 
 @dataclass(frozen=True, slots=True)
 class AgentTool:
-    """A tool: its name and description, the role it needs, what it takes and returns.
+    """A tool: the role it needs, what it takes and returns."""
 
-    ``changes``: it starts or stops the robot.
-    """
-
-    name: str
-    description: str
     role: Role
     arguments: type[RequestModel]
     reply: type[AgentReply]
     run: Callable[[GatewayContext, Any], Awaitable[ToolResult]]
 
     @property
+    def name(self) -> str:
+        return self.run.__name__
+
+    @property
+    def description(self) -> str:
+        return " ".join((self.run.__doc__ or "").split())
+
+    @property
     def changes(self) -> bool:
+        """Whether it starts or stops the robot."""
         return self.role > Role.LOOK
 
 
 async def where_is(gateway: GatewayContext, asked: PlacesArguments) -> ToolResult:
-    """Objects of that name that a search found, then regions that look like it."""
+    """Where is an object? Places that a search confirmed, then regions of the map that look like
+    it, best first. Places are in metres of the map frame. Does not move the robot.
+    """
     request = SimilarityRequest(asked.object, asked.max_places, robot_xy_m=robot_xy_m(gateway))
     reply = await answer(gateway, request)
     found = tuple(kept for kept in await _found(gateway) if _is_called(kept, asked.object))
-    return ToolResult(places_reply(reply, found))
+    parts = [f"{_place(kept)} was found there by a search." for kept in found]
+    if reply.regions:
+        best = reply.regions[0]
+        parts.append(
+            f"{len(reply.regions)} regions of the map look like {reply.text!r}, the best at "
+            f"{_xy(best.centre_m)} with the score {best.score:.2f}; no search confirmed that."
+        )
+    elif reply.message:
+        parts += [reply.message, reply.sentence]
+    return ToolResult(
+        PlacesReply(
+            summary=" ".join(parts),
+            found=found,
+            likely=reply.regions,
+            did_you_mean=reply.did_you_mean,
+            map_age_s=reply.age_s,
+            verdict=Verdict(reply.verdict),
+            looked=reply.looked,
+        )
+    )
 
 
 async def list_objects(gateway: GatewayContext, _asked: NoArguments) -> ToolResult:
-    """Everything that searches found on this map."""
-    return ToolResult(found_objects_reply(await _found(gateway)))
+    """Every object that a search found on this map, the one found last first. Does not move the
+    robot.
+    """
+    objects = await _found(gateway)
+    summary = "No search has found anything on this map yet."
+    if objects:
+        summary = f"Found so far: {', '.join(map(_place, objects))}."
+    return ToolResult(FoundObjectsReply(summary=summary, objects=objects))
 
 
 async def describe_map(gateway: GatewayContext, asked: MapArguments) -> ToolResult:
-    """The map in numbers, where the robot stands, and on request an image of both."""
+    """Size and age of the map, where the robot stands, and what is wrong if something is; with
+    picture also an image of the map. Does not move the robot.
+    """
     view, state = await gateway.view(), gateway.cache.state
-    info = map_statistics(
-        view, state.revision.message if state.revision else None, gateway.now_ns()
-    )
-    robot = None
+    revision = state.revision.message if state.revision else None
+    info = map_statistics(view, revision, gateway.now_ns())
+    robot, stands = None, "no pose of the robot is known"
     if state.odometry is not None:
         T_map_body = state.odometry.message.T_map_body
         x_m, y_m = T_map_body[:2, 3].tolist()
         robot = MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_of(T_map_body))
+        stands = f"the robot stands at {_xy((robot.x_m, robot.y_m))}"
     fault = gateway.fault()
-    reply = map_reply(info, robot, fault.detail if fault else "")
+    problem = fault.detail if fault else ""
+    summary = (
+        f"The map shows {info.free_m2:.1f} m2 of free floor and {info.occupied_m2:.1f} m2 of "
+        f"obstacles from {info.frames_fused} frames; {stands}. {problem}"
+    )
+    reply = MapReply(
+        summary=summary.rstrip(), ready=not problem, problem=problem, map=info, robot=robot
+    )
     if not asked.picture:
         return ToolResult(reply)
     overlay = build_overlay(state, gateway.cache.now_s())
@@ -174,13 +261,17 @@ async def describe_map(gateway: GatewayContext, asked: MapArguments) -> ToolResu
 
 
 async def look_at(gateway: GatewayContext, asked: SeenObjectArguments) -> ToolResult:
-    """A found object with the picture in which it was seen best."""
-    found = await _found(gateway)
-    for kept in found:
+    """Show an object that was found: place, time and the picture in which the robot saw it best.
+    Does not move the robot.
+    """
+    for kept in await _found(gateway):
         if kept.id == asked.object or _is_called(kept, asked.object):
-            seen = await gateway.call(keys.MAP_OBJECT, ObjectId(kept.id))
-            reply = seen_object_reply(map_object(seen.kept))
-            return ToolResult(reply, seen.picture, "image/jpeg")
+            pictured = await gateway.call(keys.MAP_OBJECT, ObjectId(kept.id))
+            seen = map_object(pictured.kept)
+            picture = "the picture is from then" if seen.picture else "there is no picture of it"
+            said = f"{_place(seen)} was last seen at {rfc3339(seen.last_seen_at)}; {picture}."
+            reply = SeenObjectReply(summary=said, object=seen)
+            return ToolResult(reply, pictured.picture, "image/jpeg")
     raise HttpProblem(
         "unknown_object",
         f"No search has found {asked.object!r} yet: 'list_objects' says what was found, "
@@ -189,7 +280,9 @@ async def look_at(gateway: GatewayContext, asked: SeenObjectArguments) -> ToolRe
 
 
 async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> ToolResult:
-    """Send the robot to find objects within a budget."""
+    """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
+    spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
+    """
     _check_budget(gateway.config, asked)
     request = SearchRequest(
         tuple(asked.objects),
@@ -209,32 +302,36 @@ async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> 
             "The robot is busy with another search: wait until 'search_status' says that it has "
             "ended, or end it with 'stop'.",
         ) from None
-    report = search_snapshot(status, gateway.now_ns())
-    summary = started_summary(report, asked.max_distance_m, asked.max_time_s)
-    return ToolResult(AgentSearchReply(summary=summary, search=report))
+    search = search_snapshot(status, gateway.now_ns())
+    summary = started_summary(search, asked.max_distance_m, asked.max_time_s)
+    return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
 async def search_status(gateway: GatewayContext, asked: WhichSearchArguments) -> ToolResult:
-    """How a search goes or ended."""
+    """How a search goes or how it ended, with what it found. Does not move the robot."""
     try:
         status = await gateway.call(keys.SEARCH_GET, SearchId(asked.search_id))
     except HttpProblem as problem:
         return _no_search(asked, problem)
-    report = search_snapshot(status, gateway.now_ns())
-    return ToolResult(AgentSearchReply(summary=progress_summary(report), search=report))
+    search = search_snapshot(status, gateway.now_ns())
+    summary = (
+        f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
+        f"{sentence(search.reason)}{_found_names(search)}"
+    )
+    return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
 async def stop(gateway: GatewayContext, asked: WhichSearchArguments) -> ToolResult:
-    """Stop the robot and end the search."""
+    """STOPS THE ROBOT and ends the search; what it found so far is kept."""
     before = gateway.cache.state.search
     try:
         status = await gateway.call(keys.SEARCH_CANCEL, SearchId(asked.search_id))
     except HttpProblem as problem:
         return _no_search(asked, problem)
     ended = {before.message.search_id} if before and not before.message.active else set()
-    report = search_snapshot(status, gateway.now_ns())
-    summary = stopped_summary(report, had_ended=status.search_id in ended)
-    return ToolResult(AgentSearchReply(summary=summary, search=report))
+    search = search_snapshot(status, gateway.now_ns())
+    summary = stopped_summary(search, had_ended=status.search_id in ended)
+    return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
 def _no_search(asked: WhichSearchArguments, problem: HttpProblem) -> ToolResult:
@@ -271,72 +368,65 @@ def _is_called(kept: MapObject, name: str) -> bool:
     return kept.name.casefold() == name.casefold()
 
 
+def started_summary(search: SearchSnapshot, max_distance_m: float, max_time_s: float) -> str:
+    """What starting a search did."""
+    order = "in the cheapest order" if search.order == SearchOrder.ANY else "in this order"
+    order = f" {order}" if len(search.objects) > 1 else ""
+    return (
+        f"Started the search {search.id} for {_subject(search)}{order}: the robot drives now, at "
+        f"most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
+        "'stop' ends it."
+    )
+
+
+def stopped_summary(search: SearchSnapshot, *, had_ended: bool) -> str:
+    """What stopping a search did; ``had_ended``: it was over before."""
+    if had_ended or search.state != SearchState.CANCELLED:
+        return (
+            f"The search {search.id} for {_subject(search)} had ended before as {search.state}: "
+            "there was nothing to stop."
+        )
+    return (
+        f"Stopped the search {search.id} for {_subject(search)} after {_spent(search)}: the robot "
+        f"brakes and stands.{_found_names(search)}"
+    )
+
+
+def _subject(search: SearchSnapshot) -> str:
+    return f"the place {_xy(search.place_m)}" if search.place_m else _names(search.objects)
+
+
+def _spent(search: SearchSnapshot) -> str:
+    return f"{search.elapsed_s:.0f} s and {search.path_length_m:.1f} m"
+
+
+def _found_names(search: SearchSnapshot) -> str:
+    names = [result.name for result in search.results if result.found]
+    return f" Found: {_names(names)}." if names else ""
+
+
+def _place(kept: MapObject) -> str:
+    return f"{kept.name!r} ({kept.id}) at {_xy(kept.position_m)}"
+
+
+def _xy(place_m: Sequence[float]) -> str:
+    return f"x {place_m[0]:.2f} m, y {place_m[1]:.2f} m"
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names))
+
+
 TOOLS: Mapping[str, AgentTool] = {
     tool.name: tool
     for tool in (
-        AgentTool(
-            "where_is",
-            "Where is an object? Places that a search confirmed, then regions of the map that "
-            "look like it, best first. Places are in metres of the map frame. Does not move the "
-            "robot.",
-            Role.LOOK,
-            PlacesArguments,
-            PlacesReply,
-            where_is,
-        ),
-        AgentTool(
-            "list_objects",
-            "Every object that a search found on this map, the one found last first. Does not "
-            "move the robot.",
-            Role.LOOK,
-            NoArguments,
-            FoundObjectsReply,
-            list_objects,
-        ),
-        AgentTool(
-            "describe_map",
-            "Size and age of the map, where the robot stands, and what is wrong if something is; "
-            "with picture also an image of the map. Does not move the robot.",
-            Role.LOOK,
-            MapArguments,
-            MapReply,
-            describe_map,
-        ),
-        AgentTool(
-            "look_at",
-            "Show an object that was found: place, time and the picture in which the robot saw "
-            "it best. Does not move the robot.",
-            Role.LOOK,
-            SeenObjectArguments,
-            SeenObjectReply,
-            look_at,
-        ),
-        AgentTool(
-            "start_search",
-            "MOVES THE ROBOT: explore until the objects are found or the budget of metres and "
-            "seconds is spent. Returns at once; ask 'search_status' every few seconds. One search "
-            "at a time.",
-            Role.SEARCH,
-            AgentSearchArguments,
-            AgentSearchReply,
-            start_search,
-        ),
-        AgentTool(
-            "search_status",
-            "How a search goes or how it ended, with what it found. Does not move the robot.",
-            Role.LOOK,
-            WhichSearchArguments,
-            AgentSearchReply,
-            search_status,
-        ),
-        AgentTool(
-            "stop",
-            "STOPS THE ROBOT and ends the search; what it found so far is kept.",
-            Role.SEARCH,
-            WhichSearchArguments,
-            AgentSearchReply,
-            stop,
-        ),
+        AgentTool(Role.LOOK, PlacesArguments, PlacesReply, where_is),
+        AgentTool(Role.LOOK, NoArguments, FoundObjectsReply, list_objects),
+        AgentTool(Role.LOOK, MapArguments, MapReply, describe_map),
+        AgentTool(Role.LOOK, SeenObjectArguments, SeenObjectReply, look_at),
+        AgentTool(Role.SEARCH, AgentSearchArguments, AgentSearchReply, start_search),
+        AgentTool(Role.LOOK, WhichSearchArguments, AgentSearchReply, search_status),
+        AgentTool(Role.SEARCH, WhichSearchArguments, AgentSearchReply, stop),
     )
 }
 

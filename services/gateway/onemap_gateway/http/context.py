@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
+from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import from_call_error
@@ -82,7 +82,7 @@ class GatewayContext:
         try:
             return await self.rpc.call(procedure, request, limit_s)
         except CallError as error:
-            service = SERVED_BY[procedure.key]
+            service = served_by(procedure)
             raise from_call_error(error, service, limit_s, self._hung_problem) from error
 
     def _hung_problem(self, service: str) -> str:

@@ -10,18 +10,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from onemap.replies import (
-    MapContent,
-    MapListReply,
     MapObject,
     MapStatistics,
-    ObjectListReply,
     ObjectOutcome,
     Reply,
-    SearchListReply,
     SearchSnapshot,
     ServiceHealth,
     StageLatency,
-    StoredMap,
     StreamHealth,
     SystemStatus,
 )
@@ -30,14 +25,9 @@ from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared.messages import (
     KeptObject,
     Layer,
-    MapList,
     MapRevision,
-    MapSummary,
-    ObjectList,
     ObjectResult,
     Occupancy,
-    SavedMap,
-    SearchList,
     SearchState,
     SearchStatus,
     SearchView,
@@ -84,27 +74,6 @@ def _object_outcome(result: ObjectResult) -> ObjectOutcome:
     )
 
 
-def search_list(listed: SearchList, now_ns: int) -> SearchListReply:
-    """The remembered searches, newest first."""
-    searches = tuple(search_snapshot(status, now_ns) for status in listed.searches)
-    return SearchListReply(searches=searches, left_out=listed.left_out)
-
-
-def map_content(summary: MapSummary) -> MapContent:
-    """The reply to save, load and clear."""
-    return MapContent.model_validate(summary)
-
-
-def stored_map(saved: SavedMap) -> StoredMap:
-    """What is known of a saved map."""
-    return StoredMap.model_validate(saved)
-
-
-def map_list(listed: MapList) -> MapListReply:
-    """The saved maps, newest first."""
-    return MapListReply.model_validate(listed)
-
-
 def map_statistics(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapStatistics:
     """The map in numbers; ``revision`` holds those that the view lacks."""
     cell_m2 = view.grid.cell_size_m**2
@@ -148,12 +117,6 @@ def map_object(kept: KeptObject) -> MapObject:
         box_px=tuple(round(side, 1) for side in kept.box_px),
         picture=f"/v1/objects/{kept.object_id}.jpg" if kept.picture_bytes else None,
     )
-
-
-def object_list(listed: ObjectList) -> ObjectListReply:
-    """The kept objects, the one found last first."""
-    objects = tuple(map(map_object, listed.objects))
-    return ObjectListReply(objects=objects, left_out=listed.left_out)
 
 
 def system_status(

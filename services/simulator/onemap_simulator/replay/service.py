@@ -6,6 +6,7 @@ work as with a robot. Velocity commands are ignored.
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import time
 
@@ -17,7 +18,7 @@ from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recording import Recording, RecordingError
+from onemap_simulator.replay.recording import INDEX_FILE, Recording, RecordingError
 
 LOG = logging.getLogger("onemap.replay")
 
@@ -27,6 +28,8 @@ class ReplayWorker:
 
     def __init__(self, bus: Bus, recording: Recording, config: ReplayConfig) -> None:
         self._recording = recording
+        index = (recording.directory / INDEX_FILE).read_bytes()
+        self._world = f"recording {hashlib.sha256(index).hexdigest()[:12]}"
         self._config = config
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
@@ -71,6 +74,7 @@ class ReplayWorker:
                 frame.depth_mm,
                 self._recording.intrinsics,
                 frame.T_map_camera,
+                self._world,
             )
         )
 

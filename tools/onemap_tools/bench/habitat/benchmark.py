@@ -4,115 +4,70 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import asdict, replace
 from typing import Any
 
-from onemap_tools.bench.habitat.choices import SuccessRule
-from onemap_tools.bench.habitat.episode_files import EpisodeSet, read_episodes
-from onemap_tools.bench.habitat.episode_run import EpisodeRun, HabitatSetup
-from onemap_tools.bench.habitat.habitat_world import HabitatWorld
-from onemap_tools.bench.habitat.tables import paper_tables
+from onemap_tools.bench.habitat.episode import EpisodeRun, HabitatSetup
+from onemap_tools.bench.habitat.episode_files import EpisodeFile, read_episodes
+from onemap_tools.bench.habitat.world import HabitatWorld
 from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
-from onemap_tools.bench.navigation.choices import Method
-from onemap_tools.bench.navigation.metrics import summary
-from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
-from onemap_tools.bench.navigation.results_folder import ResultsFolder
+from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record, summary
+from onemap_tools.bench.navigation.results import ResultsFolder, episode_line, table_lines
+from onemap_tools.bench.options import HabitatBench
 
-Report = Callable[[EpisodeRecord], None]
-TABLES_FILE = "tables.md"
 BOOTSTRAP_SEED = 0
 NO_APARTMENT = (0, "training")  # seed and style of the simulator, which does not run here
+lines = table_lines
 
 
-@dataclass(frozen=True, slots=True)
-class HabitatOptions:
-    """What is run. episodes, goals, scenes: as the command has them; count: of the first
-    episodes, None: all; limit_s: simulated seconds per object."""
-
-    episodes: Path
-    scenes: Path
-    goals: Path | None = None
-    count: int | None = None
-    method: Method = Method.ONEMAP
-    rule: SuccessRule = SuccessRule.PAPER
-    limit_s: float = 300.0
-    config: Path | None = None
-
-    def setup(self) -> HabitatSetup:
-        """How each episode is run; ValueError for a method that Habitat's episodes do not have."""
-        if self.method is Method.ORACLE:  # needs the simulator's ground truth
-            raise ValueError(
-                f"--method {self.method.value} runs in generated apartments only: choose another"
-            )
-        config = SystemConfig.read(self.config, *NO_APARTMENT)
-        return HabitatSetup(config, self.method, self.rule, self.scenes, self.limit_s)
-
-    def document(self, setup: HabitatSetup) -> dict[str, Any]:
-        """As a JSON object, with the settings of robot, perception, mapper and planner."""
-        sections = {
-            name: getattr(setup.config, name).model_dump(mode="json")
-            for name in ("perception", "mapper", "planner")
-        }
-        return {
-            "method": self.method.value,
-            "features": setup.config.perception.encoder.backend,
-            "episode_files": str(self.episodes),
-            "goals": None if self.goals is None else str(self.goals),
-            "count": self.count,
-            "success": self.rule.value,
-            "limit_s": self.limit_s,
-            "config": {**sections, "robot": setup.robot.model_dump(mode="json")},
-        }
+def setup_of(options: HabitatBench) -> HabitatSetup:
+    """How each episode is run; ValueError for a method that Habitat's episodes do not have."""
+    if options.method == "oracle":  # needs the simulator's ground truth
+        raise ValueError("--method oracle runs in generated apartments only: choose another")
+    config = SystemConfig.read(options.config, *NO_APARTMENT)
+    return HabitatSetup(config, options.method, options.success, options.scenes, options.limit)
 
 
-def run_habitat(options: HabitatOptions, *, out: Path, report: Report) -> dict[str, Any]:
-    """Run what is not yet in the folder, write tables, page and JSON there; the summary."""
-    setup = options.setup()
+def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
+    """Run what is not yet in the folder, write page and JSON there; the summary."""
+    setup = setup_of(options)
     episodes = read_episodes(options.episodes, options.goals, options.count)
-    described = options.document(setup)
-    folder = ResultsFolder(out, described)
+    described = {
+        "method": options.method,
+        "features": setup.config.perception.encoder.backend,
+        "episode_files": str(options.episodes),
+        "goals": None if options.goals is None else str(options.goals),
+        "count": options.count,
+        "success": options.success,
+        "limit_s": options.limit,
+    }
+    config = setup.config.document("perception", "mapper", "planner")
+    folder = ResultsFolder(options.out, {**described, "config": config | asdict(setup.agent)})
     done = {record.index: record for record in folder.finished}
     if len(done) < len(episodes.episodes):
-        _run_missing(episodes, setup, folder, done, report)
+        _run_missing(episodes, setup, folder, done, tell)
     records = [done[index] for index in sorted(done)]
-    del described["config"]
-    longest = max(len(episode.objects) for episode in episodes.episodes)
     result = {
         "benchmark": "habitat",
         **described,
-        "objects_per_episode": longest,
-        "about": about(options, len(records), longest),
+        "objects_per_episode": max(len(episode.objects) for episode in episodes.episodes),
         **summary(records, BOOTSTRAP_SEED),
         "compared_with": {},
         "wall_s": round(sum(record.wall_s for record in records), 1),
     }
     folder.write_results(result, records)
-    (out / TABLES_FILE).write_text(paper_tables(result), encoding="utf-8")
     return result
 
 
-def about(options: HabitatOptions, episodes: int, objects: int) -> str:
-    """Which episodes, by which rule, in one sentence."""
-    rule = {
-        SuccessRule.PAPER: "less than 1.5 m from the box of an instance",
-        SuccessRule.HABITAT: "at most 0.1 m of way from a view point",
-    }[options.rule]
-    return (
-        f"{episodes} episodes of {options.episodes.name} with up to {objects} objects in Habitat, "
-        f"found if stopped {rule}."
-    )
-
-
 def _run_missing(
-    episodes: EpisodeSet,
+    episodes: EpisodeFile,
     setup: HabitatSetup,
     folder: ResultsFolder,
     done: dict[int, EpisodeRecord],
-    report: Report,
+    tell: Callable[[str], None],
 ) -> None:
     """Run the episodes that are not in ``done``, and add them to it and to the folder."""
-    world = HabitatWorld(setup.robot)
+    world = HabitatWorld(setup.agent)
     perception = PerceptionPipeline(setup.config.perception)
     try:
         for episode in episodes.episodes:
@@ -124,6 +79,6 @@ def _run_missing(
             record = episode_record(record.document())  # rounded as one that is read
             done[episode.index] = record
             folder.add(record)
-            report(record)
+            tell(episode_line(record))
     finally:
         world.close()

@@ -6,131 +6,146 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import torch
 
 from onemap_shared.messages import SearchOrder
+from onemap_simulator.config import SimulatorConfig
 from onemap_tools.bench.lockstep import SystemConfig
-from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method
-from onemap_tools.bench.navigation.comparison import comparison
-from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
+from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
-from onemap_tools.bench.navigation.errors import with_errors
-from onemap_tools.bench.navigation.metrics import estimates, summary
-from onemap_tools.bench.navigation.page import picture_name
-from onemap_tools.bench.navigation.picture import episode_picture
-from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
-from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
+from onemap_tools.bench.navigation.methods import merged
+from onemap_tools.bench.navigation.records import (
+    EpisodeRecord,
+    comparison,
+    episode_record,
+    estimates,
+    summary,
+)
+from onemap_tools.bench.navigation.results import (
+    ResultsFolder,
+    episode_line,
+    episode_picture,
+    picture_name,
+    read_beside,
+    table_lines,
+)
+from onemap_tools.bench.options import ErrorsName, NavigationBench
 from onemap_tools.cli.floor_plan import write_png
 from onemap_tools.processes.worker_pool import worker_pool
 
-Report = Callable[[EpisodeRecord], None]
+ORDERING = ("onemap", "onemap_no_consensus")  # their map serves all objects
+# The errors of a real robot, as settings of the simulator.
+DRIFT = {"odometry_drift": {"way_percent": 2.0, "yaw_deg_per_m": 0.5}}
+JUMP = {**DRIFT, "loop_closure": {"radius_m": 1.0}}
+LATE = {"frame_link": {"min_delay_s": 0.1, "max_delay_s": 0.6}}
+DROPPED = {"frame_link": {"lost_share": 0.2, "lost_in_a_row": 4.0}}
+DEPTH = {
+    "camera": {
+        "depth_noise_m": 0.002,
+        "depth_errors": {
+            "step_m": 0.0028,
+            "edge_flying": 0.3,
+            "edge_holes": 0.3,
+            "dark_below": 25.0,
+            "glass": True,
+        },
+    }
+}
+PEOPLE = {"people": {"count": 2}}
+ERRORS: dict[ErrorsName, tuple[dict[str, Any], ...]] = {
+    "none": (),
+    "drift": (DRIFT,),
+    "jump": (JUMP,),
+    "late": (LATE,),
+    "dropped": (DROPPED,),
+    "depth": (DEPTH,),
+    "people": (PEOPLE,),
+    "all": (JUMP, LATE, DROPPED, DEPTH, PEOPLE),
+}
+lines = table_lines
 
 
-ORDERING = frozenset({Method.ONEMAP, Method.ONEMAP_NO_CONSENSUS})  # their map serves all objects
+def with_errors(config: SimulatorConfig, errors: ErrorsName) -> SimulatorConfig:
+    """The simulator's settings with these errors in place of what they say of the same."""
+    document = config.model_dump()
+    for changes in ERRORS[errors]:
+        document = merged(document, changes)
+    return SimulatorConfig.model_validate(document)
 
 
-@dataclass(frozen=True, slots=True)
-class NavigationOptions:
-    """What is run. limit_s: simulated seconds per object; seed: of the first apartment."""
-
-    method: Method
-    features: Features
-    episodes: int
-    seed: int
-    apartments: Apartments = Apartments.ALL
-    style: str = "training"
-    objects: int = 3
-    limit_s: float = 300.0
-    config: Path | None = None
-    order: SearchOrder = SearchOrder.GIVEN
-    errors: Errors = Errors.NONE
-    stairwells: int = 0
-
-    def __post_init__(self) -> None:
-        if self.order is SearchOrder.ANY and self.method not in ORDERING:
-            raise ValueError(
-                f"method {self.method.value} knows nothing of the objects that wait: --order any "
-                f"is for {' and '.join(sorted(method.value for method in ORDERING))}"
-            )
-
-    def setups(self) -> tuple[EpisodeSetup, ...]:
-        """One per episode."""
-        seeds = apartment_seeds(self.seed, self.episodes, self.apartments)
-        return tuple(
-            EpisodeSetup(
-                index,
-                self._sections(seed),
-                self.method,
-                self.features,
-                self.objects,
-                self.limit_s,
-                self.order,
-                self.stairwells,
-            )
-            for index, seed in enumerate(seeds)
+def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
+    """One per episode; ValueError for an order that the method does not know."""
+    if options.order == "any" and options.method not in ORDERING:
+        raise ValueError(
+            f"method {options.method} knows nothing of the objects that wait: --order any "
+            f"is for {' and '.join(ORDERING)}"
         )
-
-    def document(self) -> dict[str, Any]:
-        """As a JSON object, with the settings of the planner and the mapper."""
-        config = self._sections(self.seed)
-        sections = {
-            name: getattr(config, name).model_dump(mode="json")
-            for name in ("simulator", "perception", "mapper", "planner")
-        }
-        return {
-            "method": self.method.value,
-            "features": self.features.value,
-            "errors": self.errors.value,
-            **({"stairwells_per_episode": self.stairwells} if self.stairwells else {}),
-            "episodes": self.episodes,
-            "seed": self.seed,
-            "apartments": self.apartments.value,
-            "style": self.style,
-            "objects_per_episode": self.objects,
-            "limit_s": self.limit_s,
-            "order": self.order.value,
-            "config": sections,
-        }
-
-    def _sections(self, seed: int) -> SystemConfig:
-        """The configuration in an apartment, with the errors."""
-        config = SystemConfig.read(self.config, seed, self.style)
-        return replace(config, simulator=with_errors(config.simulator, self.errors))
+    seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
+    return tuple(
+        EpisodeSetup(
+            index,
+            _sections(options, seed),
+            options.method,
+            options.features,
+            options.objects_per_episode,
+            options.limit,
+            SearchOrder(options.order),
+            options.stairwells,
+        )
+        for index, seed in enumerate(seeds)
+    )
 
 
-def run_benchmark(
-    options: NavigationOptions,
-    *,
-    workers: int,
-    out: Path | None,
-    report: Report,
-    beside: Sequence[Path] = (),
-) -> dict[str, Any]:
-    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``.
+def described(options: NavigationBench) -> dict[str, Any]:
+    """The options as a JSON object, with the settings of the services."""
+    config = _sections(options, options.seed)
+    wells = {"stairwells_per_episode": options.stairwells} if options.stairwells else {}
+    return {
+        "method": options.method,
+        "features": options.features,
+        "errors": options.errors,
+        **wells,
+        "episodes": options.episodes,
+        "seed": options.seed,
+        "apartments": options.apartments,
+        "style": options.style,
+        "objects_per_episode": options.objects_per_episode,
+        "limit_s": options.limit,
+        "order": options.order,
+        "config": config.document("simulator", "perception", "mapper", "planner"),
+    }
 
-    beside: folders of other methods' results, to compare with.
-    """
+
+def _sections(options: NavigationBench, seed: int) -> SystemConfig:
+    """The configuration in an apartment, with the errors."""
+    config = SystemConfig.read(options.config, seed, options.style)
+    return replace(config, simulator=with_errors(config.simulator, options.errors))
+
+
+def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:
+    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``."""
     started_s = time.perf_counter()
-    setups, described = options.setups(), options.document()
-    others = dict(read_beside(folder, json.loads(json.dumps(described))) for folder in beside)
-    folder = None if out is None else ResultsFolder(out, described)
+    asked, document = setups(options), described(options)
+    plain = json.loads(json.dumps(document))
+    others = dict(read_beside(folder, plain) for folder in options.beside or ())
+    folder = None if options.out is None else ResultsFolder(options.out, document)
     done = {record.index: record for record in folder.finished} if folder else {}
-    todo = [setup for setup in setups if setup.index not in done]
-    for finished in run_all(todo, workers, out):
+    todo = [setup for setup in asked if setup.index not in done]
+    for finished in run_all(todo, options.workers, options.out):
         record = episode_record(finished.document())  # rounded as one that is read from the folder
         done[record.index] = record
         if folder:
             folder.add(record)
-        report(record)
+        tell(episode_line(record))
     episodes = [done[index] for index in sorted(done)]
-    del described["config"]
+    del document["config"]
     result = {
         "benchmark": "navigation",
-        **described,
+        **document,
         **summary(episodes, options.seed),
         "compared_with": {
             method: _beside(episodes, theirs, options.seed) for method, theirs in others.items()
@@ -147,8 +162,8 @@ def _beside(
 ) -> dict[str, Any]:
     """The other method's metrics, and own over or less those on the same apartments."""
     return {
-        "metrics": {name: each.document() for name, each in estimates(other, seed).items()},
-        "compared": {name: each.document() for name, each in comparison(own, other, seed).items()},
+        "metrics": {name: asdict(each) for name, each in estimates(other, seed).items()},
+        "compared": {name: asdict(each) for name, each in comparison(own, other, seed).items()},
     }
 
 

@@ -1,44 +1,71 @@
-"""The methods that the benchmark compares: each a set of switches and planner parameters."""
+"""The methods that the benchmark compares: each a set of switches and planner parameters.
+
+The baselines drive to frontiers, ranked by a rule. A frontier counts as visited when the robot
+stood there for ``linger_s`` or needed too long, as in OneMap's own exploration. Without any left
+for ``settle_s`` all of them, and rejected candidates, are tried once more; then the object counts
+as not found.
+
+VLFM's value map (Yokoyama et al., 2023, "VLFM: Vision-Language Frontier Maps") has one score per
+cell for one query: the cosine of the whole image and the text is written to all cells in view; the
+confidence is cos^2 of the angle to the optical axis, scaled to 0 at the edge of the image. The
+image's embedding is the mean of its patches' features.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from onemap_mapper.query.replies import NO_GRID
 from onemap_planner.config import PlannerConfig
-from onemap_planner.world.candidates import Consensus
-from onemap_shared.messages import SearchView
-from onemap_tools.bench.navigation.choices import Method
-from onemap_tools.bench.navigation.frontier_exploration import (
-    NEAREST_FRONTIER,
-    VLFM,
+from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
+from onemap_planner.policy.memory import (
+    LINGER_S,
+    SETTLE_S,
+    ActiveGoal,
+    PlannerState,
+    TargetMemory,
 )
-from onemap_tools.bench.navigation.value_map import ConfidenceValueMap, scored_view
-from onemap_tools.bench.search_method import SearchMethod
+from onemap_planner.policy.outcome import Move
+from onemap_planner.search.phases import Event, Exhausted
+from onemap_planner.world.candidates import CONSENSUS, Consensus
+from onemap_planner.world.costmap import distance_cells
+from onemap_planner.world.frontiers import find_frontiers
+from onemap_shared.camera import ray_directions, unproject_to_map
+from onemap_shared.geometry import F32, F64
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
+from onemap_tools.bench.lockstep import SearchMethod
+from onemap_tools.bench.options import MethodName
 
+VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
+EXTENT_M = 80.0  # side of the value map, around the origin: any apartment
+RANGE_M = 8.0  # the camera's; a wall nearer than this ends the view
 # Without consensus: any cell of a detection counts.
 ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)
-NO_CONSENSUS = frozenset({Method.ONEMAP_NO_CONSENSUS, Method.VLFM, Method.NEAREST_FRONTIER})
+NO_CONSENSUS = frozenset({"onemap_no_consensus", "vlfm", "nearest_frontier"})
 
 
-def search_method(method: Method, cell_size_m: float) -> SearchMethod:
+def search_method(method: MethodName, cell_size_m: float) -> SearchMethod:
     """The switches of a method that searches on a map of these cells."""
-    consensus = ANY_DETECTION if method in NO_CONSENSUS else Consensus()
+    consensus = ANY_DETECTION if method in NO_CONSENSUS else CONSENSUS
     return replace(_switches(method, cell_size_m), consensus=consensus)
 
 
-def _switches(method: Method, cell_size_m: float) -> SearchMethod:
+def _switches(method: MethodName, cell_size_m: float) -> SearchMethod:
     match method:
-        case Method.ONEMAP_RESET:
+        case "onemap_reset":
             return SearchMethod(forgets=True)
-        case Method.ONEMAP_NO_CONSENSUS:
+        case "onemap_no_consensus":
             return SearchMethod(view=without_rivals)
-        case Method.NEAREST_FRONTIER:
+        case "nearest_frontier":
             return SearchMethod(exploration=NEAREST_FRONTIER, view=without_similarity)
-        case Method.VLFM:
+        case "vlfm":
             values = ConfidenceValueMap(cell_size_m)
             return SearchMethod(exploration=VLFM, value_map=values, forgets=True)
         case _:
@@ -46,7 +73,7 @@ def _switches(method: Method, cell_size_m: float) -> SearchMethod:
 
 
 def planner_config(config: PlannerConfig, limit_s: float) -> PlannerConfig:
-    """The planner's parameters for so many seconds per object."""
+    """The planner's parameters for so many simulated seconds per object."""
     changed = merged(config.model_dump(), {"explore": {"object_limit_s": limit_s}})
     return PlannerConfig.model_validate(changed)
 
@@ -70,3 +97,185 @@ def merged(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
             for name, value in changes.items()
         },
     }
+
+
+@dataclass(frozen=True, slots=True)
+class FrontierExploration:
+    """rank: the higher, the better a goal; margin: by how much another goal must rank higher than
+    the present one to replace it."""
+
+    rank: Callable[[Goal, PlanningContext], float]
+    margin: float
+
+    def __call__(self, state: PlannerState, context: PlanningContext) -> Move:
+        """See ``Exploration``."""
+        memory, now_s = state.memory, state.active_time_s
+        _give_up_finished(state)
+        candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
+        goals = [
+            goal
+            for goal in frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
+            if not state.is_given_up(goal)
+        ]
+        if not goals:
+            return Move(event=_idle(state), candidates=candidates)
+        goal = self._choose(goals, state, context)
+        motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
+        there = arrived(motion, context.pose)
+        memory.active_goal = _active(state, goal).at(now_s, arrived=there)
+        memory.idle_since_s = None
+        return Move(motion, candidates=candidates)
+
+    def _choose(self, goals: list[Goal], state: PlannerState, context: PlanningContext) -> Goal:
+        ranks = [self.rank(goal, context) for goal in goals]
+        best = int(np.argmax(ranks))
+        active = state.memory.active_goal
+        if active is None:
+            return goals[best]
+        place = active.goal.look_xy
+        same = [i for i, g in enumerate(goals) if g.looks_at(place, SAME_GOAL_M)]
+        if not same:
+            return goals[best]
+        kept = max(same, key=lambda i: ranks[i])
+        return goals[kept] if ranks[best] <= ranks[kept] + self.margin else goals[best]
+
+
+def nearness(goal: Goal, _: PlanningContext) -> float:
+    """Rank by the path to the goal, metres: the nearest first."""
+    return -goal.utility.travel_m
+
+
+def frontier_value(goal: Goal, context: PlanningContext) -> float:
+    """Rank by the highest value within ``VALUE_RADIUS_M`` of the frontier, as VLFM; 0: none."""
+    grid = context.map_view.grid
+    away = distance_cells(grid, grid.cells(np.asarray(goal.look_xy))) * grid.cell_size_m
+    values = context.map_view.similarity[away <= VALUE_RADIUS_M]
+    return float(np.nan_to_num(values, nan=0.0).max(initial=0.0))
+
+
+NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
+VLFM = FrontierExploration(frontier_value, margin=0.005)  # 0.01 of the cosine, as the authors'
+
+
+def _give_up_finished(state: PlannerState) -> None:
+    active, now_s = state.memory.active_goal, state.active_time_s
+    if active is None:
+        return
+    visited = active.arrived_s is not None and now_s - active.arrived_s >= LINGER_S
+    if visited or now_s - active.since_s > active.budget_s:
+        state.give_up(active.goal)
+
+
+def _active(state: PlannerState, goal: Goal) -> ActiveGoal:
+    active = state.memory.active_goal
+    if active is not None and goal.looks_at(active.goal.look_xy, SAME_GOAL_M):
+        return replace(active, goal=goal)
+    return state.new_goal(goal)
+
+
+def _idle(state: PlannerState) -> Event | None:
+    memory, now_s = state.memory, state.active_time_s
+    memory.active_goal = None
+    if now_s - memory.idle_from_s(now_s) < SETTLE_S:
+        return None
+    if not memory.reconsidered:
+        state.memory, state.visited_frontiers = TargetMemory(reconsidered=True), ()
+        return None
+    return Exhausted(f"no frontier is left on {state.known_m2:.0f} m²")
+
+
+class ConfidenceValueMap:
+    """Implements ``ValueMap``."""
+
+    def __init__(self, cell_size_m: float) -> None:
+        half = round(EXTENT_M / 2 / cell_size_m)
+        self._grid = GridSpec(cell_size_m, (-half, -half), (2 * half, 2 * half))
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all frames."""
+        self._value = np.zeros(self._grid.shape, np.float32)
+        self._confidence = np.zeros(self._grid.shape, np.float32)
+
+    def add(self, field: FeatureField, query: TextEmbeddings) -> None:
+        """Write the image's score to the cells in view; weights are confidences (VLFM, Eq. 2)."""
+        score = image_score(field, query)
+        camera = field.T_map_camera[:2, 3]
+        corner = self._grid.cells(camera - RANGE_M)
+        low = np.clip(corner, 0, self._grid.shape)
+        high = np.clip(self._grid.cells(camera + RANGE_M) + 1, 0, self._grid.shape)
+        box = (slice(low[0], high[0]), slice(low[1], high[1]))
+        cells = np.argwhere(np.ones(high - low, bool)).reshape(*(high - low), 2) + low
+        new = view_confidence(self._grid.centres(cells), field)
+        old = self._confidence[box]
+        total = np.maximum(old + new, np.float32(1e-9))
+        seen = new > 0
+        value = (old * self._value[box] + new * score) / total
+        self._value[box] = np.where(seen, value, self._value[box])
+        self._confidence[box] = np.where(seen, (old**2 + new**2) / total, old)
+
+    def view(self, view: SearchView) -> SearchView:
+        """The view with the values where the map has any, and no competing names."""
+        first = np.asarray(view.grid.origin_cell) - np.asarray(self._grid.origin_cell)
+        cells = np.argwhere(np.ones(view.grid.shape, bool)).reshape(*view.grid.shape, 2) + first
+        inside = self._grid.contains(cells)
+        x, y = np.moveaxis(np.clip(cells, 0, np.asarray(self._grid.shape) - 1), -1, 0)
+        known = inside & (self._confidence[x, y] > 0)
+        return scored_view(view, np.where(known, self._value[x, y], np.float32(np.nan)))
+
+
+def scored_view(view: SearchView, similarity: F32) -> SearchView:
+    """The layers of a view with this similarity (nx, ny), without what else words decide."""
+    return SearchView(
+        text=view.text,
+        revision=view.revision,
+        sequence=view.sequence,
+        stamp_ns=view.stamp_ns,
+        grid=view.grid,
+        occupancy=view.occupancy,
+        layers=view.layers,
+        similarity=similarity,
+    )
+
+
+def image_score(field: FeatureField, query: TextEmbeddings) -> float:
+    """(1 + cosine) / 2 of the mean feature and the query's first text."""
+    mean = field.features.astype(np.float32).mean(axis=(0, 1))
+    cosine = float(mean @ query.embeddings[0]) / max(float(np.linalg.norm(mean)), 1e-6)
+    return (1 + cosine) / 2
+
+
+def view_confidence(places_m: F64, field: FeatureField) -> F32:
+    """Confidence (...) of places (..., 2) in metres: 0 where the image does not show them."""
+    bearings, ranges_m = column_ranges(field)
+    apart = places_m - field.T_map_camera[:2, 3]
+    axis = field.T_map_camera[:2, 2]
+    ahead = apart @ axis
+    left = apart @ np.array([-axis[1], axis[0]])
+    angle = np.arctan2(left, ahead)
+    half = np.abs(bearings).max()
+    reach_m = np.interp(angle, bearings, ranges_m)
+    seen = (np.abs(angle) <= half) & (np.hypot(ahead, left) <= reach_m)
+    cone = np.cos(angle / half * np.pi / 2) ** 2
+    confidence: F32 = np.where(seen, cone, 0.0).astype(np.float32)
+    return confidence
+
+
+def column_ranges(field: FeatureField) -> tuple[F64, F64]:
+    """Bearing from the optical axis, ascending (W,), and farthest floor distance (W,) of columns.
+
+    A column without any depth has range 0.
+    """
+    height, width = field.depth_mm.shape
+    rays = ray_directions(field.intrinsics, width, height)[height // 2].astype(np.float64)
+    directions = rays @ field.T_map_camera[:3, :3].T
+    axis = field.T_map_camera[:2, 2]
+    bearings = np.arctan2(
+        axis[0] * directions[:, 1] - axis[1] * directions[:, 0], directions[:, :2] @ axis
+    )
+    depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
+    points = unproject_to_map(depth_m, field.intrinsics, field.T_map_camera)
+    away = np.hypot(*(points[..., :2] - field.T_map_camera[:2, 3]).reshape(-1, 2).T)
+    ranges = np.where(field.depth_mm > 0, away.reshape(height, width), 0.0).max(axis=0)
+    order = np.argsort(bearings)
+    return bearings[order], np.minimum(ranges[order], RANGE_M).astype(np.float64)

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,16 +17,17 @@ from typing import Any
 import numpy as np
 import psutil
 
+from onemap_perception.encoders.mini import MiniParams
 from onemap_shared.config import LinkParams
-from onemap_tools.bench.transport.link_shape import LinkShape
-from onemap_tools.bench.transport.network import (
+from onemap_tools.bench.machine import parse_size
+from onemap_tools.bench.options import TransportBench
+from onemap_tools.bench.transport.link import (
     ADDRESSES,
     EmulatedLink,
-    NoEmulation,
+    LinkShape,
     emulation_problem,
 )
-from onemap_tools.bench.transport.peers import PeerTask
-from onemap_tools.bench.transport.streams import Stream, sizes_kb
+from onemap_tools.bench.transport.peers import PeerTask, make_stream, sizes_kb
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import LOOPBACK, any_free_port
 
@@ -56,73 +57,53 @@ SETTINGS: Mapping[str, Setting] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class TransportBenchParams:
-    """shape: of the link, None for loopback. streams: robots at once. seconds: that count, after
-    ``WARM_UP_S``."""
-
-    shape: LinkShape | None = None
-    congestion_control: str = ""
-    streams: int = 1
-    rate_hz: float = 15.0
-    encode_s: float = 0.03
-    seconds: float = 10.0
-
-
-def check(shape: LinkShape | None) -> None:
-    """Raise ValueError if a link of this shape is asked for and cannot be emulated here."""
-    problem = emulation_problem() if shape is not None else ""
-    if problem:
-        raise ValueError(problem)
-
-
-def run(
-    streams: Mapping[int, Stream], settings: Mapping[str, Setting], params: TransportBenchParams
-) -> Iterator[dict[str, Any]]:
-    """One row for each of the settings; ValueError where no link can be emulated.
-
-    ``streams`` by the number of channels of their features.
-    """
+def run(options: TransportBench, tell: Callable[[str], None]) -> dict[str, Any]:
+    """One row for each setting and number of streams; ValueError where no link can be emulated."""
+    shape = None
+    if options.link:
+        shape = LinkShape(options.link * 1e6, options.delay * 1e-3, options.loss * 1e-2)
+        if problem := emulation_problem():
+            raise ValueError(problem)
+    if unknown := set(options.setting or ()) - set(SETTINGS):
+        raise ValueError(f"--setting is {min(unknown)!r}; there are {', '.join(SETTINGS)}")
+    chosen = {name: SETTINGS[name] for name in options.setting or SETTINGS}
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, setting in settings.items():
-            path = Path(folder) / f"{setting.channels}.npz"
-            stream = streams[setting.channels]
-            if not path.exists():
-                stream.save(path)
-            frame_kb, field_kb = sizes_kb(stream, setting.link)
-            row = {"setting": name, "streams": params.streams}
-            row |= {"frame_kb": round(frame_kb, 1), "field_kb": round(field_kb, 1)}
-            yield row | measure(path, setting.link, params)
+        streams = {}
+        for channels in {each.channels for each in chosen.values()}:
+            path = Path(folder) / f"{channels}.npz"
+            stream = make_stream(MiniParams(channels=channels), parse_size(options.size))
+            stream.save(path)
+            streams[channels] = stream, path
+        for count in options.streams or [1]:
+            for name, setting in chosen.items():
+                stream, path = streams[setting.channels]
+                frame_kb, field_kb = sizes_kb(stream, setting.link)
+                row = {"setting": name, "streams": count}
+                row |= {"frame_kb": round(frame_kb, 1), "field_kb": round(field_kb, 1)}
+                rows.append(row | measure(path, setting.link, shape, options, count))
+                tell("  ".join(f"{key} {value}" for key, value in rows[-1].items()))
+    return {"benchmark": "transport", "link_mbit_s": options.link, "results": rows}
 
 
-def measure(path: Path, link: LinkParams, params: TransportBenchParams) -> dict[str, Any]:
+def measure(
+    path: Path, link: LinkParams, shape: LinkShape | None, options: TransportBench, streams: int
+) -> dict[str, Any]:
     """Run router, robots, perception and map for a while; rates, ages and bytes."""
     with ExitStack() as stack:
         emulated = None
-        if params.shape is not None:
-            try:
-                emulated = stack.enter_context(
-                    EmulatedLink(params.shape, params.congestion_control)
-                )
-            except NoEmulation as problem:
-                raise ValueError(str(problem)) from problem
+        if shape is not None:
+            emulated = stack.enter_context(EmulatedLink(shape, options.congestion_control))
         host = ADDRESSES[0] if emulated else LOOPBACK
         endpoint = f"tcp/{host}:{PORT if emulated else any_free_port()}"
         router = psutil.Process(stack.enter_context(_router(endpoint, emulated)))
-        task = PeerTask(
-            endpoint=endpoint,
-            stream=str(path),
-            streams=params.streams,
-            rate_hz=params.rate_hz,
-            encode_s=params.encode_s,
-            link=link,
-        )
+        task = PeerTask(endpoint, str(path), streams, options.rate, options.encode * 1e-3, link)
         peers = {role: _peer(role, task, emulated) for role in ROLES}
         try:
             time.sleep(WARM_UP_S)
             begun, before = time.monotonic(), emulated.carried() if emulated else {}
             routing = router.cpu_times()
-            time.sleep(params.seconds)
+            time.sleep(options.seconds)
             ended, after = time.monotonic(), emulated.carried() if emulated else {}
             routed = router.cpu_times()
             counted = {role: _counted(process) for role, process in peers.items()}
@@ -131,7 +112,7 @@ def measure(path: Path, link: LinkParams, params: TransportBenchParams) -> dict[
                 process.kill()
                 process.wait()
     row = summary(counted, begun, ended)
-    frames = row["rate_hz"] * params.streams * (ended - begun)
+    frames = row["rate_hz"] * streams * (ended - begun)
     used_s = routed.user + routed.system - routing.user - routing.system
     row["router_ms_per_frame"] = round(1e3 * used_s / frames, 2) if frames else None
     return row | {

@@ -37,10 +37,7 @@ from onemap_gateway.present.render import (
 )
 from onemap_gateway.present.replies import (
     map_archive,
-    map_content,
-    map_list,
     map_statistics,
-    stored_map,
 )
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile, MapListRequest, MapMerge, SearchView
@@ -186,7 +183,7 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
 async def clear_map(gateway: GatewayDep) -> MapContent:
     """Empty the map."""
-    return map_content(await gateway.call(keys.MAP_CLEAR, MapClear()))
+    return MapContent.model_validate(await gateway.call(keys.MAP_CLEAR, MapClear()))
 
 
 NO_MOTION = MergeRequest()
@@ -208,14 +205,14 @@ Name = Annotated[
 @maps_router.get("/maps", summary="What was saved?", responses=problem_responses(503))
 async def list_maps(gateway: GatewayDep) -> MapListReply:
     """The maps in the mapper's map folder, newest first; damaged ones say why."""
-    return map_list(await gateway.call(keys.MAP_LIST, MapListRequest()))
+    return MapListReply.model_validate(await gateway.call(keys.MAP_LIST, MapListRequest()))
 
 
 @maps_router.get("/maps/{name}", summary="A saved map", responses=problem_responses(404, 422, 503))
 async def get_saved_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Size, encoder and time of a saved map, without its cells."""
     (saved,) = (await gateway.call(keys.MAP_LIST, MapListRequest(name))).maps
-    return stored_map(saved)
+    return StoredMap.model_validate(saved)
 
 
 @maps_router.put(
@@ -236,7 +233,7 @@ async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapCon
     if summary.created:
         response.status_code = 201
         response.headers["Location"] = f"/v1/maps/{name}"
-    return map_content(summary)
+    return MapContent.model_validate(summary)
 
 
 @maps_router.delete(
@@ -246,7 +243,7 @@ async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapCon
 )
 async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Delete a file of the mapper's map folder and say what it was; the map in use stays."""
-    return stored_map(await gateway.call(keys.MAP_DELETE, MapFile(name)))
+    return StoredMap.model_validate(await gateway.call(keys.MAP_DELETE, MapFile(name)))
 
 
 @maps_router.post(
@@ -256,7 +253,7 @@ async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
 )
 async def load_saved_map(name: Name, gateway: GatewayDep) -> MapContent:
     """Replace the map by a saved one; refused if another encoder made it."""
-    return map_content(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
+    return MapContent.model_validate(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
 
 
 @maps_router.post(
@@ -274,7 +271,7 @@ async def merge_saved_map(
     it.
     """
     merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
-    return map_content(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
+    return MapContent.model_validate(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
 
 
 @maps_router.post(
@@ -285,7 +282,7 @@ async def merge_saved_map(
 )
 async def save_map(request: MapName, gateway: GatewayDep) -> MapContent:
     """As `PUT /v1/maps/{name}`, which replaces it: the next release does not have this address."""
-    return map_content(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+    return await put_map(request.name, gateway, Response())
 
 
 @maps_router.post(
@@ -298,7 +295,7 @@ async def load_map(request: MapName, gateway: GatewayDep) -> MapContent:
     """As `POST /v1/maps/{name}/load`, which replaces it: the next release does not have this
     address.
     """
-    return map_content(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+    return await load_saved_map(request.name, gateway)
 
 
 @camera_router.get(

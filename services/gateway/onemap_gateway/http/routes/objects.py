@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Header, Path, Response
 from onemap.replies import MapObject, ObjectListReply
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problems import HttpProblem, problem_responses
-from onemap_gateway.present.replies import map_object, object_list
+from onemap_gateway.present.replies import map_object
 from onemap_shared import keys
 from onemap_shared.messages import MAX_TEXT_CHARS, ObjectId, ObjectListRequest
 
@@ -40,7 +40,9 @@ async def list_objects(gateway: GatewayDep) -> ObjectListReply:
     They are kept with the map: saved, loaded and cleared with it, and kept when the mapper
     restarts. A find of the same name nearby is the same object found again.
     """
-    return object_list(await gateway.call(keys.MAP_OBJECTS, ObjectListRequest()))
+    listed = await gateway.call(keys.MAP_OBJECTS, ObjectListRequest())
+    objects = tuple(map(map_object, listed.objects))
+    return ObjectListReply(objects=objects, left_out=listed.left_out)
 
 
 @router.get(

@@ -17,7 +17,7 @@ from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.replies import search_list, search_snapshot
+from onemap_gateway.present.replies import search_snapshot
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
 
@@ -155,7 +155,8 @@ async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProble
 async def list_searches(gateway: GatewayDep) -> SearchListReply:
     """The searches since the planner started, newest first: the last 50 and the present one."""
     listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
-    return search_list(listed, gateway.now_ns())
+    searches = tuple(search_snapshot(each, gateway.now_ns()) for each in listed.searches)
+    return SearchListReply(searches=searches, left_out=listed.left_out)
 
 
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))

@@ -1,0 +1,349 @@
+"""Messages check themselves when they are built; what they say of their content."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_shared import messages as m
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages.checks import image_size_px
+from onemap_shared.wire import decode, encode
+from tests.shared.samples import sample
+
+NAN, INF = float("nan"), float("inf")
+MIRRORED = np.diag([1.0, 1.0, -1.0, 1.0])
+ONE, SMALL = np.zeros(1, np.float32), np.zeros((1, 1), np.uint8)
+
+
+def f(*shape: int, value: float = 0.0) -> np.ndarray:
+    return np.full(shape, value, np.float32)
+
+
+def refused(cls: type[Any], reason: str, **changes: Any) -> Any:
+    """A case: the sample of this type with these changes raises ValueError with this reason."""
+    return pytest.param(cls, reason, changes, id=f"{cls.__name__} {reason}")
+
+
+IMPOSSIBLE = [
+    refused(m.RgbdFrame, "rgb has dtype float32", rgb=f(6, 8, 3)),
+    refused(m.RgbdFrame, "rgb has shape", rgb=np.zeros((6, 8, 1), np.uint8)),
+    refused(m.RgbdFrame, "depth_mm has shape", depth_mm=np.zeros((3, 4), np.uint16)),
+    refused(m.RgbdFrame, "T_map_camera.*reflection", T_map_camera=MIRRORED),
+    refused(
+        m.RgbdFrame,
+        "no pixels",
+        rgb=np.zeros((0, 8, 3), np.uint8),
+        depth_mm=np.zeros((0, 8), np.uint16),
+    ),
+    refused(m.Odometry, "reflection", T_map_body=MIRRORED),
+    refused(m.Odometry, "planner has 65 characters", planner="x" * 65),
+    refused(m.VelocityCommand, "planner has 9 characters", planner="two\nlines"),
+    refused(m.VelocityCommand, "velocity is NaN or infinite", linear_mps=NAN),
+    refused(m.VelocityCommand, "velocity is NaN or infinite", angular_radps=INF),
+    refused(m.VelocityCommand, "velocity is NaN or infinite", lateral_mps=NAN),
+    refused(m.PoseGraph, "strictly ascending", keyframe_stamps_ns=np.array([5, 5])),
+    refused(m.PoseGraph, "published has shape", keyframe_stamps_ns=np.array([5])),
+    refused(m.PoseGraph, r"T_map_body\[1\]", T_map_body=np.stack([np.eye(4), MIRRORED])),
+    refused(m.PoseGraph, "the limit is 1024", keyframe_stamps_ns=np.arange(m.MAX_KEYFRAMES + 1)),
+    refused(m.FeatureField, "empty", features=np.zeros((0, 3, 4), np.float16)),
+    refused(m.FeatureField, "features contains", features=np.full((2, 3, 4), NAN, np.float16)),
+    refused(m.FeatureField, "variance must be positive", variance=f(6, 8)),
+    refused(m.FeatureField, "variance must be positive", variance=f(6, 8, value=NAN)),
+    refused(m.FeatureField, "1e-06 to 1e.12", variance=f(6, 8, value=1e-38)),
+    refused(m.FeatureField, "1e-06 to 1e.12", variance=f(6, 8, value=3e38)),
+    refused(m.FeatureField, "depth_mm has shape", depth_mm=np.zeros((3, 4), np.uint16)),
+    refused(m.Detections, "point_owner", point_owner=np.array([0, 1, 2], np.int32)),
+    refused(m.Detections, "point_owner", point_owner=np.array([0, -1, 1], np.int32)),
+    refused(m.Detections, "picture_scale is 0", picture_scale=0.0),
+    refused(m.Detections, "picture_scale is nan", picture_scale=NAN),
+    refused(m.Detections, "make it smaller", picture=bytes(m.MAX_PICTURE_BYTES + 1)),
+    refused(m.TextRequest, "0 texts.* between 1 and 256", texts=()),
+    refused(m.TextRequest, "257 texts.* between 1 and 256", texts=("sofa",) * 257),
+    refused(m.TextEmbeddings, "neutral has shape", neutral=f(3, 5)),
+    refused(m.TextEmbeddings, "floor is 1.2", floor=1.2),
+    refused(m.TextEmbeddings, "floor is nan", floor=NAN),
+    refused(m.TextEmbeddings, "nearest has 2 entries for 1 texts", nearest=((), ())),
+    refused(m.ImageRequest, "no PNG", image=b"sofa"),
+    refused(m.ImageRequest, "the limit is 524288", image=bytes(m.MAX_IMAGE_BYTES + 1)),
+    refused(m.ImageSimilarityRequest, "no PNG", image=b"sofa"),
+    refused(
+        m.ImageSimilarityRequest,
+        "no negatives",
+        query=m.SimilarityRequest("the image", negatives=("bed",)),
+    ),
+    refused(m.SimilarityRequest, "max_regions is 0", max_regions=0),
+    refused(m.SimilarityRequest, "max_regions is 101", max_regions=101),
+    refused(m.SimilarityRequest, "negative is empty", negatives=("",)),
+    refused(m.SimilarityRequest, "at most 10", negatives=("bed",) * 11),
+    refused(m.SimilarityRequest, "give x_min, y_min", area_m=(0.0, 1.0)),
+    refused(m.SimilarityRequest, "give x_min, y_min", area_m=(0.0, 0.0, 1.0, NAN)),
+    refused(m.SimilarityRequest, "give x_min, y_min", area_m=(0.0, 0.0, 1.0, 1e6)),
+    refused(m.SimilarityRequest, "x_min < x_max", area_m=(1.0, 0.0, 1.0, 1.0)),
+    refused(m.SimilarityRequest, "robot_xy_m", robot_xy_m=(1.0,)),
+    refused(m.SimilarityRequest, "robot_xy_m", robot_xy_m=(1.0, INF)),
+    refused(m.AnsweredQuery, "text is empty", text=""),
+    refused(m.AnsweredQuery, "at most 10", negatives=("bed",) * 11),
+    refused(m.AnsweredQuery, "best_score is 1.5", best_score=1.5),
+    refused(m.AnsweredQuery, "centre_m", centre_m=(1.0,)),
+    refused(m.SimilarityReply, "best_score is -0.1", best_score=-0.1),
+    refused(m.SimilarityReply, "variances has shape", variances=f(3)),
+    refused(m.SimilarityReply, "last_seen_ns has shape", last_seen_ns=np.zeros(3, np.int64)),
+    refused(m.SimilarityReply, "best_views has shape", best_views=f(2, 2)),
+    refused(m.SimilarityReply, "heights_m has shape", heights_m=f(2, 3)),
+    refused(m.SimilarityReply, "outline_points_m has shape", outline_points_m=f(3, 2)),
+    refused(
+        m.SimilarityReply,
+        "beyond the 2 there are",
+        outline_owner=np.array([0, 1, 2, 2], np.int32),
+    ),
+    refused(m.SearchViewRequest, "text is empty", text="  "),
+    refused(m.SearchViewRequest, "at most 30", rivals=("bed",) * 31),
+    refused(m.ViewChangesRequest, "rival is empty", rivals=("",)),
+    refused(m.ViewChangesRequest, "at most 30", rivals=("bed",) * 31),
+    refused(m.ViewKey, "query has 401 characters", query="1" * 401),
+    refused(m.ViewKey, "number is -1", number=-1),
+    refused(m.SearchView, "occupancy has shape", occupancy=SMALL),
+    refused(m.SearchView, "layers has shape", layers=SMALL),
+    refused(m.ViewChanges, "tiles has shape", tiles=np.zeros((1, 3), np.int32)),
+    refused(m.ViewChanges, "cells has shape", cells=np.zeros((1, 500), np.uint8)),
+    refused(m.ViewChanges, "occupancy has shape", cells=np.zeros((1, 512), np.uint8)),
+    refused(m.ViewChanges, "layers has shape", layers=np.zeros(3, np.uint8)),
+    refused(m.ViewChanges, "values has 1 rows; expected 0, 2 or 3", values=f(1, 1)),
+    refused(m.ViewChanges, "values has shape", values=f(3, 2)),
+    refused(m.ViewChanges, "rank_limits has shape", rank_limits=f(0)),
+    refused(m.ViewChanges, "not of whole tiles", grid=GridSpec(0.1, (-60, 0), (128, 192))),
+    refused(m.ViewChanges, "outside of the grid's, 0 to 2", tiles=np.array([[0, 3]], np.int32)),
+    refused(
+        m.ViewChanges,
+        "there twice",
+        tiles=np.zeros((2, 2), np.int32),
+        cells=np.pad(np.full((2, 1), 128, np.uint8), ((0, 0), (0, 511))),
+    ),
+    refused(m.SavedMap, "no name", name=""),
+    refused(m.SavedMap, "problem has 256 characters", problem="x" * 256),
+    refused(m.SavedMap, "file_bytes is -1", file_bytes=-1),
+    refused(m.MapList, "at most 200", maps=(sample(m.SavedMap),) * 201),
+    refused(m.MapList, "left_out is -1", left_out=-1),
+    refused(m.MapMerge, "x_m is nan", x_m=NAN),
+    *(
+        refused(kind, reason, **changes)
+        for kind in (m.ObjectFind, m.KeptObject)
+        for reason, changes in (
+            ("object name is empty", {"name": " "}),
+            ("position_m contains NaN", {"position_m": (NAN, 0.0, 0.0)}),
+            ("extent_m contains NaN or infinity", {"extent_m": (0.0, 0.0, 0.0, INF)}),
+            ("box_px has 2 numbers", {"box_px": (1.0, 2.0)}),
+            ("score is 1.5", {"score": 1.5}),
+            ("search_id has 65 characters", {"search_id": "x" * 65}),
+        )
+    ),
+    refused(m.ObjectFind, "stamp_ns is -1", stamp_ns=-1),
+    refused(m.KeptObject, "last_seen_ns", last_seen_ns=2**63),
+    refused(m.KeptObject, "no id", object_id=""),
+    refused(m.KeptObject, "times_found is -1", times_found=-1),
+    refused(m.KeptObject, "needs 2, or none", height_m=(0.5,)),
+    refused(m.ObjectId, "object_id has 65 characters", object_id="x" * 65),
+    refused(m.PicturedObject, "make it smaller", picture=bytes(m.MAX_PICTURE_BYTES + 1)),
+    refused(m.ObjectList, "at most 150", objects=(sample(m.KeptObject),) * 151),
+    refused(m.SearchRequest, "between 1 and 20", objects=()),
+    refused(m.SearchRequest, "between 1 and 20", objects=("sofa",) * 21),
+    refused(m.SearchRequest, "object name is empty", objects=("sofa", " ")),
+    refused(m.SearchRequest, "patience_s is nan", patience_s=NAN),
+    refused(m.SearchRequest, "max_distance_m is -1.0; it must be 0 or more", max_distance_m=-1.0),
+    refused(m.SearchRequest, "max_time_s is inf", max_time_s=INF),
+    refused(m.SearchRequest, "has only objects", place_m=(1.0, 2.0)),
+    refused(m.SearchRequest, "has only a place", kind=m.SearchKind.GO_TO, place_m=(1.0, 2.0)),
+    refused(m.SearchRequest, "has 0 numbers", kind=m.SearchKind.LOOK_AT, objects=()),
+    *(
+        refused(m.SearchStatus, reason, kind=m.SearchKind.LOOK_AT, place_m=place_m)
+        for place_m, reason in (
+            ((1.0, 2.0, 3.0), "has 3 numbers"),
+            ((NAN, 0.0), "within 100000 m"),
+            ((1.1e5, 0.0), "are their units metres"),
+        )
+    ),
+    refused(m.SearchStatus, "holds no readable word", objects=("12",)),
+    refused(m.SearchList, "listed twice", searches=(sample(m.SearchStatus),) * 2),
+    refused(m.PlannedPath, "frontier_scores has shape", frontier_scores=ONE),
+    refused(m.PlannedPath, "region_scores has shape", region_scores=ONE),
+    refused(m.PlannedPath, "points_m contains", points_m=f(1, 2, value=NAN)),
+    refused(m.PlannedPath, "look_m is", look_m=(1.0,)),
+    refused(m.PlannedPath, "motion is 'fly'", motion="fly"),
+    refused(m.GoalOption, "all must be finite", utility=NAN),
+    refused(m.GoalChoice, "6 options; at most 5", options=(sample(m.GoalOption),) * 6),
+]
+
+
+@pytest.mark.parametrize(("cls", "reason", "changes"), IMPOSSIBLE)
+def test_what_cannot_be_is_refused(cls: type[Any], reason: str, changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=reason):
+        dataclasses.replace(sample(cls), **changes)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("  \n\t ", "empty"),
+        ("a" * 10_000, "10000 characters; the limit is 200"),
+        ("12 34", "no readable word"),
+        ("so\x00fa", "no readable word"),
+        ("\u202esofa", "no readable word"),
+        (7, "must be a string, not int"),
+    ],
+)
+def test_texts_that_name_nothing_are_refused(text: Any, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        m.check_text(text)
+
+
+@pytest.mark.parametrize("text", ["sofa", "  teddy\n bear ", "Kühlschrank", "冷蔵庫", "tv 2"])
+def test_names_in_any_language_are_accepted_and_cleaned(text: str) -> None:
+    assert m.check_text(text) == " ".join(text.split())
+    for message, field in (
+        (m.TextRequest((text,)), "texts"),
+        (m.SearchRequest((text,)), "objects"),
+        (m.SearchViewRequest("sofa", (text,)), "rivals"),
+        (m.ViewChangesRequest("sofa", (text,)), "rivals"),
+    ):
+        assert getattr(message, field) == (m.check_text(text),)
+
+
+def test_the_longest_lists_fit_into_one_message() -> None:
+    text = "x" * m.MAX_FILE_TEXT_CHARS
+    saved = m.SavedMap(text, 2**62, 2**62, text, text, 0.1, 2**62, 2**62, text)
+    kept = dataclasses.replace(sample(m.KeptObject), name="\U00010348" * 200, search_id="s" * 64)
+    for full in (
+        m.MapList((saved,) * m.MAX_LISTED_MAPS, 9),
+        m.ObjectList((kept,) * m.MAX_LISTED_OBJECTS),
+    ):
+        assert decode(type(full), encode(full)) == full
+
+
+def test_an_empty_pose_graph_announces_corrections() -> None:
+    none = np.zeros((0, 4, 4))
+    assert len(m.PoseGraph(1, 2, np.zeros(0, np.int64), none, none).T_map_body) == 0
+
+
+def test_a_command_to_drive_sideways_moves() -> None:
+    assert m.VelocityCommand(1, 2, 0.0, 0.0, lateral_mps=-0.1).moves
+    assert not m.VelocityCommand(1, 2, 0.0, 0.0).moves
+
+
+def test_a_status_has_its_target_while_active_and_a_drive_its_place() -> None:
+    status = sample(m.SearchStatus)
+    assert (status.active, status.target, status.subject) == (True, "bed", "'bed'")
+    for state in m.FINAL_STATES:
+        ended = dataclasses.replace(status, state=state)
+        assert (ended.active, ended.target) == (False, "")
+    drive = dataclasses.replace(status, objects=(), kind=m.SearchKind.GO_TO, place_m=(1.0, -2.5))
+    assert (drive.target, drive.subject) == ("", "the place (1.00, -2.50)")
+
+
+def test_each_object_has_its_own_result_in_whatever_order_they_ended() -> None:
+    status = sample(m.SearchStatus)
+    bed, first, second = (
+        dataclasses.replace(status.results[0], name=name, reason=reason)
+        for name, reason in (("bed", "1"), ("cup", "2"), ("cup", "3"))
+    )
+    objects = ("cup", "sofa", "bed", "cup")
+    status = dataclasses.replace(status, objects=objects, index=1, results=(bed, first, second))
+    assert [status.result_of(index) for index in range(4)] == [first, None, bed, second]
+
+
+def test_every_reason_of_a_failure_has_a_sentence_of_its_own() -> None:
+    sentences = [code.sentence for code in m.FailureCode if code]
+    assert all(sentence.endswith(".") for sentence in sentences)
+    assert len(set(sentences)) == len(sentences) == len(m.FailureCode) - 1
+
+
+def test_the_share_that_was_looked_at_is_of_what_could_be() -> None:
+    assert m.MapVerdict(m.Verdict.FOUND, 6.0, 2.0).looked_share == pytest.approx(0.75)
+    assert m.NO_VERDICT.looked_share == 0.0
+
+
+def test_a_rank_counts_the_limits_below() -> None:
+    limits = np.array([0.1, 0.2, 0.2, 0.5], np.float32)
+    values = np.array([[0.0, 0.1, 0.15], [0.2, 0.3, 0.9]], np.float32)
+    assert m.ranked(values, limits).tolist() == [[1, 1, 2], [2, 4, 5]]
+
+
+def embeddings(rows: list[list[float]], competing: list[list[int]]) -> m.TextEmbeddings:
+    """Embeddings of the texts a, b, c with these rows of ``neutral_mask``."""
+    mask = np.array(competing, np.uint8).reshape(3, -1)
+    neutral = np.zeros((mask.shape[1], 2), np.float32)
+    return m.TextEmbeddings(
+        "e", "s", ("a", "b", "c"), np.array(rows, np.float32), neutral, mask, 1.0,
+        nearest=((), ("x",), ()),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "competing"),
+    [
+        ([[1, 0], [0, 1], [1, 0]], [[0, 1], [0, 1], [1, 1]]),  # a and b spare the same word
+        ([[1, 0], [0.95, 0.31225], [0, 1]], [[], [], []]),  # without words, the cosine decides
+    ],
+)
+def test_which_texts_mean_the_same(rows: list[list[float]], competing: list[list[int]]) -> None:
+    expected = [[True, True, False], [True, True, False], [False, False, True]]
+    assert embeddings(rows, competing).same_meaning().tolist() == expected
+
+
+def test_some_of_the_texts_keep_their_rows() -> None:
+    some = embeddings([[1, 0], [0.6, 0.8], [0, 1]], [[0], [1], [1]]).only(np.array([1, 2]))
+    assert (some.texts, some.nearest) == (("b", "c"), (("x",), ()))
+    np.testing.assert_array_equal(some.embeddings, np.array([[0.6, 0.8], [0, 1]], np.float32))
+
+
+def encoded(width: int, height: int, suffix: str, *options: int) -> bytes:
+    image = np.random.default_rng(0).integers(0, 255, (height, width, 3), dtype=np.uint8)
+    data: bytes = cv2.imencode(suffix, image, options)[1].tobytes()
+    return data
+
+
+@pytest.mark.parametrize("size", [(16, 16), (320, 17), (33, 4096)])
+@pytest.mark.parametrize(
+    ("suffix", "options"),
+    [(".png", ()), (".jpg", ()), (".jpg", (cv2.IMWRITE_JPEG_PROGRESSIVE, 1))],
+)
+def test_the_header_of_a_picture_says_its_size(
+    size: tuple[int, int], suffix: str, options: tuple[int, ...]
+) -> None:
+    data = encoded(*size, suffix, *options)
+    assert image_size_px(data) == size
+    m.check_image(data)
+    with pytest.raises(ValueError, match="no PNG and no JPEG"):
+        m.check_image(data[:20])
+
+
+def test_segments_before_the_frame_of_a_jpeg_are_passed_over() -> None:
+    data = encoded(40, 24, ".jpg")
+    camera = b"\xff\xe1\x00\x06Exif" + b"\xff\xfe\x00\x04hi" + b"\xff"
+    assert image_size_px(data[:2] + camera + data[2:]) == (40, 24)
+
+
+@pytest.mark.parametrize("size", [(15, 40), (40, 1), (16, 4097)])
+def test_too_small_and_too_large_pictures_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(ValueError, match=f"has {size[0]} x {size[1]} pixels; each side must have"):
+        m.check_image(encoded(*size, ".png"))
+
+
+def test_a_small_file_that_claims_to_be_huge_is_refused() -> None:
+    bomb = bytearray(encoded(40, 24, ".png"))
+    bomb[16:24] = b"\x00\x01\x00\x00\x00\x01\x00\x00"
+    with pytest.raises(ValueError, match="65536 x 65536 pixels"):
+        m.check_image(bytes(bomb))
+
+
+@given(st.binary(max_size=200))
+def test_no_bytes_break_the_check(data: bytes) -> None:
+    for start in (b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"):
+        size = image_size_px(start + data)
+        assert size is None or min(size) >= 0

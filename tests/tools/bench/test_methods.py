@@ -1,0 +1,215 @@
+"""The methods' switches, the baselines' exploration and VLFM's value map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.config import PlannerConfig
+from onemap_planner.motion.motions import Drive, Rest
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.explore import explore
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
+from onemap_planner.search.phases import Exhausted
+from onemap_planner.world.candidates import Consensus
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import camera_mount, pose_2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
+from onemap_tools.bench.navigation.methods import (
+    NEAREST_FRONTIER,
+    NO_CONSENSUS,
+    ConfidenceValueMap,
+    FrontierExploration,
+    frontier_value,
+    image_score,
+    merged,
+    planner_config,
+    search_method,
+    view_confidence,
+    without_rivals,
+    without_similarity,
+)
+from onemap_tools.bench.options import MethodName
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import POSE, SEARCH, candidate, context, explored, planner_state
+
+
+def seen(*rows: str) -> PlanningContext:
+    view = search_view_of(drawn_map(*rows, scale=5))
+    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def utility(travel_m: float) -> GoalUtility:
+    return GoalUtility.of(0.0, travel_m)
+
+
+BOTH_ENDS = seen(*["   .........      "] * 10)
+
+
+def test_the_nearest_frontier_is_chosen_and_kept() -> None:
+    state, motion, event, candidates = explored(PlannerState(SEARCH), BOTH_ENDS, NEAREST_FRONTIER)
+    assert isinstance(motion, Drive)
+    assert event is None
+    assert len(candidates.frontiers) >= 2
+    goal = state.memory.active_goal
+    assert goal is not None
+    again, *_ = explored(replace(state, active_time_s=1.0), BOTH_ENDS, NEAREST_FRONTIER)
+    assert again.memory.active_goal == goal
+    farthest = FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
+    other, *_ = explored(state, BOTH_ENDS, farthest)
+    assert other.memory.active_goal is not None
+    away_m = other.memory.active_goal.goal.utility.travel_m
+    assert away_m > goal.goal.utility.travel_m
+
+
+def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
+    state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, NEAREST_FRONTIER)
+    goal = state.memory.active_goal
+    assert goal is not None
+    late = replace(state, active_time_s=goal.budget_s + 0.1)
+    after, *_ = explored(late, BOTH_ENDS, NEAREST_FRONTIER)
+    assert goal.goal.look_xy in after.visited_frontiers
+    there = replace(state.memory, active_goal=replace(goal, arrived_s=0.0))
+    lingered = replace(state, memory=there, active_time_s=LINGER_S)
+    after, *_ = explored(lingered, BOTH_ENDS, NEAREST_FRONTIER)
+    assert goal.goal.look_xy in after.visited_frontiers
+
+
+def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> None:
+    settle_s = SETTLE_S
+    state = planner_state()
+    rejected = replace(state.memory, rejected=(candidate(2.5, 2.5),))
+    state = replace(state, memory=rejected, visited_frontiers=((1.0, 1.0),))
+    state, motion, event, _ = explored(state, context(), NEAREST_FRONTIER)
+    assert (motion, event) == (Rest(), None)
+    state, *_ = explored(replace(state, active_time_s=settle_s + 0.1), context(), NEAREST_FRONTIER)
+    assert state.memory.reconsidered
+    assert state.memory.rejected == ()
+    assert state.visited_frontiers == ()
+    state, *_ = explored(state, context(), NEAREST_FRONTIER)
+    late = replace(state, active_time_s=2 * settle_s + 0.2)
+    _, _, event, _ = explored(late, context(), NEAREST_FRONTIER)
+    assert isinstance(event, Exhausted)
+    assert "no frontier is left on" in event.reason
+
+
+def test_the_value_of_a_frontier_is_the_highest_near_it() -> None:
+    place = BOTH_ENDS.map_view.grid.centres(np.array([12, 12]))
+    similarity = np.full(BOTH_ENDS.map_view.grid.shape, np.nan, np.float32)
+    similarity[14, 12], similarity[25, 12] = 0.6, 0.9
+    context = replace(BOTH_ENDS, map_view=replace(BOTH_ENDS.map_view, similarity=similarity))
+    xy = (float(place[0]), float(place[1]))
+    goal = Goal(GoalKind.FRONTIER, xy, xy, utility(1.0), "")
+    assert frontier_value(goal, context) == np.float32(0.6)
+    away = replace(goal, look_xy=(xy[0] - 5.0, xy[1]))
+    assert frontier_value(away, context) == 0.0
+
+
+QUERY = TextEmbeddings(
+    "e",
+    "s",
+    ("bed",),
+    np.array([[1.0, 0.0]], np.float32),
+    np.zeros((0, 2), np.float32),
+    np.zeros((1, 0), np.uint8),
+    1.0,
+)
+
+
+def field(feature: tuple[float, float], yaw_rad: float = 0.0, depth_mm: int = 4000) -> FeatureField:
+    """A level camera at (0, 0) that sees a wall everywhere."""
+    return FeatureField(
+        sequence=1,
+        stamp_ns=1,
+        encoder_id="e",
+        text_space="s",
+        features=np.full((3, 4, 2), feature, np.float16),
+        variance=np.ones((30, 40), np.float32),
+        depth_mm=np.full((30, 40), depth_mm, np.uint16),
+        intrinsics=Intrinsics.from_fov(40, 30, np.pi / 2),
+        T_map_camera=pose_2d(0.0, 0.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.0),
+    )
+
+
+def similarity(values: ConfidenceValueMap) -> np.ndarray:
+    """(2, 3): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m."""
+    grid = GridSpec(0.1, (-60, -60), (120, 120))
+    zeros = np.zeros(grid.shape, np.uint8)
+    view = values.view(SearchView("bed", 1, 1, 1, grid, zeros, zeros, zeros.astype(np.float32)))
+    assert view.rival.size == 0
+    places = np.array([[(x, y) for y in (-2.95, 0.05, 3.05)] for x in (2.05, -1.95)])
+    cells = grid.cells(places)
+    found: np.ndarray = view.similarity[cells[..., 0], cells[..., 1]]
+    return found
+
+
+def test_the_score_is_that_of_the_whole_image() -> None:
+    assert image_score(field((1.0, 0.0)), QUERY) == pytest.approx(1.0)
+    assert image_score(field((0.0, 2.0)), QUERY) == pytest.approx(0.5)
+
+
+def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
+    places = np.array([[2.0, 0.0], [2.0, 1.0], [2.0, -1.0], [2.0, 2.2], [-2.0, 0.0], [5.0, 0.0]])
+    ahead, left, right, beside, behind, beyond = view_confidence(places, field((1.0, 0.0)))
+    assert ahead == pytest.approx(1.0)
+    assert 0 < left < ahead
+    assert left == pytest.approx(right)
+    assert (beside, behind, beyond) == (0.0, 0.0, 0.0)
+
+
+def test_frames_are_averaged_by_confidence_and_forgotten() -> None:
+    values = ConfidenceValueMap(0.1)
+    assert np.isnan(similarity(values)).all()
+    values.add(field((1.0, 0.0)), QUERY)
+    values.add(field((0.0, 1.0)), QUERY)
+    seen = similarity(values)
+    assert seen[0, 1] == pytest.approx(0.75, abs=0.01)
+    assert np.isnan(np.delete(seen, 1)).all()
+    values.add(field((1.0, 0.0), yaw_rad=np.pi), QUERY)
+    assert similarity(values)[1, 1] == pytest.approx(1.0, abs=0.01)
+    values.clear()
+    assert np.isnan(similarity(values)).all()
+
+
+def test_onemap_is_what_the_planner_does() -> None:
+    assert search_method("onemap", 0.1).exploration is explore
+    assert not search_method("onemap", 0.1).forgets
+    assert search_method("onemap_reset", 0.1).forgets
+    config = planner_config(PlannerConfig(), 120.0)
+    assert config.explore.object_limit_s == 120.0
+    assert search_method("onemap", 0.1).consensus == Consensus()
+
+
+@pytest.mark.parametrize("method", sorted(NO_CONSENSUS))
+def test_without_consensus_any_detection_counts(method: MethodName) -> None:
+    assert search_method(method, 0.1).consensus == Consensus(0.0, 0.0)
+
+
+def test_a_value_map_is_each_episode_s_own() -> None:
+    first, second = (search_method("vlfm", 0.1) for _ in range(2))
+    assert first.forgets
+    assert first.value_map is not None
+    assert first.value_map is not second.value_map
+    assert search_method("vlfm", 0.1).exploration is not explore
+
+
+def test_without_similarity_no_cell_is_better_than_another() -> None:
+    similarity = np.array([[0.9, np.nan], [0.1, 0.4]], np.float32)
+    zeros = np.zeros((2, 2), np.uint8)
+    view = SearchView("bed", 1, 1, 1, GridSpec(0.1, (0, 0), (2, 2)), zeros, zeros, similarity)
+    changed = without_similarity(view)
+    np.testing.assert_array_equal(changed.similarity, [[0, np.nan], [0, 0]])
+    assert changed.rival.size == without_rivals(view).rival.size == 0
+
+
+def test_changes_keep_what_they_do_not_name() -> None:
+    assert merged({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 5}}) == {
+        "a": {"b": 5, "c": 2},
+        "d": 3,
+    }
+    with pytest.raises(KeyError):
+        merged({}, {"a": {"b": 1}})

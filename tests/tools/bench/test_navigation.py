@@ -1,0 +1,307 @@
+"""The navigation benchmark: episodes, a run that goes on, comparisons, and what errors change."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache, reduce
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+from onemap_shared.geometry import pose_2d
+from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.stairwell import Opening, with_stairwell
+from onemap_simulator.ground_truth.truth import SceneTruth
+from onemap_simulator.parts import scene_truth
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.lockstep import SearchEnd, SystemConfig
+from onemap_tools.bench.navigation.benchmark import run, setups, with_errors
+from onemap_tools.bench.navigation.episode import (
+    SIMULATED_CAMERA_PX,
+    EpisodeSetup,
+    failure_of,
+    oracle_objects,
+    run_episode,
+    system_config,
+    true_results,
+)
+from onemap_tools.bench.navigation.episodes import (
+    FROM_START_M,
+    GOALS,
+    MIN_WAY_M,
+    NavigationEpisode,
+    apartment_seeds,
+    draw_episode,
+    draw_openings,
+)
+from onemap_tools.bench.navigation.records import Failure
+from onemap_tools.bench.navigation.results import episode_line, table_lines
+from onemap_tools.bench.options import ErrorsName, FeaturesName, MethodName, NavigationBench
+from onemap_tools.demo.summary import ObjectSummary
+from tests.simulator.scenes import WALL_SIDES, SceneBuilder
+from tests.tools.bench.records import episode, failed
+
+OPTIONS = NavigationBench(method="oracle", episodes=3, apartments="odd", objects_per_episode=2)
+FOUND = ObjectSummary(
+    name="bed",
+    outcome="found",
+    reason="",
+    position_m=(1.0, 2.0, 0.4),
+    time_s=10.0,
+    path_length_m=8.0,
+    shortest_path_m=4.0,
+    true_distance_m=1.0,
+    goal_distance_m=0.0,
+    nearest="bed",
+)
+MISSED = replace(FOUND, outcome="not_found", goal_distance_m=inf)
+LATE = replace(MISSED, outcome="failed", reason="not found within 300 s, the limit for one object")
+SECTIONS = {
+    "none": set(),
+    "drift": {"odometry_drift"},
+    "jump": {"odometry_drift", "loop_closure"},
+    "late": {"frame_link"},
+    "dropped": {"frame_link"},
+    "depth": {"camera"},
+    "people": {"people"},
+    "all": {"odometry_drift", "loop_closure", "frame_link", "camera", "people"},
+}
+
+
+def setup(
+    method: MethodName, features: FeaturesName = "simulated", limit_s: float = 20.0
+) -> EpisodeSetup:
+    return EpisodeSetup(0, SystemConfig.read(None, 2, "training"), method, features, 2, limit_s)
+
+
+def room() -> Scene:
+    """8 x 4 m with a bed and a desk at opposite ends, a cup, and a toilet behind a wall."""
+    builder = SceneBuilder().add("floor", (0, 0, 0), (10, 4, 2.5), sides=("z-", *WALL_SIDES))
+    builder.add("wall", (7.9, 0, 0), (8.1, 4, 2.5))
+    builder.add("bed", (0.2, 0.2, 0), (1.2, 2.0, 0.5))
+    builder.add("desk", (7.0, 0.2, 0), (7.8, 1.2, 0.7))
+    builder.add("chair", (6.2, 0.4, 0), (6.6, 0.8, 0.9))  # beside the desk: never after it
+    builder.add("cup", (7.2, 0.4, 0.7), (7.3, 0.5, 0.8))
+    builder.add("toilet", (9.2, 0.2, 0), (9.8, 0.8, 0.5))
+    return replace(builder.build(), start=(4.0, 2.0, 0.0))
+
+
+def truth_of(scene: Scene) -> SceneTruth:
+    return SceneTruth(scene, radius_m=0.2, height_m=1.1, eye_height_m=1.0)
+
+
+def test_the_options_name_every_episode() -> None:
+    options = replace(OPTIONS, method="onemap", errors="people", stairwells=2, order="any")
+    made = setups(options)
+    assert [each.config.simulator.seed for each in made] == [1, 3, 5]
+    assert [each.index for each in made] == [0, 1, 2]
+    assert {each.config.simulator.people.count for each in made} == {2}
+    assert {(each.order, each.stairwells) for each in made} == {(SearchOrder.ANY, 2)}
+    assert apartment_seeds(3, 3, "all") == (3, 4, 5)
+    assert apartment_seeds(3, 3, "even") == (4, 6, 8)
+    assert apartment_seeds(4, 2, "odd") == (5, 7)
+
+
+@pytest.mark.parametrize("errors", get_args(ErrorsName))
+def test_an_error_changes_its_own_section_and_nothing_else(errors: ErrorsName) -> None:
+    wide = SimulatorConfig(seed=4).camera.model_copy(update={"width": 64})
+    config = SimulatorConfig(seed=4, camera=wide)
+    changed = with_errors(config, errors)
+    names = type(config).model_fields
+    differing = {name for name in names if getattr(changed, name) != getattr(config, name)}
+    assert differing == SECTIONS[errors]
+    assert changed.camera.width == 64
+    if errors == "all":
+        assert (changed.frame_link.max_delay_s, changed.frame_link.lost_share) == (0.6, 0.2)
+
+
+def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
+    scene = room()
+    truth, collision = truth_of(scene), CollisionMap.of(scene, 1.1)
+
+    def draw(seed: int, objects: int) -> NavigationEpisode:
+        return draw_episode(scene, truth, seed=seed, objects=objects, radius_m=0.2, height_m=1.1)
+
+    drawn = [draw(seed, 2) for seed in range(6)]
+    for each in drawn:
+        assert "bed" in each.objects  # the toilet has no way to it
+        assert set(each.objects) < {"bed", "desk", "chair"} < GOALS
+        x, y, _ = each.start
+        assert collision.clearance_m(x, y) > 0.2
+        assert truth.distances(each.objects[0], x, y).path_m >= MIN_WAY_M
+        assert truth.least_way_m(*each.objects) >= MIN_WAY_M
+    assert len({each.start for each in drawn}) == 6
+    assert drawn[0] == draw(0, 2)
+    with pytest.raises(ValueError, match="has 2 kinds of object that can be reached one after"):
+        draw(1, 4)
+
+
+def test_the_oracle_drives_the_shortest_paths_one_after_the_other() -> None:
+    drawn = NavigationEpisode(1, ("desk", "bed", "toilet"), (4.0, 2.0, 0.0))
+    (desk, bed, toilet), trajectory = oracle_objects(truth_of(room()), drawn, 0.5)
+    assert (desk.success, desk.spl, bed.spl) == (True, 1.0, 1.0)
+    assert 1.0 < desk.path_length_m < 2.5 < bed.path_length_m < 7.0
+    assert desk.time_s == pytest.approx(desk.path_length_m / 0.5)
+    assert trajectory[0] == (4.0, 2.0)
+    assert min(x for x, _ in trajectory) < 3.0
+    assert max(x for x, _ in trajectory) > 5.0
+    assert (toilet.success, toilet.failure) == (False, Failure.NEVER_IN_VIEW)
+
+
+@pytest.mark.parametrize(
+    ("judged", "in_view", "detected", "failure"),
+    [
+        (FOUND, 5, 5, Failure.NONE),
+        (replace(FOUND, goal_distance_m=0.5), 5, 5, Failure.STOPPED_SHORT),
+        (replace(FOUND, goal_distance_m=5.0, nearest="sofa"), 5, 5, Failure.WRONG_OBJECT),
+        (replace(MISSED, outcome="failed", reason="the robot is stuck"), 5, 5, Failure.STUCK),
+        (LATE, 0, 0, Failure.NEVER_IN_VIEW),
+        (MISSED, 5, 0, Failure.NOT_DETECTED),
+        (MISSED, 5, 2, Failure.NOT_ACCEPTED),
+    ],
+)
+def test_a_failure_has_one_reason(
+    judged: ObjectSummary, in_view: int, detected: int, failure: Failure
+) -> None:
+    assert failure_of(judged, in_view, detected) is failure
+
+
+def test_a_failure_is_named_in_the_episode_s_line_and_counted_in_the_table() -> None:
+    late = replace(failed("fan", 2.0, Failure.NEVER_IN_VIEW), timed_out=True)
+    line = episode_line(episode(6, failed("bed", 1.0, Failure.STUCK), late))
+    assert line == "apartment 7, 60 s: bed: the search failed; fan: never in view (time)"
+
+
+def test_results_are_judged_at_true_places() -> None:
+    bed = ObjectResult(
+        "bed", SearchState.FOUND, "", (3.0, 1.0, 0.4), 0.5, 9.0, 4.0, (1.0, 1.0), (2.0, 1.0)
+    )
+    sofa = replace(bed, name="sofa", start_xy_m=(2.0, 1.0), end_xy_m=(2.0, 3.0), position_m=())
+    ends = [
+        SearchEnd(pose_2d(2.0, 1.0, 0.0), pose_2d(2.5, 1.0, 0.0)),
+        SearchEnd(pose_2d(2.0, 3.0, 0.0), pose_2d(2.0, 3.0, np.pi / 2)),
+    ]
+    first, second = true_results((bed, sofa), ends)
+    assert first.start_xy_m == (1.0, 1.0)
+    assert first.end_xy_m == pytest.approx((2.5, 1.0))
+    assert first.position_m == pytest.approx((3.5, 1.0, 0.4))
+    assert second.start_xy_m == pytest.approx((2.5, 1.0))  # where the first ended
+    assert second.position_m == ()
+
+
+def test_simulated_features_have_a_small_camera_and_mini_the_configured_one() -> None:
+    small = system_config(setup("onemap")).simulator
+    assert (small.camera.width, small.camera.height) == SIMULATED_CAMERA_PX
+    mini = system_config(setup("onemap", "mini")).simulator
+    assert mini.camera == setup("onemap").config.simulator.camera
+    assert small.rgbd_hz == mini.rgbd_hz == 4.0
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+    told: list[str] = []
+    options = replace(OPTIONS, episodes=2, objects_per_episode=1, out=tmp_path)
+    first = run(replace(options, workers=2), told.append)
+    assert [len(told), first["episodes"], first["metrics"]["spl"]["value"]] == [2, 2, 1.0]
+    file = tmp_path / "episodes.jsonl"
+    file.write_text(file.read_text()[:-40])
+    told.clear()
+    second = run(options, told.append)
+    assert len(told) == 1  # the other was finished
+    assert "found, SPL 1.00" in told[0]
+    for result in (first, second):
+        del result["wall_s"]
+        for each in result["results"]:
+            del each["wall_s"]
+    assert first == second
+    assert json.loads((tmp_path / "results.json").read_text())["episodes"] == 2
+    assert (tmp_path / "episode_0000.png").read_bytes().startswith(b"\x89PNG")
+    assert "episode_0000.png" in (tmp_path / "index.html").read_text()
+    with pytest.raises(ValueError, match="episodes 2 instead of 4"):
+        run(replace(options, episodes=4), told.append)
+    same = run(replace(options, beside=[tmp_path]), told.append)
+    compared = same["compared_with"]["oracle"]["compared"]["spl"]
+    assert compared == {"value": 1.0, "low": 1.0, "high": 1.0}
+    lines = table_lines(same)
+    assert lines[0] == "oracle, simulated features: 2 episodes, 2 objects, 95 % intervals"
+    assert any(line.startswith("SPL of object 1") for line in lines)
+    assert any(line.startswith("SPL per object, over that of oracle") for line in lines)
+
+
+@pytest.mark.slow
+def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
+    plain = setup("onemap", limit_s=5.0)
+    simulator = with_errors(plain.config.simulator, "all")
+    harsh = replace(plain, config=replace(plain.config, simulator=simulator))
+    first, second = (run_episode(harsh) for _ in range(2))
+    assert first == second
+    assert first.frames_lost > 0
+    assert first.pose_error_m > 0.001
+    assert len(first.trajectory) < 4 * first.simulated_s
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", [each for each in get_args(MethodName) if each != "oracle"])
+def test_every_method_runs_an_episode(method: MethodName) -> None:
+    record = run_episode(setup(method, limit_s=4.0))
+    assert len(record.objects) == 2
+    assert len(record.trajectory) == pytest.approx(4 * record.simulated_s, abs=2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "changes", [{"features": "uncalibrated"}, {"features": "mini"}, {"order": SearchOrder.ANY}]
+)
+def test_every_kind_of_features_and_order_runs_an_episode(changes: dict[str, Any]) -> None:
+    record = run_episode(replace(setup("onemap", limit_s=3.0), **changes))
+    assert record.trajectory[0] == pytest.approx(record.start[:2])
+    assert len(record.objects) == 2
+
+
+@cache
+def drawn(seed: int) -> tuple[Scene, SceneTruth, NavigationEpisode, tuple[Opening, ...]]:
+    config = SimulatorConfig(seed=seed)
+    scene, robot = generate_apartment(seed), config.robot
+    truth = scene_truth(scene, config)
+    made = draw_episode(
+        scene, truth, seed=seed, objects=3, radius_m=robot.radius_m, height_m=robot.height_m
+    )
+    return scene, truth, made, draw_openings(scene, truth, made, config, 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 8, 26])
+def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object(seed: int) -> None:
+    scene, truth, made, openings = drawn(seed)
+    assert openings
+    config = SimulatorConfig(seed=seed)
+    opened = scene_truth(reduce(with_stairwell, openings, scene), config)
+    for name in made.objects:
+        before = truth.distances(name, *made.start[:2]).path_m
+        after = opened.distances(name, *made.start[:2]).path_m
+        assert isfinite(after)
+        assert after >= before - 1e-6
+    floor, start = CollisionMap.of(scene, config.robot.height_m), np.array(made.start[:2])
+    for x0, y0, x1, y1 in openings:
+        outside = np.maximum(np.maximum((x0, y0) - start, start - (x1, y1)), 0)
+        assert np.hypot(*outside) >= FROM_START_M
+        assert all(floor.clearance_m(x, y) > 0 for x in (x0, x1) for y in (y0, y1))
+    assert draw_openings(scene, truth, made, config, 1) == openings[:1]
+
+
+@pytest.mark.slow
+def test_an_episode_records_its_stairwells() -> None:
+    opened = replace(setup("oracle"), objects=3, stairwells=2)
+    record, plain = run_episode(opened), run_episode(replace(opened, stairwells=0))
+    assert len(record.stairwells) == len(drawn(2)[3]) > 0
+    assert not plain.stairwells
+    assert record.start == plain.start
+    ways = [sum(item.path_length_m for item in each.objects) for each in (record, plain)]
+    assert ways[0] > ways[1]

@@ -1,0 +1,136 @@
+"""The simulated encoder and detector: right without errors, wrong as often as set."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_perception.detectors.protocol import Detection, Image
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.text.embedding_table import load_table
+from onemap_perception.text.scores import scores
+from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_simulator.rendering.label_renderer import label_colours
+from onemap_tools.bench.navigation.simulated_perception import (
+    UNCALIBRATED,
+    SimulatedDetector,
+    SimulatedDetectorParams,
+    SimulatedEncoder,
+    SimulatedFeatureParams,
+    compact_table,
+    label_shares,
+    object_boxes,
+)
+from tests.tools.bench.test_navigation import room
+
+EXACT = SimulatedFeatureParams(noise=0.0, object_noise=0.0, confusion=0.0, blur_patches=0.0)
+BED, DESK = 2, 3  # objects of the room
+LABELS = np.repeat(np.array([[BED, DESK, -1]], np.int32), 8, axis=0).repeat(8, axis=1)
+
+
+def encoder(params: SimulatedFeatureParams, seed: int = 1) -> SimulatedEncoder:
+    return SimulatedEncoder(room(), SHIPPED, params, np.random.default_rng(seed))
+
+
+def score(simulated: SimulatedEncoder, word: str) -> np.ndarray:
+    """(h, w) scores of the patches of ``LABELS``."""
+    features = simulated.encode(label_colours(LABELS)).astype(np.float32)
+    flat = scores(features.reshape(-1, features.shape[-1]), simulated.embed_text((word,)))
+    return flat.reshape(features.shape[:2])
+
+
+def test_without_errors_every_patch_is_its_object_s_word() -> None:
+    beds = score(encoder(EXACT), "bed")
+    assert beds.shape == (2, 6)
+    assert beds[:, :2].min() > 0.9
+    assert beds[:, 2:].max() < 0.1
+
+
+def test_with_errors_most_patches_still_are_and_a_seed_repeats_them() -> None:
+    beds = score(encoder(SimulatedFeatureParams(confusion=0.0)), "bed")
+    assert beds[:, 0].mean() > 0.3 > beds[:, 3].mean()
+    np.testing.assert_array_equal(
+        beds, score(encoder(SimulatedFeatureParams(confusion=0.0)), "bed")
+    )
+    assert not np.array_equal(
+        beds, score(encoder(SimulatedFeatureParams(confusion=0.0), seed=2), "bed")
+    )
+
+
+def test_a_confused_object_looks_like_another_of_the_scene() -> None:
+    wrong = encoder(replace(EXACT, confusion=1.0))
+    assert score(wrong, "bed")[:, :2].max() < 0.5
+    assert score(wrong, "wall").max() < 0.999
+
+
+def test_uncalibrated_scores_are_all_high_and_close() -> None:
+    simulated = encoder(UNCALIBRATED)
+    queries = simulated.embed_text(("bed", "toilet"))
+    assert len(queries.neutral) == 0
+    assert not queries.same_meaning()[0, 1]
+    beds = score(simulated, "bed")[:, :4]
+    assert beds.min() > 0.5
+    assert 0.02 < beds[:, 0].mean() - beds[:, 3].mean() < 0.3
+    assert simulated.encoder_id != encoder(EXACT).encoder_id
+
+
+def test_fewer_dimensions_keep_the_cosines_of_the_classes() -> None:
+    vocabulary, table = load_vocabulary(SHIPPED), load_table(SHIPPED)
+    rows = table.embed(vocabulary.names)
+    few = compact_table(table, vocabulary, SimulatedFeatureParams().dimension)
+    small = few.embed(vocabulary.names)
+    assert small.shape[1] == SimulatedFeatureParams().dimension
+    changes = np.abs(small @ small.T - rows @ rows.T)
+    assert (changes.mean() < 0.03, changes.max() < 0.11) == (True, True)
+
+
+def test_shares_of_labels_per_patch() -> None:
+    labels = np.array([[0, 0, 1, -1], [0, 1, 1, -1]], np.int32)
+    np.testing.assert_allclose(label_shares(labels, 2, 2), [[[0.75, 0.25], [0.0, 0.5]]])
+    assert label_shares(labels, 2, 3).sum() == pytest.approx(1.5)
+
+
+RIGHT = SimulatedDetectorParams(miss=0.0, confusion=0.0, stray=0.0)
+
+
+def image() -> Image:
+    labels = np.zeros((30, 40), np.int32)
+    labels[5:15, 10:30] = BED
+    labels[20, 20] = DESK
+    return Image(label_colours(labels))
+
+
+def frames(params: SimulatedDetectorParams, word: str, count: int = 300) -> list[Detection]:
+    names = SimulatedEncoder(
+        room(), SHIPPED, SimulatedFeatureParams(), np.random.default_rng(0)
+    ).embed_text((word,))
+    detector = SimulatedDetector(room(), params, seed=4)
+    return [found for _ in range(count) for found in detector.detect(image(), names)]
+
+
+def test_without_errors_every_large_object_is_boxed() -> None:
+    (bed,) = frames(RIGHT, "bed", count=1)
+    assert bed.box_px == (10.0, 5.0, 30.0, 15.0)
+    assert bed.mask[10, 20]
+    assert frames(RIGHT, "desk", count=1) == []  # one pixel
+    assert frames(RIGHT, "toilet", count=1) == []
+
+
+def test_errors_come_as_often_as_set() -> None:
+    assert len(frames(replace(RIGHT, miss=0.3), "bed")) / 300 == pytest.approx(0.7, abs=0.08)
+    assert len(frames(replace(RIGHT, stray=0.1), "toilet")) / 300 == pytest.approx(0.1, abs=0.06)
+
+
+def test_a_confused_object_stays_confused_but_structure_is_never() -> None:
+    wrong = frames(replace(RIGHT, confusion=1.0), "toilet")
+    assert len(wrong) / 300 == pytest.approx(0.5, abs=0.1)
+    assert {detection.box_px for detection in wrong} == {(10.0, 5.0, 30.0, 15.0)}
+
+
+def test_boxes_enclose_the_pixels_of_each_object() -> None:
+    labels = np.array([[-1, 0, 0], [-1, 0, 2]], np.int32)
+    np.testing.assert_array_equal(
+        object_boxes(labels, 3), [[1, 0, 3, 2, 3], [0, 0, 0, 0, 0], [2, 1, 3, 2, 1]]
+    )

@@ -1,0 +1,329 @@
+"""Runs one episode in simulated time and judges it by the simulator's ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import reduce
+from math import isfinite
+
+import numpy as np
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_shared.messages import (
+    Detections,
+    ObjectResult,
+    RgbdFrame,
+    SearchOrder,
+    SearchState,
+    TruthRequest,
+)
+from onemap_shared.names import normalised
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.stairwell import with_stairwell
+from onemap_simulator.generation.style import STYLES
+from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.parts import scene_truth
+from onemap_simulator.rendering.bystanders import with_person
+from onemap_simulator.rendering.label_renderer import LabelRenderer
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.lockstep import (
+    FrameTruth,
+    LockstepSimulation,
+    PerceptionPipeline,
+    SearchEnd,
+    SimulatedRobot,
+    SystemConfig,
+)
+from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode, draw_openings
+from onemap_tools.bench.navigation.methods import planner_config, search_method
+from onemap_tools.bench.navigation.records import EpisodeRecord, Failure, ObjectRecord
+from onemap_tools.bench.navigation.simulated_perception import (
+    UNCALIBRATED,
+    SimulatedDetector,
+    SimulatedDetectorParams,
+    SimulatedEncoder,
+    SimulatedFeatureParams,
+)
+from onemap_tools.bench.options import FeaturesName, MethodName
+from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.demo.truth import evaluate_result
+
+RGBD_HZ = 4.0  # what the services reach on two cores
+SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320 x 240
+VIEW_PX = (80, 60)  # of the labels by which it is decided what is in view
+IN_VIEW_SHARE = 0.004  # of the image: what the simulated detector can detect
+POINT_EVERY = 4  # cells of 5 cm between two points of the oracle's trajectory
+OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limit ends them
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeSetup:
+    """config: its simulator has the apartment's seed and style; limit_s: simulated seconds per
+    object; stairwells: openings in the floor, at most."""
+
+    index: int
+    config: SystemConfig
+    method: MethodName
+    features: FeaturesName
+    objects: int
+    limit_s: float
+    order: SearchOrder = SearchOrder.GIVEN
+    stairwells: int = 0
+
+
+@dataclass(slots=True)
+class FrameCounts:
+    """What was seen and detected of each object while it was sought, and where the robot was."""
+
+    categories: tuple[str, ...]
+    in_view: dict[str, int] = field(default_factory=dict)
+    detected: dict[str, int] = field(default_factory=dict)
+    trajectory: list[tuple[float, float]] = field(default_factory=list)
+
+
+def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
+    """Run the episode in simulated time; ``wall_s`` stays 0."""
+    scene, truth, episode = drawn_episode(setup)
+    simulator = setup.config.simulator
+    openings = draw_openings(scene, truth, episode, simulator, setup.stairwells)
+    if openings:
+        scene = reduce(with_stairwell, openings, scene)
+        truth = scene_truth(scene, simulator)
+    record = EpisodeRecord(
+        setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0, stairwells=openings
+    )
+    if setup.method == "oracle":
+        speed_mps = setup.config.planner.drive.max_linear_mps
+        objects, trajectory = oracle_objects(truth, episode, speed_mps)
+        time_s = sum(item.time_s for item in objects)
+        return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
+    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+
+
+def drawn_episode(setup: EpisodeSetup) -> tuple[Scene, SceneTruth, NavigationEpisode]:
+    """The apartment of the setup, its ground truth, and what to do in it."""
+    simulator = setup.config.simulator
+    scene = generate_apartment(simulator.seed, STYLES[simulator.style])
+    robot = simulator.robot
+    truth = scene_truth(scene, simulator)
+    episode = draw_episode(
+        scene,
+        truth,
+        seed=simulator.seed,
+        objects=setup.objects,
+        radius_m=robot.radius_m,
+        height_m=robot.height_m,
+    )
+    return scene, truth, episode
+
+
+def _search(
+    scene: Scene,
+    truth: SceneTruth,
+    episode: NavigationEpisode,
+    setup: EpisodeSetup,
+    record: EpisodeRecord,
+) -> EpisodeRecord:
+    config = system_config(setup)
+    if config.simulator.people.count:
+        scene = with_person(scene)
+    labels = LabelRenderer(scene)
+    counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))
+    robot = SimulatedRobot(scene, config.simulator, None if setup.features == "mini" else labels)
+    simulation = LockstepSimulation(
+        robot,
+        config,
+        perception(scene, setup, config),
+        method=search_method(setup.method, config.mapper.cell_size_m),
+        watch=lambda frame, found: _count(
+            counts, labels, simulation, (frame, robot.truth_of(frame)), found
+        ),
+    )
+    limit_s = setup.limit_s * len(episode.objects) * OVERALL_LIMIT
+    search = simulation.search(episode.objects, limit_s, setup.order)
+    results = true_results(search.results, simulation.ends)
+    return replace(
+        record,
+        objects=tuple(_judged(results, truth, episode, counts)),
+        contacts=robot.contacts,
+        people_touched=robot.people_touched,
+        edges_crossed=robot.edges_crossed,
+        frames_lost=robot.link.lost,
+        pose_jumps=robot.localisation.jumps,
+        pose_error_m=round(robot.localisation.largest_error_m, 3),
+        simulated_s=round(simulation.now_s, 3),
+        trajectory=tuple(counts.trajectory),
+    )
+
+
+def true_results(
+    results: Sequence[ObjectResult], ends: Sequence[SearchEnd]
+) -> tuple[ObjectResult, ...]:
+    """The results with true places, as the robot's pose at the end of each search tells.
+
+    A search starts where the one before ended; at the first start the reported pose is true.
+    """
+    starts = (None, *ends)
+    return tuple(
+        replace(
+            result,
+            start_xy_m=start.true_place(result.start_xy_m) if start else result.start_xy_m,
+            end_xy_m=end.true_place(result.end_xy_m),
+            position_m=end.true_place(result.position_m),
+        )
+        for result, start, end in zip(results, starts, ends, strict=False)
+    )
+
+
+def system_config(setup: EpisodeSetup) -> SystemConfig:
+    """The configuration of the episode: frame rate, camera, and the method's planner."""
+    simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
+    if setup.features != "mini":
+        width, height = SIMULATED_CAMERA_PX
+        camera = simulator.camera.model_copy(update={"width": width, "height": height})
+        simulator = simulator.model_copy(update={"camera": camera})
+    planner = planner_config(setup.config.planner, setup.limit_s)
+    return replace(setup.config, simulator=simulator, planner=planner)
+
+
+def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionPipeline:
+    """The configured perception, or the simulated one with the errors of the apartment's seed."""
+    if setup.features == "mini":
+        return PerceptionPipeline(config.perception)
+    seed = config.simulator.seed
+    calibrated = setup.features == "simulated"
+    params = SimulatedFeatureParams() if calibrated else UNCALIBRATED
+    encoder = SimulatedEncoder(scene, SHIPPED, params, np.random.default_rng((seed, 1)))
+    detector = SimulatedDetector(scene, SimulatedDetectorParams(), seed)
+    return PerceptionPipeline(config.perception, encoder=encoder, detector=detector)
+
+
+def _count(
+    counts: FrameCounts,
+    labels: LabelRenderer,
+    simulation: LockstepSimulation,
+    captured: tuple[RgbdFrame, FrameTruth],
+    found: Detections,
+) -> None:
+    counts.trajectory.append(simulation.robot.xy)
+    state = simulation.state
+    if state is None or not state.search.active:
+        return
+    name, (width, height) = state.search.target, VIEW_PX
+    frame, truth = captured
+    rows, columns = frame.depth_mm.shape
+    intrinsics = frame.intrinsics.scaled(width / columns, height / rows)
+    image = labels.render(
+        truth.T_map_camera, intrinsics, width=width, height=height, people=truth.people
+    )
+    pixels = np.bincount(image.labels[image.labels >= 0], minlength=len(counts.categories))
+    large = pixels >= IN_VIEW_SHARE * width * height
+    if any(counts.categories[i] == normalised(name) for i in np.flatnonzero(large)):
+        counts.in_view[name] = counts.in_view.get(name, 0) + 1
+        counts.detected[name] = counts.detected.get(name, 0) + (name in found.names)
+
+
+def _judged(
+    results: Sequence[ObjectResult],
+    truth: SceneTruth,
+    episode: NavigationEpisode,
+    counts: FrameCounts,
+) -> list[ObjectRecord]:
+    """The records of all objects in the order in which they ended; the search did not come to
+    the others, and they are not found."""
+    ended = {result.name for result in results}
+    missing = [not_sought(name) for name in episode.objects if name not in ended]
+    records = []
+    for result in (*results, *missing):
+        judged = evaluate_result(
+            asdict(result),
+            result.name,
+            lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
+        )
+        records.append(object_record(judged, counts))
+    return records
+
+
+def object_record(judged: ObjectSummary, counts: FrameCounts) -> ObjectRecord:
+    """The record of a judged result."""
+    in_view, detected = counts.in_view.get(judged.name, 0), counts.detected.get(judged.name, 0)
+    return ObjectRecord(
+        name=judged.name,
+        outcome=str(judged.outcome),
+        reason=judged.reason,
+        success=judged.success,
+        claimed_wrongly=judged.claimed_wrongly,
+        spl=judged.spl,
+        path_length_m=judged.path_length_m,
+        shortest_path_m=_finite(judged.shortest_path_m),
+        goal_distance_m=_finite(judged.goal_distance_m),
+        time_s=judged.time_s,
+        in_view=in_view,
+        detected=detected,
+        failure=failure_of(judged, in_view, detected),
+        timed_out=not judged.claimed and is_timeout(judged.reason),
+    )
+
+
+def failure_of(judged: ObjectSummary, in_view: int, detected: int) -> Failure:
+    """Why the object does not count as found."""
+    if judged.success:
+        return Failure.NONE
+    if judged.claimed:
+        right = normalised(judged.nearest) == normalised(judged.name)
+        return Failure.STOPPED_SHORT if right else Failure.WRONG_OBJECT
+    if judged.outcome == SearchState.FAILED.value and not is_timeout(judged.reason):
+        return Failure.STUCK
+    if not in_view:
+        return Failure.NEVER_IN_VIEW
+    return Failure.NOT_ACCEPTED if detected else Failure.NOT_DETECTED
+
+
+def is_timeout(reason: str) -> bool:
+    """Whether the reason of a result is its time limit."""
+    return "the limit" in reason or reason == "the time was over"
+
+
+def not_sought(name: str) -> ObjectResult:
+    """The result for an object that the search did not come to."""
+    return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+def oracle_objects(
+    truth: SceneTruth, episode: NavigationEpisode, speed_mps: float
+) -> tuple[tuple[ObjectRecord, ...], tuple[tuple[float, float], ...]]:
+    """The records of all objects and the positions on the way, driven at the highest speed."""
+    here, records, trajectory = episode.start[:2], [], [episode.start[:2]]
+    for name in episode.objects:
+        length_m = truth.distances(name, *here).path_m
+        path = truth.shortest_path(name, *here)
+        reached = bool(np.isfinite(length_m))
+        if reached:
+            trajectory += [(float(x), float(y)) for x, y in (*path[::POINT_EVERY], path[-1])]
+            here = trajectory[-1]
+        records.append(_record(name, length_m if reached else None, speed_mps))
+    return tuple(records), tuple(trajectory)
+
+
+def _record(name: str, length_m: float | None, speed_mps: float) -> ObjectRecord:
+    reached, driven_m = length_m is not None, length_m or 0.0
+    return ObjectRecord(
+        name=name,
+        outcome=(SearchState.FOUND if reached else SearchState.NOT_FOUND).value,
+        reason="the shortest path" if reached else "no path leads there",
+        success=reached,
+        claimed_wrongly=False,
+        spl=float(reached),
+        path_length_m=driven_m,
+        shortest_path_m=length_m,
+        goal_distance_m=0.0 if reached else None,
+        time_s=driven_m / speed_mps,
+        in_view=0,
+        detected=0,
+        failure=Failure.NONE if reached else Failure.NEVER_IN_VIEW,
+    )
