@@ -22,7 +22,7 @@ from onemap.connection import stream_messages
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http import sockets
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.queries import QueryIntervals, query_events
+from onemap_gateway.http.queries import query_events
 from onemap_gateway.http.schemas import QueryRequest
 from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_IMAGE_BODY_BYTES, TOKEN_PROTOCOL
 from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
@@ -189,7 +189,6 @@ def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
 
 
 BODY: dict[str, Any] = {"image": b64encode(PNG).decode()}
-FAST = QueryIntervals(poll_s=0.01, query_s=0.0)
 Events = AsyncIterator[ServerSentEvent]
 
 
@@ -220,7 +219,7 @@ def listen(
     router: MemoryRouter, texts: list[str], scenario: Callable[[GatewayContext, Events], Any]
 ) -> None:
     with gateway_on(router) as gateway:
-        events = query_events(gateway, QueryRequest(texts=texts), FAST)
+        events = query_events(gateway, QueryRequest(texts=texts))
         anyio.run(scenario, gateway, events)
 
 
