@@ -74,13 +74,6 @@ def test_a_place_is_found_by_the_centre_of_an_answer() -> None:
     assert (found["best_elsewhere"], missed["best_elsewhere"]) == pytest.approx((0.9, 0.9))
 
 
-def test_the_other_sofa_is_not_elsewhere() -> None:
-    replies = {"sofa": reply("sofa", (8.0, 2.0, 0.9), (2.2, 2.2, 0.7))}
-    first, second = place_results([SOFA, OTHER_SOFA], replies, VOCABULARY)
-    assert first["best_elsewhere"] == second["best_elsewhere"] == pytest.approx(0.1)
-    assert (first["rank"], second["rank"]) == (2, 1)
-
-
 def test_what_a_place_looks_like_is_never_another_name_of_it() -> None:
     replies = {
         "sofa": reply("sofa", (2.0, 2.0, 0.5)),
@@ -156,41 +149,16 @@ def test_places_outside_the_map_are_named() -> None:
     assert "outside" not in "".join(table_lines({**document, "places": results[:3]}))
 
 
-def test_without_places_there_is_no_table() -> None:
-    assert place_results([], {}, VOCABULARY) == []
-    counts = totals([], [], {})
-    run = {
-        "encoder_id": "mini",
-        "frames": 5,
-        "cells": 99,
-        "seconds": 1.25,
-        "bounds_m": (0, 0, 1, 1),
-    }
-    assert table_lines({**counts, **run, "places": []}) == [
-        "No place is labelled: the map was asked for nothing.",
-        "mini, 5 frames, 99 cells, 1.2 s",
-    ]
-
-
 def labels_file(folder: Path, text: str) -> Path:
     path = folder / "labels.yaml"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def test_labels_are_read(tmp_path: Path) -> None:
-    path = labels_file(tmp_path, "- {name: sofa, x: 1, y: -2.5, radius_m: 0.5}\n")
-    assert read_labels(path) == (place("sofa", 1.0, -2.5, 0.5),)
-
-
 def test_the_labels_of_the_photographs_are_valid() -> None:
     labels = read_labels(ROOT / "tests" / "data" / "rgbd_study.yaml")
     assert len(labels) == 17
     assert {"sofa", "chair", "table"} <= {label.name for label in labels}
-
-
-def test_no_places_are_a_list_too(tmp_path: Path) -> None:
-    assert read_labels(labels_file(tmp_path, "[]\n")) == ()
 
 
 @pytest.mark.parametrize(

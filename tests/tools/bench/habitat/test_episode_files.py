@@ -58,10 +58,6 @@ def test_the_paper_s_episodes_hold_sequences_and_no_goals() -> None:
         goals_of(file.goals, episode.scene, "bed")
 
 
-def test_an_index_holds_no_episode() -> None:
-    assert parse_episodes(index_file(), "val.json.gz").episodes == ()
-
-
 def changed(**values: Any) -> dict[str, Any]:
     document = deepcopy(objectnav(SCENE_V1, "chair"))
     document["episodes"][0].update(values)
@@ -142,12 +138,6 @@ def test_sequences_get_their_goals_from_the_episodes_of_single_objects(
     assert len(found.goals["TEEsavR23oF.basis.glb", "chair"].view_points) == 4
     with pytest.raises(ValueError, match="give the ObjectNav episodes of the same scenes with"):
         read_episodes(sequences, None, None)
-
-
-def test_goals_may_come_from_one_file_of_any_name(split: Path, sequences: Path) -> None:
-    goals = split / "content" / "TEEsavR23oF.json.gz"
-    other = goals.rename(split / "all.json.gz")
-    assert len(read_episodes(sequences, other, 1).episodes) == 1
 
 
 def test_what_cannot_be_read_is_refused_in_a_sentence(
