@@ -157,6 +157,7 @@ def limit_reached(
     return None
 
 
+MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
@@ -253,11 +254,12 @@ def _advance_clock(
 def _wait_for_inputs(
     state: PlannerState, observation: Observation, params: PlannerParams
 ) -> PlannerState:
-    """Fail after ``patience_s`` without fresh inputs."""
+    """Fail after ``patience_s`` without fresh inputs, later while a stage starts."""
     if state.stale_since_s is None:
         return state
     waited_s = observation.now_s - state.stale_since_s
-    if waited_s <= params.explore.patience_s:
+    patient_s = observation.now_s - max(state.stale_since_s, observation.patience_from_s)
+    if patient_s <= params.explore.patience_s and waited_s <= MAX_WAIT_S:
         return state
     event = SearchFailed(
         f"waited {waited_s:.0f} s: {observation.stale_reason}", FailureCode.NO_INPUT
