@@ -26,9 +26,8 @@ from onemap_perception.encoders.openclip_convnext import (
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder, TorchTower
-from onemap_perception.errors import BackendError
+from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, BackendError, optional_import
 from onemap_perception.factory import make_encoder
-from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_shared.config import load
 from onemap_shared.geometry import F16, F32, U8
 from onemap_tools.bench.machine import machine_facts, parse_size, peak_process_bytes, spread_ms
