@@ -326,10 +326,11 @@ START_S = "start_s"  # metric: seconds that the start has taken so far; absent o
 
 
 @contextmanager
-def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
+def long_start(bus: Bus, service: str, what: str, usual_s: float) -> Iterator[None]:
     """Publish once a second until the block ends that the service is not ready, and why.
 
-    what: one sentence. The heartbeats' progress counts them: the main loop has not begun yet.
+    what: a sentence; the heartbeats add how much of the usual time has passed. Their progress
+    counts them: the main loop has not begun yet.
     systemd is asked for more time, so that it does not end what advances.
     """
     done = threading.Event()
@@ -338,6 +339,7 @@ def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
     began_s = time.monotonic()
 
     def beat(count: int) -> None:
+        passed_s = time.monotonic() - began_s
         supervisor.starting(what)
         publisher.put(
             Heartbeat(
@@ -346,8 +348,8 @@ def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
                 stamp_ns=time.time_ns(),
                 progress=count,
                 ready=False,
-                problem=what,
-                metrics={START_S: time.monotonic() - began_s},
+                problem=f"{what}: {passed_s:.0f} of about {usual_s:.0f} s",
+                metrics={START_S: passed_s},
                 version=installed_version(),
             )
         )

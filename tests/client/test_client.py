@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import subprocess
 import sys
 from dataclasses import replace
 
 import httpx
-import numpy as np
 import pytest
 
 from onemap import (
@@ -35,19 +33,6 @@ def test_the_import_is_light() -> None:
 
 def test_commands_and_client_look_at_the_same_address() -> None:
     assert DEFAULT_URL == URL_OF_COMMANDS
-
-
-def test_a_query_has_regions_best_first(client: Client, mapper: FakeMapper) -> None:
-    result = client.query("sofa")
-    best, second = result.regions
-    assert best.rank == 1
-    assert best.centre_m == pytest.approx((0.35, 1.15))
-    assert best.variance == pytest.approx(0.1)
-    assert best.extent_m == pytest.approx((0.2, 1.0, 0.5, 1.3))
-    assert second.variance is None
-    assert result.best_score == pytest.approx(0.9)
-    assert result.message == ""
-    assert len(client.query("sofa", max_regions=1).regions) == 1
 
 
 def test_a_query_without_regions_has_a_message(client: Client, mapper: FakeMapper) -> None:
@@ -103,12 +88,6 @@ def test_a_query_has_a_verdict_and_where_it_was_seen(client: Client, mapper: Fak
     assert (best.height_m, second.height_m) == ((0.1, 0.9), None)
 
 
-def test_negatives_and_area_are_asked_for(client: Client, mapper: FakeMapper) -> None:
-    client.query("sofa", negatives=["kettle"], area_m=(0, -1, 2, 3))
-    (asked,) = mapper.asked
-    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
-
-
 def test_several_texts_have_an_answer_each(client: Client, mapper: FakeMapper) -> None:
     kite, sofa = client.query_all(["kite", "sofa"], QueryOptions(max_regions=1))
     assert (kite.text, kite.verdict) == ("kite", "not_looked_yet")
@@ -141,13 +120,6 @@ def test_objects_are_listed_shown_and_forgotten(client: Client, mapper: FakeMapp
     assert client.object_picture(bed.id) == PICTURE
     assert client.forget_object(bed.id) == bed
     assert client.objects() == [sofa]
-
-
-def test_an_object_that_is_not_there_is_an_error(client: Client, mapper: FakeMapper) -> None:
-    for ask in (client.object_picture, client.forget_object):
-        with pytest.raises(OneMapError, match="'nix'") as error:
-            ask("nix")
-        assert error.value.status == 404
 
 
 def test_a_map_is_saved_and_loaded_by_its_name(client: Client, mapper: FakeMapper) -> None:
@@ -184,19 +156,6 @@ def test_saved_maps_are_listed_and_deleted(client: Client, mapper: FakeMapper) -
     assert newest.saved_at.timestamp() == pytest.approx(newest.saved_ns / 1e9)
     assert client.maps.delete("house") == newest
     assert [stored.name for stored in client.maps.list()] == ["flat"]
-
-
-def test_the_map_in_numbers(client: Client, mapper: FakeMapper) -> None:
-    info = client.maps.info()
-    assert info.bounds_m == pytest.approx((-1.0, -0.5, 3.0, 2.5))
-    assert info.free_m2 == pytest.approx(3.0)
-    assert info.occupied_m2 == pytest.approx(0.15)
-    assert (info.revision, info.rate_hz) == (7, 0.0)
-
-
-def test_the_archive_is_what_numpy_loads(client: Client, mapper: FakeMapper) -> None:
-    with np.load(io.BytesIO(client.maps.archive())) as archive:
-        assert archive["occupancy"].shape == (40, 30)
 
 
 def test_a_saved_map_is_merged(client: Client, mapper: FakeMapper) -> None:

@@ -81,12 +81,6 @@ def test_another_program_on_the_port_is_recognised(body: object) -> None:
         client_at(replying(200, body)).query("sofa")
 
 
-def test_a_page_is_not_a_reply() -> None:
-    page = httpx.MockTransport(lambda _: httpx.Response(200, html="<html>hello</html>"))
-    with pytest.raises(OneMapError, match="another program"):
-        client_at(page).status()
-
-
 @pytest.mark.parametrize("url", ["robot:8080", "ftp://robot", "http://[::1", "http://a b", ""])
 def test_a_wrong_url_is_refused(url: str) -> None:
     with pytest.raises(InvalidSetting) as error:

@@ -68,14 +68,6 @@ def test_searches_are_listed(client: Client, planner: FakePlanner) -> None:
     assert repr(listed) == "RemoteSearch(s1, sofa, exploring)"
 
 
-def test_a_search_that_is_not_there_is_an_error(client: Client, planner: FakePlanner) -> None:
-    with pytest.raises(OneMapError, match="No search 's9'") as error:
-        client.searches.get("s9")
-    assert error.value.status == 404
-    with pytest.raises(OneMapError, match="nothing at /v1/searches/s1/events"):
-        client.searches.get("s1/events?")
-
-
 def test_a_second_search_is_refused_with_the_first(client: Client, planner: FakePlanner) -> None:
     client.search("sofa")
     with pytest.raises(OneMapError, match="DELETE /v1/searches/s1") as error:
@@ -130,13 +122,6 @@ def test_an_interrupted_stream_is_opened_again() -> None:
     assert states(iter(rest)) == ["found"]  # the same state is told once
 
 
-def test_a_problem_of_the_planner_is_an_event() -> None:
-    problem = b'event: problem\ndata: {"detail": "The planner is away."}\n\n'
-    events = list(client_of(problem + status("failed") + b"\n\n").search("sofa").events())
-    assert str(events[0]) == "The planner is away."
-    assert states(iter(events)) == ["failed"]
-
-
 def test_a_gateway_that_stays_away_ends_the_events() -> None:
     waits: list[float] = []
     search = client_of(0, retry=Retry(first_s=0.5, most_s=1.5, attempts=3)).search("sofa")
@@ -171,13 +156,6 @@ def test_a_drive_to_a_place_ends_as_arrived(client: Client, planner: FakePlanner
     assert not drive.latest.all_found  # nothing was sought
 
 
-def test_a_view_of_a_place_is_asked_for(client: Client, planner: FakePlanner) -> None:
-    drive = client.look_at(1.0, -2.5)
-    assert (drive.latest.kind, drive.latest.place_m) == ("look_at", (1.0, -2.5))
-    planner.move(SearchState.FAILED)
-    assert not drive.wait().arrived
-
-
 def test_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
     limits = SearchLimits(max_distance_m=20.0)
     client.search("sofa", limits=limits)
@@ -199,12 +177,6 @@ def test_a_limit_that_is_none_is_refused_here(value: float) -> None:
 def test_a_place_that_is_none_is_refused_here(client: Client, place: tuple[float, float]) -> None:
     with pytest.raises(InvalidSetting, match="must be finite"):
         client.go_to(*place)
-
-
-def test_a_place_in_other_units_is_refused_there(client: Client, planner: FakePlanner) -> None:
-    with pytest.raises(OneMapError, match="less than or equal to 100000") as error:
-        client.go_to(2e5, 0.0)
-    assert error.value.status == 422
 
 
 def test_objects_are_sought_in_any_order_if_so_asked(client: Client, planner: FakePlanner) -> None:

@@ -53,11 +53,6 @@ def test_each_text_of_a_gateway_is_answered(client: Client, mapper: FakeMapper) 
     assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
 
 
-def test_an_unknown_word_is_refused(client: Client, mapper: FakeMapper) -> None:
-    with pytest.raises(OneMapError, match="flurb"):
-        next(client.follow_queries(["flurb"]))
-
-
 def test_an_image_is_followed(client: Client, mapper: FakeMapper) -> None:
     options = QueryOptions(max_regions=1, area_m=(0, -1, 2, 3))
     answer = next(client.follow_image(PNG, options))

@@ -173,3 +173,24 @@ def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(tmp_path: Path)
         finally:
             second.send_signal(signal.SIGINT)
             assert second.wait(PATIENCE_S) == 0
+
+
+def test_a_search_waits_for_a_mapper_that_compiles(tmp_path: Path) -> None:
+    sections: dict[str, Any] = {
+        "simulator": SIMULATOR,
+        "planner": {"explore": {"patience_s": 20.0}},
+    }
+    with System(tmp_path, SIMULATED, sections) as system:
+        search = searching(system)
+        system.kill("mapper")
+        system.environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")  # compiled anew, 45 s
+        system.start("mapper")
+        document = "/v1/searches/current"
+        system.until(lambda: "of about 45 s" in system.http.get(document).text, "it compiles")
+        said = system.http.get("/v1/status").text
+        assert "compiling the map's kernels" in said
+        assert "of about 45 s" in said
+        system.monitor.odometry.clear()
+        system.until(lambda: system.monitor.moves, "the robot drives on", START_S)
+        now = system.http.get(document).json()
+        assert (now["id"], now["active"]) == (search["id"], True)

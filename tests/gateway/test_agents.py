@@ -6,7 +6,7 @@ import base64
 import json
 import logging
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
@@ -64,7 +64,6 @@ CONFIG = GatewayConfig(
 )
 PATIENCE_S = 60.0  # for an answer; the library's 5 s are a measure of the machine
 BUDGET: dict[str, Any] = {"max_distance_m": 30, "max_time_s": 120}
-Script = Callable[[Client], Awaitable[Any]]
 
 
 @pytest.fixture

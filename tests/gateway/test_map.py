@@ -69,23 +69,6 @@ def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> 
     mapper.bus.close()
 
 
-@pytest.mark.parametrize(
-    ("body", "query", "reason"),
-    [
-        ({}, "", "'image' is missing"),
-        ({"image": "R0lGODlh"}, "", "no PNG and no JPEG"),
-        ({"image": b64encode(PNG).decode(), "text": "sofa"}, "", "'text' is no field"),
-        ({"image": b64encode(PNG).decode()}, "?scale=0", "scale"),
-    ],
-)
-def test_a_similarity_to_what_is_no_image_is_refused(
-    client: TestClient, body: dict[str, str], query: str, reason: str
-) -> None:
-    answer = client.post(f"/v1/map.png{query}", json=body)
-    assert answer.status_code == 422
-    assert reason in answer.json()["detail"]
-
-
 def test_the_arrays(client: TestClient) -> None:
     answer = client.get("/v1/map.npz?text=sofa")
     assert "map.npz" in answer.headers["Content-Disposition"]

@@ -19,7 +19,7 @@ from onemap_gateway.http.problems import (
     from_validation_errors,
     problem_response,
 )
-from onemap_gateway.http.schemas import QueryRequest, SearchStart
+from onemap_gateway.http.schemas import QueryRequest
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.memory_bus import MemoryRouter
@@ -101,22 +101,6 @@ def test_all_wrong_fields_are_listed() -> None:
     problem = refused(QueryRequest, '{"text": 5, "max_regions": 0}')
     fields = [error["field"] for error in problem.extra["errors"]]
     assert fields == ["text", "max_regions"]
-
-
-@pytest.mark.parametrize(
-    ("body", "detail"),
-    [
-        ('{"objects": []}', "'objects' has 0 entries; give at least 1."),
-        (json.dumps({"objects": ["sofa"] * 21}), "'objects' has 21 entries; give at most 20."),
-        ('{"objects": "sofa"}', "'objects' must be a list."),
-        ('{"go_to_m": [1, 2, 3]}', "'go_to_m' has 3 entries; give at most 2."),
-        ('{"go_to_m": [1]}', "'go_to_m[1]' is missing."),
-        ('{"go_to_m": 5}', "'go_to_m' must be a list."),
-        ('{"go_to_m": ["a", 2]}', "'go_to_m[0]': input should be a valid number."),
-    ],
-)
-def test_a_list_is_refused_in_words(body: str, detail: str) -> None:
-    assert refused(SearchStart, body).detail == detail
 
 
 def test_a_body_that_is_no_json_is_a_bad_request() -> None:

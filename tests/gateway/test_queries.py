@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from base64 import b64encode, urlsafe_b64encode
+from base64 import b64encode
 from collections.abc import AsyncIterator, Callable
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
 import anyio
-import httpx
 import pytest
 from fastapi.sse import ServerSentEvent
 from starlette.testclient import TestClient, WebSocketTestSession
@@ -18,13 +17,12 @@ from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect
 
-from onemap.connection import stream_messages
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http import sockets
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.queries import QueryIntervals, query_events
+from onemap_gateway.http.queries import query_events
 from onemap_gateway.http.schemas import QueryRequest
-from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_IMAGE_BODY_BYTES, TOKEN_PROTOCOL
+from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES
 from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
 from onemap_gateway.service import build
 from onemap_shared import keys
@@ -189,7 +187,6 @@ def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
 
 
 BODY: dict[str, Any] = {"image": b64encode(PNG).decode()}
-FAST = QueryIntervals(poll_s=0.01, query_s=0.0)
 Events = AsyncIterator[ServerSentEvent]
 
 
@@ -220,7 +217,7 @@ def listen(
     router: MemoryRouter, texts: list[str], scenario: Callable[[GatewayContext, Events], Any]
 ) -> None:
     with gateway_on(router) as gateway:
-        events = query_events(gateway, QueryRequest(texts=texts), FAST)
+        events = query_events(gateway, QueryRequest(texts=texts))
         anyio.run(scenario, gateway, events)
 
 
@@ -275,43 +272,6 @@ def test_an_unknown_word_ends_the_stream(router: MemoryRouter) -> None:
             await next_event(events)
 
     listen(router, ["flurb"], scenario)
-
-
-def test_an_image_is_answered_over_a_socket_and_again_when_it_changes(
-    router: MemoryRouter,
-) -> None:
-    mapper = ChangingMapper(router)
-    body = {**BODY, "max_regions": 1}
-    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
-        address = f"http://127.0.0.1:{worker.port}/v1/queries/events"
-        with httpx.stream("POST", address, json=body, timeout=WAIT_S, trust_env=False) as stream:
-            messages = stream_messages(stream.iter_bytes())
-            first = json.loads(next(messages).data)
-            assert (first["text"], first["calibrated"]) == ("image", False)
-            assert len(first["regions"]) == 1
-            mapper.moved_m = 0.3
-            mapper.announce(1)
-            changed = json.loads(next(messages).data)
-            assert changed["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
-    assert set(mapper.images) == {PNG}
-
-
-@pytest.mark.parametrize(
-    ("body", "reason"),
-    [
-        ({}, "exactly one of 'text'"),
-        ({"text": "flurb"}, "flurb"),
-        ({"image": "R0lGODlh"}, "no PNG and no JPEG"),
-        ({"image": b64encode(bytes(MAX_IMAGE_BYTES + 1)).decode()}, "the limit is 524288"),
-        ({"text": "sofa", "include_grid": True}, "'include_grid' is for POST /v1/queries"),
-    ],
-)
-def test_a_body_that_cannot_be_followed_is_refused_before_the_stream(
-    client: TestClient, body: dict[str, object], reason: str
-) -> None:
-    answer = client.post("/v1/queries/events", json=body)
-    assert answer.status_code == 422
-    assert reason in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
@@ -384,47 +344,6 @@ def code_at_the_end(socket: WebSocketTestSession) -> int:
     with pytest.raises(WebSocketDisconnect) as end:
         drain(socket)
     return end.value.code
-
-
-def test_each_text_is_answered_and_again_when_it_changes(router: MemoryRouter) -> None:
-    mapper = ChangingMapper(router)
-    with (
-        gateway_on(router) as gateway,
-        client_of(gateway).websocket_connect(f"{LIVE}?text=sofa&text=kite") as socket,
-    ):
-        first = [socket.receive_json() for _ in range(2)]
-        assert [(each["event"], each["data"]["text"]) for each in first] == [
-            ("answer", "sofa"),
-            ("answer", "kite"),
-        ]
-        mapper.moved_m = 0.3
-        mapper.announce(1)
-        changed = socket.receive_json()
-        assert (changed["event"], changed["data"]["text"]) == ("answer", "sofa")
-        assert changed["data"]["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
-
-
-@pytest.mark.parametrize(
-    ("asked", "reason"),
-    [
-        ("area_m=0,0,1,1", "text"),
-        ("text=", "empty"),
-        ("text=flurb", "flurb"),
-        ("text=sofa&area_m=here", "area_m"),
-        ("text=sofa&max_regions=0", "max_regions"),
-        ("text=sofa&max_regions=many", "max_regions"),
-        ("&".join(["text=sofa"] * 21), "text"),
-        ("text=sofa&" + "&".join(["negative=bed"] * 11), "negative"),
-    ],
-)
-def test_what_cannot_be_followed_is_told_and_closed(
-    client: TestClient, asked: str, reason: str
-) -> None:
-    with client.websocket_connect(f"{LIVE}?{asked}") as socket:
-        problem = socket.receive_json()
-        assert (problem["event"], problem["data"]["status"]) == ("problem", 422)
-        assert reason in problem["data"]["detail"]
-        assert code_at_the_end(socket) == 1008
 
 
 @pytest.mark.parametrize("binary", [False, True])
@@ -516,21 +435,3 @@ def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
         socket.receive_json()
         gateway.cache.begin_close()
         assert code_at_the_end(socket) == 1001
-
-
-def test_looking_is_enough_and_needed(router: MemoryRouter) -> None:
-    FakeMapper(router)
-    with gateway_on(
-        router, GatewayConfig.model_validate({"token": "all", "look_token": TOKEN})
-    ) as gateway:
-        client = client_of(gateway)
-        with (
-            pytest.raises(WebSocketDisconnect),
-            client.websocket_connect(f"{LIVE}?text=sofa") as socket,
-        ):
-            socket.receive_json()
-        encoded = urlsafe_b64encode(TOKEN.encode()).decode().rstrip("=")
-        protocols = [LIVE_PROTOCOL, TOKEN_PROTOCOL + encoded]
-        with client.websocket_connect(f"{LIVE}?text=sofa", subprotocols=protocols) as socket:
-            assert socket.accepted_subprotocol == LIVE_PROTOCOL
-            assert socket.receive_json()["event"] == "answer"

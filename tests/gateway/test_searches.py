@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.routes.searches import EventIntervals, search_events, supersedes
+from onemap_gateway.http.routes.searches import search_events, supersedes
 from onemap_gateway.http.schemas import (
     MapName,
     QueryRequest,
@@ -138,9 +138,6 @@ def test_a_drive_is_named_by_its_place_when_another_is_refused(client: TestClien
     assert "a search for the place (1.00, -2.50)" in answer.json()["detail"]
 
 
-FAST = EventIntervals(poll_s=0.01, query_s=0.05)
-
-
 async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[str, Any]]:
     """Name and data of the next event."""
     with anyio.fail_after(WAIT_S):
@@ -157,11 +154,10 @@ async def is_over(events: AsyncIterator[ServerSentEvent]) -> bool:
 def listen(
     router: MemoryRouter,
     scenario: Callable[[GatewayContext, AsyncIterator[ServerSentEvent]], Any],
-    intervals: EventIntervals = FAST,
 ) -> None:
     """Run a scenario on the events of the search ``s1``."""
     with gateway_on(router) as gateway:
-        events = search_events(gateway, search("s1"), count=0, intervals=intervals)
+        events = search_events(gateway, search("s1"), count=0)
         anyio.run(scenario, gateway, events)
 
 

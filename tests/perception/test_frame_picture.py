@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.frame_picture import MAX_SIDE_PX, encode_picture, with_picture
-from onemap_perception.target_detection import detect_in_frame, make_target
+from onemap_perception.target_detection import (
+    MAX_SIDE_PX,
+    detect_in_frame,
+    encode_picture,
+    make_target,
+    with_picture,
+)
 from onemap_shared.messages import Detections
 from tests.perception.toy import ColourEncoder, frame
 

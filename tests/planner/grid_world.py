@@ -250,6 +250,7 @@ class SimulatedSearch:
     now_s: float = 0.0
     decision: Decision | None = None
     stale_reason: str = ""
+    patience_from_s: float = float("-inf")
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     targets_reset: list[int] = field(default_factory=list)
@@ -278,6 +279,7 @@ class SimulatedSearch:
             other_view=self._other_view(),
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
+            patience_from_s=self.patience_from_s,
         )
         outcome = step(self.state, observation, params)
         self.state, self.decision = outcome.state, outcome.decision or self.decision

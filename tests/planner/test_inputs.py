@@ -5,9 +5,15 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
+from onemap_planner.inputs import (
+    LatestInputs,
+    with_members,
+    with_odometry,
+    with_revision,
+    with_start,
+)
 from onemap_shared.geometry import pose_2d
-from onemap_shared.messages import MapRevision, Odometry
+from onemap_shared.messages import Heartbeat, MapRevision, Odometry
 from tests.planner.drawn_maps import PARAMS
 
 FRESH = PARAMS.staleness
@@ -112,3 +118,26 @@ def test_a_revision_without_a_new_frame_is_not_fresh() -> None:
     same = revision(1, 10 * SECOND - SECOND // 10)
     after = with_revision(before, replace(same, revision=2), 10.6)
     assert after.ages(10.6).map_s == pytest.approx(0.6)
+
+
+def test_patience_begins_with_inputs_and_again_with_each_process_that_comes_or_goes() -> None:
+    members = frozenset({("ros2", "r"), ("mapper", "m1"), ("gateway", "g1")})
+    assert with_members(LatestInputs(), members, 1.0).patience_from_s(50.0) == 50.0  # none heard
+    heard = with_members(inputs(at_s=10.0), members, 10.0)
+    assert heard.patience_from_s(50.0) == 10.0
+    assert with_members(heard, members, 20.0).patience_from_s(50.0) == 10.0
+    others = members - {("gateway", "g1")}
+    assert with_members(heard, others, 20.0).patience_from_s(50.0) == 10.0  # no stage
+    gone = with_members(heard, others - {("mapper", "m1")}, 30.0)
+    assert gone.patience_from_s(50.0) == 30.0
+    assert with_members(gone, others | {("mapper", "m2")}, 40.0).patience_from_s(50.0) == 40.0
+
+
+def test_a_stage_that_starts_says_so_as_long_as_it_does() -> None:
+    beat = Heartbeat("mapper", "m1", 1, 1, False, "compiling: 20 of about 45 s", {"start_s": 20.0})
+    told = with_start(inputs(at_s=10.0), beat, 20.0)
+    assert told.stale_reason(20.5, FRESH) == "the mapper is compiling: 20 of about 45 s"
+    assert told.patience_from_s(20.5) == 20.5
+    assert told.stale_reason(30.0, FRESH) == "odometry is 20.0 s old"  # it ended on the way
+    assert told.patience_from_s(30.0) == -math.inf
+    assert told.stale_reason(10.2, FRESH) == ""  # beside fresh inputs nothing waits for it

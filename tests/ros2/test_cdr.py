@@ -12,7 +12,6 @@ from onemap_ros2.cdr import (
     decode,
     encode,
     header,
-    known,
     new,
     peek_stamp_ns,
     stamp_ns,
@@ -73,18 +72,7 @@ def test_a_stamp_is_read_in_both_byte_orders() -> None:
     assert peek_stamp_ns(bytes((0, 1, 0, 0)) + struct.pack("<iI", 3, 7)) == 3_000_000_007
 
 
-@pytest.mark.parametrize("data", [b"", bytes(8), bytes((0, 9)) + bytes(20)])
-def test_what_is_no_stamp_is_refused(data: bytes) -> None:
-    with pytest.raises(FormatError, match="do not begin with"):
-        peek_stamp_ns(data)
-
-
 @pytest.mark.parametrize("data", [b"", bytes((0, 1, 0, 0)), bytes((0, 1, 0, 0)) + b"\xff" * 40])
 def test_what_is_no_message_is_refused(data: bytes) -> None:
     with pytest.raises(FormatError, match="bytes are no sensor_msgs/msg/Image"):
         decode(data, "sensor_msgs/msg/Image")
-
-
-def test_which_types_are_known() -> None:
-    assert known("nav_msgs/msg/Odometry")
-    assert not known("my_msgs/msg/Thing")

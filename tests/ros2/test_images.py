@@ -5,15 +5,20 @@ import struct
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from onemap_ros2.cdr import FormatError, decode, header, new
 from onemap_ros2.images import (
+    CameraPair,
     color_image,
     compressed_color,
     compressed_depth_mm,
     depth_image_mm,
     intrinsics,
+    register_depth,
 )
+from onemap_shared.camera import Intrinsics
+from tests.reference.depth_registration import register_depth as obvious
 from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, compressed, image
 
 IMAGE = "sensor_msgs/msg/Image"
@@ -32,16 +37,6 @@ ALPHA = np.full((HEIGHT, WIDTH, 1), 255, np.uint8)
 )
 def test_every_color_encoding_becomes_rgb(encoding: str, pixels: np.ndarray) -> None:
     np.testing.assert_array_equal(color_image(decode(image(1, pixels, encoding), IMAGE)), RGB)
-
-
-def test_grey_becomes_three_channels() -> None:
-    rgb = color_image(decode(image(1, RGB[..., 0], "mono8"), IMAGE))
-    np.testing.assert_array_equal(rgb, np.stack([RGB[..., 0]] * 3, axis=2))
-
-
-def test_depth_in_millimetres_passes_unchanged() -> None:
-    depth = np.arange(HEIGHT * WIDTH, dtype=np.uint16).reshape(HEIGHT, WIDTH) * 100
-    np.testing.assert_array_equal(depth_image_mm(decode(image(1, depth, "16UC1"), IMAGE)), depth)
 
 
 def test_depth_in_metres_is_rounded_and_what_is_invalid_is_zero() -> None:
@@ -119,10 +114,6 @@ def test_compressed_depth_has_a_header_before_its_png(form: str) -> None:
     np.testing.assert_array_equal(read_depth(data, form), DEPTH_MM)
 
 
-def test_a_plain_png_of_depth_has_none() -> None:
-    np.testing.assert_array_equal(read_depth(squeezed(DEPTH_MM), "16UC1; png compressed"), DEPTH_MM)
-
-
 def test_compressed_metres_are_inverse() -> None:
     metres = np.array([[0.5, 1.0, 4.0]])
     scale, offset = 200.0, 10.0
@@ -151,6 +142,31 @@ def test_compressed_depth_that_cannot_be_read_is_refused(
         read_depth(data, form)
 
 
-def test_compressed_color_that_cannot_be_read_is_refused() -> None:
-    with pytest.raises(FormatError, match="is no JPEG or PNG"):
-        compressed_color(decode(compressed(1, b"no image", "jpeg"), COMPRESSED))
+DEPTH = Intrinsics(30.0, 30.0, 16.0, 12.0)
+T_SIDE = np.eye(4)
+T_SIDE[:3, 3] = (-0.05, 0.01, 0.0)
+T_TURNED = T_SIDE.copy()
+T_TURNED[:3, :3] = Rotation.from_rotvec((0.02, -0.05, 0.1)).as_matrix()
+
+
+@pytest.mark.parametrize("T", [T_SIDE, T_TURNED])
+@pytest.mark.parametrize("color", [DEPTH, Intrinsics(64.0, 64.0, 30.0, 20.0)])
+def test_it_agrees_with_the_obvious_way(T: np.ndarray, color: Intrinsics) -> None:
+    rng = np.random.default_rng(1)
+    depth = rng.integers(500, 4000, (24, 32)).astype(np.uint16)
+    depth[rng.random(depth.shape) < 0.2] = 0
+    cameras, shape = CameraPair(DEPTH, color, T), (48, 64)
+    fast, slow = register_depth(depth, cameras, shape), obvious(depth, cameras, shape)
+    differs = np.abs(fast.astype(int) - slow.astype(int)) > 1  # single precision: half pixels
+    assert differs.mean() < 0.005
+    assert (fast > 0).mean() > 0.1
+
+
+def test_the_nearer_surface_hides_the_other() -> None:
+    depth = np.full((24, 32), 3000, np.uint16)
+    depth[:, 16:] = 1000
+    moved = register_depth(depth, CameraPair(DEPTH, DEPTH, T_SIDE), (24, 32))
+    row = moved[12]
+    first = int(np.flatnonzero(row == 1000)[0])
+    assert first < 16  # 0.05 m at 1 m are 1.5 pixels to the left
+    assert set(row[first : first + 10]) == {1000}

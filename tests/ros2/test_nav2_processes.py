@@ -121,17 +121,6 @@ def test_a_refused_goal_is_sent_again(ride: Ride) -> None:
     ride.while_driving(lambda: ride.metric("goals_refused"))
 
 
-@pytest.mark.parametrize("behaviour", ["abort"], indirect=True)
-def test_an_aborted_goal_is_named(ride: Ride) -> None:
-    ride.while_driving(lambda: ride.asked("goal"))
-
-    def problem() -> str | None:
-        beat = ride.health.take(0.05)
-        return beat.problem if beat is not None and "aborted" in beat.problem else None
-
-    assert ride.while_driving(problem) == "/navigate_to_pose: aborted, error 9003: no way"
-
-
 @pytest.mark.parametrize("form", MIDDLEWARE, indirect=True)
 @pytest.mark.parametrize("behaviour", ["wait"], indirect=True)
 def test_the_end_of_the_search_cancels_the_goal(ride: Ride) -> None:
@@ -154,12 +143,4 @@ def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(ride: Ride) ->
     ride.adapter.kill()
     ride.adapter.wait(timeout=90)
     ride.adapter = ride.start()
-    assert eventually(lambda: ride.asked("cancel")) == [goal]
-
-
-@pytest.mark.parametrize("behaviour", ["wait"], indirect=True)
-def test_the_adapter_that_is_stopped_cancels_its_goal(ride: Ride) -> None:
-    goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
-    ride.adapter.terminate()
-    assert ride.adapter.wait(timeout=90) == 0
     assert eventually(lambda: ride.asked("cancel")) == [goal]

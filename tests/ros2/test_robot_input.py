@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.robot_input import RobotInput
+from onemap_ros2.robot_input import ImagePair, PairBuffer, RobotInput
 from onemap_shared.geometry import pose_2d
 from tests.ros2.robot_messages import (
     HEIGHT,
@@ -16,7 +16,6 @@ from tests.ros2.robot_messages import (
     compressed,
     image,
     odometry,
-    simulated_clock,
     transforms,
 )
 
@@ -93,13 +92,6 @@ def test_depth_of_another_size_is_refused_by_name() -> None:
     assert "registered to the color image" in made.problem
 
 
-def test_without_camera_information_there_is_no_frame() -> None:
-    made = RobotInput(Ros2Config())
-    show(made, T0)
-    assert not made.has_camera()
-    assert made.take_frame(0.0) is None
-
-
 def test_odometry_is_placed_on_the_map() -> None:
     made = robot()
     made.add("odometry", odometry(T0 + 20 * MS, 0.5, 0.3, 0.4, -0.1), 0.0)
@@ -144,15 +136,6 @@ def test_garbage_is_counted_and_named(kind: str) -> None:
     assert "3 bytes" in made.problem
 
 
-def test_odometry_that_is_not_finite_is_refused() -> None:
-    made = robot()
-    made.add("odometry", odometry(T0, float("nan")), 0.0)
-    made.add("odometry", odometry(T0, linear_mps=float("inf")), 0.0)
-    made.add("odometry", odometry(T0, lateral_mps=float("nan")), 0.0)
-    assert made.take_odometry(0.0) is None
-    assert made.counts.unusable == 3
-
-
 def test_compressed_images_become_the_same_frame() -> None:
     topics = {"color": "/c/image/compressed", "depth": "/d/image/compressedDepth"}
     made = robot(topics=topics)
@@ -185,29 +168,6 @@ def test_separate_depth_is_registered_and_the_pose_is_that_of_the_color_camera()
     np.testing.assert_allclose(frame.T_map_camera, pose_2d(5.7, 0.0, 0.0), atol=1e-6)
 
 
-def test_without_the_transform_between_the_cameras_the_frame_is_dropped() -> None:
-    made = robot(topics={"depth_camera_info": "/d/camera_info"})
-    made.add("depth_camera_info", camera_info(T0), 0.0)
-    made.add("color", image(T0, RGB, "rgb8"), 0.0)
-    made.add("depth", image(T0, DEPTH, "16UC1", "nowhere"), 0.0)
-    assert made.take_frame(0.0) is None
-    assert made.take_frame(1.0) is None
-    assert made.counts.no_transform == 1
-    assert "'nowhere' are not connected" in made.problem
-
-
-def test_the_simulated_clock_that_jumps_back_begins_anew() -> None:
-    made = robot(use_sim_time=True)
-    made.add("clock", simulated_clock(T0), 0.0)
-    made.add("clock", simulated_clock(T0 - 10 * MS), 0.0)
-    assert made.counts.clock_jumps == 0
-    show(made, T0)
-    made.add("clock", simulated_clock(5 * 10**9), 0.0)
-    assert made.counts.clock_jumps == 1
-    assert made.clock_ns == 5 * 10**9
-    assert made.take_frame(0.0) is None
-
-
 def test_dropped_and_late_transforms_cost_frames_and_never_a_wrong_pose() -> None:
     made = robot(map_frame="odom")
     rng = np.random.default_rng(0)
@@ -230,3 +190,26 @@ def test_dropped_and_late_transforms_cost_frames_and_never_a_wrong_pose() -> Non
             assert frame.T_map_camera[0, 3] == pytest.approx(x_m, abs=1e-6)
     assert taken > 0
     assert made.counts.no_transform > 0
+
+
+def test_pairs_the_nearest_within_the_tolerance() -> None:
+    pairs = PairBuffer(10)
+    pairs.add_depth(100, b"depth")
+    pairs.add_color(85, b"far")
+    assert pairs.take() is None
+    pairs.add_color(108, b"near")
+    pairs.add_color(109, b"next")
+    assert pairs.take() == ImagePair(100, b"near", b"depth")
+    assert pairs.take() is None
+
+
+def test_the_newest_pair_counts_and_older_ones_are_dropped() -> None:
+    pairs = PairBuffer(0)
+    for stamp in (1, 2, 3):
+        pairs.add_color(stamp, b"c%d" % stamp)
+        pairs.add_depth(stamp, b"d%d" % stamp)
+    pairs.add_depth(4, b"d4")
+    assert pairs.take() == ImagePair(3, b"c3", b"d3")
+    assert pairs.unpaired == 4
+    pairs.add_color(4, b"c4")
+    assert pairs.take() == ImagePair(4, b"c4", b"d4")

@@ -9,10 +9,8 @@ import pytest
 from onemap_ros2 import service
 from onemap_ros2.cdr import TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.velocity import command_type, twist
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
-from onemap_shared.geometry import Velocity2d
 from onemap_shared.keys import (
     ROBOT_CMD_VEL,
     ROBOT_ODOMETRY,
@@ -147,13 +145,6 @@ def test_velocities_go_out_as_the_base_asks_then_zero_then_silence(
     assert made.network.closed
 
 
-@pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])
-def test_a_twist_has_forward_sideways_and_turning_speed(ros_type: str) -> None:
-    message = decode(twist(Velocity2d(0.3, 0.5, -0.1), ros_type, T0, "base_link"), ros_type)
-    velocity = message.twist if ros_type == TWIST_STAMPED else message
-    assert (velocity.linear.x, velocity.linear.y, velocity.angular.z) == (0.3, -0.1, 0.5)
-
-
 def test_odometry_echoes_the_command(clock: Clock) -> None:
     made = Set(clock, base(TWIST))
     made.robot_says(T0)
@@ -184,15 +175,6 @@ def test_no_velocity_without_odometry(clock: Clock) -> None:
     assert made.sent(TWIST) == [0.25, 0.0]
 
 
-def test_a_command_made_on_old_odometry_is_a_stop(clock: Clock) -> None:
-    made = Set(clock, base(TWIST))
-    made.robot_says(T0)
-    made.worker.step(0.1)
-    made.command(0.25, T0 - 10**9)
-    made.worker.step(0.1)
-    assert made.sent(TWIST) == [0.0]
-
-
 def test_nothing_is_sent_while_no_base_subscribes(clock: Clock) -> None:
     made = Set(clock)
     made.robot_says(T0)
@@ -200,19 +182,6 @@ def test_nothing_is_sent_while_no_base_subscribes(clock: Clock) -> None:
     made.command(0.25)
     made.worker.step(0.1)
     assert made.network.writers == {}
-
-
-def test_the_configured_type_holds_without_a_subscriber(clock: Clock) -> None:
-    config = CONFIG.model_copy(update={"command_type": "TwistStamped"})
-    made = Set(clock, config=config)
-    made.robot_says(T0)
-    made.worker.step(0.1)
-    made.command(0.25)
-    made.worker.step(0.1)
-    assert made.sent(TWIST_STAMPED) == [0.25]
-    assert command_type(made.network, CONFIG) is None
-    made.worker.close()
-    assert made.sent(TWIST_STAMPED) == [0.25, 0.0]
 
 
 def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:

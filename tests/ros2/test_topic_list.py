@@ -89,12 +89,6 @@ def test_the_nearest_topic_of_the_right_type_is_named() -> None:
     assert sentence.endswith("the nearest of its type is /front/color/image")
 
 
-def test_a_wrong_type_is_named() -> None:
-    rest = [each for each in robot() if each.topic != "/odom"]
-    sentence = missing([*rest, endpoint("/odom", IMAGE)], CONFIG)["odometry"]
-    assert sentence.endswith("it is sensor_msgs/msg/Image and must be nav_msgs/msg/Odometry")
-
-
 def test_topics_are_listed_with_counts_and_rates() -> None:
     both = [endpoint("/odom", "a/msg/B"), endpoint("/odom", "a/msg/B", "MS")]
     reports = topic_reports(

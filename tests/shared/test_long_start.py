@@ -19,11 +19,15 @@ def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(runner, "HEARTBEAT_S", 0.01)
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)
-    with long_start(router.bus("mapper"), "mapper", WHAT):
+    with long_start(router.bus("mapper"), "mapper", WHAT, 45.0):
         first, second = beats.take(PATIENCE_S), beats.take(PATIENCE_S)
     assert first is not None
     assert second is not None
-    assert (first.ready, first.problem, is_starting(first)) == (False, WHAT, True)
+    assert (first.ready, first.problem, is_starting(first)) == (
+        False,
+        f"{WHAT}: 0 of about 45 s",
+        True,
+    )
     assert second.progress > first.progress
     assert second.metrics["start_s"] >= first.metrics["start_s"]
     while beats.take(0.0) is not None:
@@ -37,6 +41,6 @@ def test_systemd_is_asked_for_more_time(tmp_path: Path, monkeypatch: pytest.Monk
         listener.bind(str(path))
         listener.settimeout(PATIENCE_S)
         monkeypatch.setenv("NOTIFY_SOCKET", str(path))
-        with long_start(MemoryRouter().bus("mapper"), "mapper", WHAT):
+        with long_start(MemoryRouter().bus("mapper"), "mapper", WHAT, 45.0):
             told = listener.recv(1000).decode()
     assert told == f"EXTEND_TIMEOUT_USEC=30000000\nSTATUS={WHAT}"

@@ -8,9 +8,7 @@ import httpx
 import pytest
 
 from onemap import Client, OneMapError, Unreachable
-from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
-from onemap_tools.gateway import MAX_FAILED_POLLS, SearchHandle, cli_error, gateway_client
-from onemap_tools.processes.network import any_free_port
+from onemap_tools.gateway import MAX_FAILED_POLLS, SearchHandle, cli_error
 
 EXPLORING: dict[str, Any] = {"id": "s1", "state": "exploring", "objects": ["sofa"], "results": []}
 
@@ -26,33 +24,8 @@ def handle_of(*replies: tuple[int, dict[str, Any]]) -> SearchHandle:
     return SearchHandle(Client(transport=httpx.MockTransport(answer)).search("sofa"))
 
 
-def test_without_a_gateway_the_option_is_named() -> None:
-    url = f"http://127.0.0.1:{any_free_port()}"
-    with pytest.raises(CliError) as error, gateway_client(url) as gateway:
-        gateway.status()
-    assert str(error.value) == (
-        f"No gateway at {url}: start everything with 'onemap up' or 'onemap demo', "
-        "or give its address with --url."
-    )
-    assert error.value.exit_code == EXIT_FAILED
-
-
 def test_a_timeout_is_reported_as_it_is() -> None:
     assert str(cli_error(Unreachable("It hangs.", "http://robot", timed_out=True))) == "It hangs."
-
-
-@pytest.mark.parametrize(
-    ("status", "code"), [(422, EXIT_USAGE_ERROR), (409, EXIT_FAILED), (503, EXIT_FAILED)]
-)
-def test_a_refusal_has_the_exit_code_of_its_status(status: int, code: int) -> None:
-    error = cli_error(OneMapError("No.", status=status))
-    assert (str(error), error.exit_code) == ("No.", code)
-
-
-def test_a_wrong_url_is_a_usage_error() -> None:
-    with pytest.raises(CliError, match="no address of a gateway") as error, gateway_client("robot"):
-        pass
-    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def test_a_search_handle_tolerates_an_absent_gateway_for_a_while() -> None:
@@ -72,9 +45,3 @@ def test_a_search_handle_updates_its_report() -> None:
     assert handle.poll() == ""
     assert handle.report == found
     assert not handle.active
-
-
-def test_a_cancelled_search_has_its_final_report() -> None:
-    handle = handle_of((200, {**EXPLORING, "state": "cancelled"}))
-    handle.cancel()
-    assert handle.report["state"] == "cancelled"

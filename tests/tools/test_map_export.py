@@ -34,7 +34,6 @@ from onemap_tools.map_export import (
     nav2_yaml,
     point_cloud,
     read_archive,
-    world_file,
 )
 from tests.gateway.fakes import GRID, FakeMapper, kept_object, search_view
 from tests.tools.cli.commands import error_of
@@ -176,12 +175,6 @@ def test_the_similarity_is_grey_and_opaque_where_it_is_known() -> None:
         layer_image(small_map(text=False), MapLayer.SIMILARITY)
 
 
-def test_the_world_file_places_the_upper_left_pixel() -> None:
-    size_x, _, _, size_y, x_m, y_m = map(float, world_file(small_map()).splitlines())
-    assert (size_x, size_y) == (0.5, -0.5)
-    assert (x_m, y_m) == (-0.75, 2.75)
-
-
 def test_trimesh_reads_places_and_colours() -> None:
     cloud = trimesh.load(io.BytesIO(point_cloud(small_map())), file_type="ply")
     vertices = np.asarray(cloud.vertices)
@@ -266,18 +259,3 @@ def test_a_region_is_a_closed_polygon_around_its_centre(features: list[dict[str,
     assert features[0]["properties"]["text"] == "sofa"
     assert features[0]["properties"]["verdict"] == "found"
     assert features[0]["properties"]["height_m"] == [0.1, 0.9]
-
-
-def test_an_object_is_a_point(features: list[dict[str, Any]]) -> None:
-    point = features[1]
-    assert point["geometry"] == {"type": "Point", "coordinates": [3.42, -1.15, 0.41]}
-    assert (point["id"], point["properties"]["name"]) == ("3f9a12c4", "bed")
-    assert point["properties"]["height_m"] == [0.1, 0.7]
-    assert point["properties"]["last_seen_at"].startswith("2026-01-01T00:09:51")
-
-
-def test_a_region_of_an_older_gateway_is_its_box() -> None:
-    old = {"rank": 1, "centre_m": [1, 2], "extent_m": [0, 1, 2, 3], "score": 0.5}
-    result = QueryResult.of({"text": "bed", "regions": [old]})
-    (feature,) = feature_collection([result], [])["features"]
-    assert feature["geometry"]["coordinates"] == [[[0, 1], [2, 1], [2, 3], [0, 3], [0, 1]]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 
-import pytest
 from rich.console import Console
 
 from onemap_tools.progress import (
@@ -15,7 +14,6 @@ from onemap_tools.progress import (
     MapUpdates,
     SearchProgress,
     panel,
-    progress_of,
     progress_view,
 )
 
@@ -68,16 +66,6 @@ def test_each_robot_has_lines_of_its_own() -> None:
     assert [line.split()[2] for line in lines] == ["r1", "r2"]
 
 
-def test_each_robot_has_a_panel_of_its_own() -> None:
-    terminal = console(terminal=True)
-    with progress_view(terminal) as view:
-        view.show(replace(PROGRESS, name="r1"))
-        view.show(replace(PROGRESS, name="r2", state="approaching"))
-    last = text_of(terminal).rpartition("r1 (1.0, -2.0)")[2]
-    assert "r2 (1.0, -2.0)" in last
-    assert "approaching" in last
-
-
 def test_unknown_values_are_left_out() -> None:
     unknown = SearchProgress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
     assert unknown.robot == "drove 0.0 m"
@@ -87,44 +75,6 @@ def test_unknown_values_are_left_out() -> None:
         view.show(unknown)
     out.print(panel(unknown))
     assert "map" not in text_of(out)
-
-
-@pytest.mark.parametrize(
-    ("updates", "text"),
-    [
-        (MapUpdates(), ""),
-        (MapUpdates(None, 5.0), ""),
-        (MapUpdates(0.25), "0.2 s old"),
-        (MapUpdates(0.25, float("nan")), "0.2 s old"),
-        (MapUpdates(0.25, 5.0), "0.2 s old, 5.0 updates/s"),
-    ],
-)
-def test_map_updates_are_words_as_far_as_known(updates: MapUpdates, text: str) -> None:
-    assert str(updates) == text
-
-
-def test_progress_is_read_from_the_gateways_report() -> None:
-    report = {
-        "state": "exploring",
-        "objects": ["sofa", "bed"],
-        "target": "bed",
-        "reason": "driving",
-        "results": [{"name": "sofa", "outcome": "found"}],
-        "elapsed_s": 1.0,
-        "path_length_m": 2.0,
-    }
-    progress = progress_of(report, MapUpdates(0.2, 5.0), (1.0, 2.0))
-    assert progress.done == (("sofa", "found"),)
-    assert progress.objects == ("sofa", "bed")
-    assert (progress.target, progress.state, progress.reason) == ("bed", "exploring", "driving")
-    assert (progress.position_m, progress.map) == ((1.0, 2.0), MapUpdates(0.2, 5.0))
-
-
-def test_the_panel_names_objects_state_and_robot() -> None:
-    out = console()
-    out.print(panel(PROGRESS))
-    for part in ("sofa (found)", "bed", "walking to a frontier", "(1.0, -2.0)", "12 s"):
-        assert part in text_of(out)
 
 
 def test_a_terminal_gets_the_live_panel() -> None:

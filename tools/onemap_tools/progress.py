@@ -134,7 +134,7 @@ class LineView:
 
     def wait(self, elapsed_s: float, what: str) -> None:
         """See ``ProgressView``."""
-        self._line("", elapsed_s, (what,), what)
+        self._line("", elapsed_s, (what.partition(":")[0],), what)  # seconds may follow
 
     def show(self, progress: SearchProgress) -> None:
         """See ``ProgressView``."""

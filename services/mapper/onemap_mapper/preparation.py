@@ -17,6 +17,8 @@ from onemap_shared.transport import Bus
 
 LOG = logging.getLogger("onemap.mapper")
 
+COMPILATION_S = 45.0  # on two cores; only said, nothing ends after it
+
 
 def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
     """Warm up; while functions are compiled, heartbeats say so to each robot."""
@@ -26,7 +28,7 @@ def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
         def announce(what: str) -> None:
             LOG.info("%s", what)
             for bus in buses:
-                compilation.enter_context(long_start(bus, SERVICE, what))
+                compilation.enter_context(long_start(bus, SERVICE, what, COMPILATION_S))
 
         with jit.on_compilation(announce):
             warm_up(config.map)

@@ -1,8 +1,9 @@
-"""Errors of encoders and detectors."""
+"""Errors of encoders and detectors, and what a missing optional library becomes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 
 class BackendError(Exception):
@@ -35,3 +36,27 @@ def first_line(problem: Exception) -> str:
 
 class ImageError(Exception):
     """A picture that cannot be a query; one sentence for the user, with what to do."""
+
+
+NO_DEPS = "pip install --no-deps -r requirements/encoders.txt"
+OPEN_CLIP = f"pip install 'onemap[openclip]' && {NO_DEPS}"
+TRANSFORMERS = f"pip install 'onemap[transformers]' && {NO_DEPS}"
+
+
+@contextmanager
+def optional_import(
+    library: str, install: str, *, backend: str, kind: type[BackendError]
+) -> Iterator[None]:
+    """Around the imports of a backend; raises ``kind`` with the command that installs it.
+
+    A torchvision that was built for another torch raises RuntimeError when it is imported.
+    """
+    try:
+        yield
+    except ImportError as missing:
+        raise kind(f"{backend} needs {library}, and {missing}: {install}") from missing
+    except RuntimeError as problem:
+        raise kind(
+            f"{backend} needs {library}, and importing it failed ({first_line(problem)}): "
+            "install the torchvision that was built for the installed torch"
+        ) from problem

@@ -19,8 +19,7 @@ from onemap_perception.errors import (
 )
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
-from onemap_perception.frame_picture import with_picture
-from onemap_perception.target_detection import Target, make_target
+from onemap_perception.target_detection import Target, make_target, with_picture
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import F16

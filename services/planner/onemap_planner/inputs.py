@@ -19,11 +19,13 @@ from onemap_planner.motion.staleness import (
 )
 from onemap_planner.motion.velocity_controller import ControllerInputs
 from onemap_shared.geometry import yaw_of
-from onemap_shared.messages import MapRevision, Odometry
+from onemap_shared.messages import Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
-from onemap_shared.services import DRIVER, doubled, doubled_sentence
+from onemap_shared.services import DRIVER, doubled, doubled_sentence, role_of
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
+STAGES = (DRIVER, "perception", "mapper")  # what a search waits for
+START_TOLD_S = 3.0  # a stage that starts says so once a second
 USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
 
@@ -35,7 +37,9 @@ class LatestInputs:
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
     map_count: different maps so far; exchange_count: of these, those that took the place of
-    another in a running mapper; loop and delay: how long commands and odometry travel; mixed: why
+    another in a running mapper; stages: the processes of robot, perception and mapper, and
+    stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
+    when; loop and delay: how long commands and odometry travel; mixed: why
     messages of several robots or mappers come, empty if they do not; held: why a search of before
     the planner's restart does not go on yet.
     """
@@ -53,6 +57,10 @@ class LatestInputs:
     delay: OdometryDelay = field(default_factory=OdometryDelay)
     mixed: str = ""
     held: str = ""
+    stages: frozenset[tuple[str, str]] = frozenset()
+    stages_at_s: float = float("-inf")
+    start: str = ""
+    start_at_s: float = float("-inf")
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -65,7 +73,18 @@ class LatestInputs:
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
         """Why the robot must stop; empty if it may move."""
         stale = stale_reason(self.ages(now_s), params)
+        stale = stale and (self.starts(now_s) or stale)
         return self.mixed or self.held or stale or self._late_reason(now_s, params)
+
+    def patience_from_s(self, now_s: float) -> float:
+        """Since when fresh inputs can be expected: all were heard once, and no stage starts."""
+        if self.odometry is None or self.revision is None or self.starts(now_s):
+            return now_s
+        return self.stages_at_s
+
+    def starts(self, now_s: float) -> str:
+        """What a stage says about its start, as long as that goes on; empty if none starts."""
+        return self.start if now_s - self.start_at_s <= START_TOLD_S else ""
 
     def for_controller(
         self, search_id: str, now_s: float, params: StalenessParams
@@ -105,8 +124,18 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
     )
 
 
-def with_members(inputs: LatestInputs, members: frozenset[tuple[str, str]]) -> LatestInputs:
+def with_start(inputs: LatestInputs, beat: Heartbeat, now_s: float) -> LatestInputs:
+    """The inputs with what a stage says about its start, which goes on."""
+    return replace(inputs, start=f"the {beat.service} is {beat.problem}", start_at_s=now_s)
+
+
+def with_members(
+    inputs: LatestInputs, members: frozenset[tuple[str, str]], now_s: float
+) -> LatestInputs:
     """The inputs with the processes on the bus, service and instance of each."""
+    stages = frozenset(each for each in members if role_of(each[0]) in STAGES)
+    if stages != inputs.stages:
+        inputs = replace(inputs, stages=stages, stages_at_s=now_s)
     twice = doubled(members)
     roles = [role for role in (DRIVER, "mapper") if role in twice]
     mixed = "; ".join(doubled_sentence(role, twice[role]) for role in roles)

@@ -372,6 +372,7 @@ class PlanningThread:
         if view is not None and now.inputs.pose is not None:
             stale_reason = outside_reason(view, now.inputs.pose.xy)
         if stale_reason:
+            stale_reason = now.inputs.starts(now_s) or stale_reason
             view = other_view = None
         observation = Observation(
             now_s=now_s,
@@ -385,6 +386,7 @@ class PlanningThread:
             other_view=other_view,
             blocked=now.blocked,
             creeps=now.creeps,
+            patience_from_s=now.inputs.patience_from_s(now_s),
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision

@@ -17,6 +17,7 @@ from onemap_planner.inputs import (
     with_odometry,
     with_revision,
     with_sent,
+    with_start,
 )
 from onemap_planner.motion.staleness import LoopMonitor, SentCommand
 from onemap_planner.motion.velocity_controller import VelocityController
@@ -30,6 +31,7 @@ from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
+from onemap_shared.runner import is_starting
 from onemap_shared.services import DRIVER, role_of
 from onemap_shared.transport import (
     Bus,
@@ -55,6 +57,7 @@ class Planner:
         self._bus, self._config = bus, config
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
+        self._beats = [bus.subscribe(keys.heartbeat(name)) for name in ("perception", "mapper")]
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
         self._boot_id = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
@@ -103,7 +106,10 @@ class Planner:
         if now_s >= self._next_control_s:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
             self._control_rate = self._control_rate.with_event(now_s)
-            self._inputs = with_members(self._inputs, self._bus.members())
+            self._inputs = with_members(self._inputs, self._bus.members(), now_s)
+            for beats in self._beats:
+                if (beat := beats.take(0.0)) is not None and is_starting(beat):
+                    self._inputs = with_start(self._inputs, beat, now_s)
             self._decide()
             self._control(now_s)
             self._publish_status(now_s)

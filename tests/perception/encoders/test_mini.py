@@ -19,9 +19,8 @@ from onemap_perception.encoders.mini import (
 )
 from onemap_perception.encoders.protocol import Encoder, EncoderError
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.minilm import find_model_folder
-from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.geometry import U8
 
 MAX_SHIPPED_BYTES = 12 * 2**20

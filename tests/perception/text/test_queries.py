@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import difflib
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.calibration import Calibration
 from onemap_perception.text.embedding_table import EmbeddingTable
-from onemap_perception.text.queries import QueryEncoder, unit
+from onemap_perception.text.queries import QueryEncoder, SpellingIndex, unit
 from onemap_perception.text.scores import scores
-from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
+from onemap_perception.text.vocabulary import Calibration, ObjectClass, Vocabulary
 from onemap_shared.messages import TextEmbeddings
 
 CALIBRATION = Calibration(
@@ -103,3 +106,17 @@ def test_an_object_scores_as_itself_and_not_as_others() -> None:
     # An unrelated word has a low score on every class.
     everything = np.concatenate([sofa, ask("lamp").embeddings])
     assert scores(everything, ask("piano")).max() < 0.1
+
+
+WORDS = ("refrigerator", "sofa", "sofa bed", "table", "stable", "lamp", "clamp", "vase", "")
+INDEX = SpellingIndex(WORDS)
+
+
+@given(st.text(max_size=15), st.sampled_from([0.5, 0.75, 0.85]))
+def test_it_finds_what_difflib_finds(word: str, share: float) -> None:
+    assert INDEX.close_matches(word, 3, share) == difflib.get_close_matches(word, WORDS, 3, share)
+
+
+@pytest.mark.parametrize(("word", "first"), [("refridgerator", "refrigerator"), ("tabel", "table")])
+def test_a_misspelt_word_is_found(word: str, first: str) -> None:
+    assert INDEX.close_matches(word, 3, 0.75)[0] == first

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.names import normalised
 
 VOCABULARY = load_vocabulary(SHIPPED)
@@ -48,3 +48,18 @@ def test_a_damaged_vocabulary_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / "vocabulary.json").write_text(content)
     with pytest.raises(ValueError, match="is not a vocabulary"):
         load_vocabulary(tmp_path)
+
+
+def test_a_calibration_without_a_floor_has_not_measured_one(tmp_path: Path) -> None:
+    (tmp_path / "calibration.json").write_text(
+        '{"temperature": 3, "expansion": 1, "sharpness": 20, "synonym": 0.7}'
+    )
+    loaded = load_calibration(tmp_path)
+    assert (loaded.floor, loaded.placed) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"temperature": 3}', '{"temperature": "warm"}'])
+def test_a_damaged_calibration_is_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "calibration.json").write_text(content)
+    with pytest.raises(ValueError, match="cannot read the calibration"):
+        load_calibration(tmp_path)

@@ -87,6 +87,20 @@ def test_a_missing_map_fails_the_search_with_the_reason() -> None:
     assert 30.0 <= run.now_s < 32.0
 
 
+def test_patience_begins_when_no_stage_starts_any_more_but_not_for_ever() -> None:
+    run = start(in_four_rooms(), "sofa")
+    run.stale_reason = "the mapper is compiling"
+    while run.now_s < 100.0:
+        run.patience_from_s = run.now_s
+        run.step()
+    assert run.until_over(400.0).reason.endswith("the mapper is compiling")
+    assert 130.0 <= run.now_s < 132.0
+    run = start(in_four_rooms(), "sofa")
+    run.stale_reason, run.patience_from_s = "the mapper is compiling", 1e9
+    run.until_over(400.0)
+    assert 300.0 <= run.now_s < 302.0
+
+
 @pytest.mark.slow
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
     run = start(in_two_rooms(), "bed")

@@ -33,10 +33,6 @@ def test_zero_is_repeated_and_then_there_is_silence() -> None:
     assert zeros == [Velocity2d()] * 6
 
 
-def test_a_process_that_was_held_up_sends_all_zeros() -> None:
-    assert sent(driving(), np.arange(0.31, 60.0, 2.0)) == [Velocity2d()] * 6
-
-
 def test_stale_odometry_stops_at_once_and_refuses_commands() -> None:
     relay, velocity = driving().step(0.05, DRIVE, fresh=False)
     assert velocity == Velocity2d()
@@ -48,10 +44,3 @@ def test_stale_odometry_stops_at_once_and_refuses_commands() -> None:
 def test_without_any_command_nothing_is_ever_sent() -> None:
     """Another publisher of cmd_vel, such as a joystick, is not disturbed."""
     assert sent(CommandRelay(0.5), np.arange(0.0, 5.0, 0.05), fresh=False) == []
-
-
-def test_driving_again_ends_the_stopping() -> None:
-    relay, _ = driving().step(0.4, None, fresh=True)
-    relay, velocity = relay.step(0.5, DRIVE, fresh=True)
-    assert velocity == Velocity2d(0.3, 0.1)
-    assert sent(relay, np.arange(0.5, 0.78, 0.02)) == []

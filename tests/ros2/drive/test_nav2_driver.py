@@ -79,13 +79,6 @@ def test_a_refusal_is_named_and_asked_again_later() -> None:
     assert len(ride.calls("send_goal")) == 2
 
 
-def test_an_abort_is_named() -> None:
-    ride = Ride()
-    ride.drive().answer(HEAD + struct.pack("<bxHI7s", 6, 9002, 7, b"no map\0"))
-    ride.step()
-    assert ride.driver.problem() == "/navigate_to_pose: aborted, error 9002: no map"
-
-
 @pytest.mark.parametrize("why", ["search", "silence", "odometry", "rest"])
 def test_whatever_ends_the_permission_cancels_the_goal(why: str) -> None:
     ride = Ride()
@@ -120,15 +113,6 @@ def test_a_cancellation_without_an_answer_is_repeated() -> None:
         if ride.calls("cancel_goal"):
             ride.calls("cancel_goal")[-1].answer(None)
     assert len(ride.calls("cancel_goal")) == 4
-
-
-def test_a_moved_goal_takes_the_place_of_the_one_before() -> None:
-    ride = Ride()
-    ride.drive()
-    ride.step(8.0, period_s=1.5)
-    first, second = ride.calls("send_goal")
-    assert first.request[4:20] != second.request[4:20]
-    assert ride.calls("cancel_goal") == []  # nav2 drives on to the new one
 
 
 def test_the_adapter_that_ends_cancels() -> None:

@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_tools.bench import fusion, perception
-from onemap_tools.bench.options import BENCHMARKS, NavigationBench, Options, TransportBench
+from onemap_tools.bench.options import BENCHMARKS, Options, TransportBench
 from onemap_tools.bench.transport import benchmark as transport
 from onemap_tools.cli.app import app
 
@@ -120,8 +120,3 @@ def test_what_could_not_be_measured_ends_with_1(monkeypatch: pytest.MonkeyPatch)
     code, text = bench("perception")
     assert code == 1
     assert "backend mini  problem no such file" in text
-
-
-def test_defaults_of_the_search_are_those_of_the_documents() -> None:
-    options = NavigationBench()
-    assert (options.method, options.features, options.limit) == ("onemap", "simulated", 300.0)

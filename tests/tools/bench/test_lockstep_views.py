@@ -27,7 +27,6 @@ from onemap_shared.messages import (
     ViewChangesRequest,
 )
 from onemap_shared.wire import decode, encode
-from onemap_tools.bench.lockstep import LockstepViews
 from tests.mapper import scenes
 
 CHANNELS = 16
@@ -197,26 +196,3 @@ def test_a_frame_changes_little_of_a_view() -> None:
     assert len(frames()[0].cells) <= len(changes.layers) < 3 * len(frames()[0].cells)
     again = world.replies.reply(ViewChangesRequest("sofa", ("bed", "desk"), changes.key), queries)
     assert len(again.layers) == len(again.tiles) == 0
-
-
-def test_with_process_noise_every_view_is_whole() -> None:
-    """It changes the variance of all cells: which of them are explored may change anywhere."""
-    belief = BeliefMap(scenes.params(process_noise_per_s=0.1))
-    replies = ViewReplies(MapScores(belief), "map")
-    belief.fuse(replace(frames()[0], stamp_ns=10**9))
-    have = replies.reply(ViewChangesRequest(), []).key
-    assert replies.reply(ViewChangesRequest(have=have), []).base == have
-    belief.fuse(replace(frames()[0], stamp_ns=2 * 10**9))
-    assert replies.reply(ViewChangesRequest(have=have), []).base == NO_VIEW
-
-
-def test_the_lockstep_simulation_keeps_each_view() -> None:
-    belief = BeliefMap(scenes.params())
-    views, query = LockstepViews(belief), World(0).queries["bed"]
-    for update in frames()[:3]:
-        belief.fuse(update)
-        view = views.view(REQUESTS[1], [query]).whole()
-        whole = search_view(MapScores(belief).of([query]), text="bed")
-        np.testing.assert_array_equal(view.layers, whole.layers)
-        np.testing.assert_allclose(view.similarity, whole.similarity, atol=1e-5)
-        assert views.view(REQUESTS[3], []).planes == 0

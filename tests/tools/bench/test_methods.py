@@ -11,7 +11,7 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import GoalUtility
 from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.phases import Exhausted
 from onemap_planner.world.candidates import Consensus
@@ -24,9 +24,6 @@ from onemap_tools.bench.navigation.methods import (
     NO_CONSENSUS,
     ConfidenceValueMap,
     FrontierExploration,
-    frontier_value,
-    image_score,
-    merged,
     planner_config,
     search_method,
     view_confidence,
@@ -97,18 +94,6 @@ def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> No
     assert "no frontier is left on" in event.reason
 
 
-def test_the_value_of_a_frontier_is_the_highest_near_it() -> None:
-    place = BOTH_ENDS.map_view.grid.centres(np.array([12, 12]))
-    similarity = np.full(BOTH_ENDS.map_view.grid.shape, np.nan, np.float32)
-    similarity[14, 12], similarity[25, 12] = 0.6, 0.9
-    context = replace(BOTH_ENDS, map_view=replace(BOTH_ENDS.map_view, similarity=similarity))
-    xy = (float(place[0]), float(place[1]))
-    goal = Goal(GoalKind.FRONTIER, xy, xy, utility(1.0), "")
-    assert frontier_value(goal, context) == np.float32(0.6)
-    away = replace(goal, look_xy=(xy[0] - 5.0, xy[1]))
-    assert frontier_value(away, context) == 0.0
-
-
 QUERY = TextEmbeddings(
     "e",
     "s",
@@ -145,11 +130,6 @@ def similarity(values: ConfidenceValueMap) -> np.ndarray:
     cells = grid.cells(places)
     found: np.ndarray = view.similarity[cells[..., 0], cells[..., 1]]
     return found
-
-
-def test_the_score_is_that_of_the_whole_image() -> None:
-    assert image_score(field((1.0, 0.0)), QUERY) == pytest.approx(1.0)
-    assert image_score(field((0.0, 2.0)), QUERY) == pytest.approx(0.5)
 
 
 def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
@@ -204,12 +184,3 @@ def test_without_similarity_no_cell_is_better_than_another() -> None:
     changed = without_similarity(view)
     np.testing.assert_array_equal(changed.similarity, [[0, np.nan], [0, 0]])
     assert changed.rival.size == without_rivals(view).rival.size == 0
-
-
-def test_changes_keep_what_they_do_not_name() -> None:
-    assert merged({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 5}}) == {
-        "a": {"b": 5, "c": 2},
-        "d": 3,
-    }
-    with pytest.raises(KeyError):
-        merged({}, {"a": {"b": 1}})

@@ -24,12 +24,10 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd, SystemConfig
 from onemap_tools.bench.navigation.benchmark import run, setups, with_errors
 from onemap_tools.bench.navigation.episode import (
-    SIMULATED_CAMERA_PX,
     EpisodeSetup,
     failure_of,
     oracle_objects,
     run_episode,
-    system_config,
     true_results,
 )
 from onemap_tools.bench.navigation.episodes import (
@@ -194,14 +192,6 @@ def test_results_are_judged_at_true_places() -> None:
     assert first.position_m == pytest.approx((3.5, 1.0, 0.4))
     assert second.start_xy_m == pytest.approx((2.5, 1.0))  # where the first ended
     assert second.position_m == ()
-
-
-def test_simulated_features_have_a_small_camera_and_mini_the_configured_one() -> None:
-    small = system_config(setup("onemap")).simulator
-    assert (small.camera.width, small.camera.height) == SIMULATED_CAMERA_PX
-    mini = system_config(setup("onemap", "mini")).simulator
-    assert mini.camera == setup("onemap").config.simulator.camera
-    assert small.rgbd_hz == mini.rgbd_hz == 4.0
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ import pytest
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
 from onemap_tools.bench.options import QueriesBench
@@ -42,20 +41,6 @@ def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch
     }
     assert not named & {word.text for word in words if word.group == "unrelated"}
     assert {"floor", "wall", "ceiling"}.isdisjoint(word.category for word in words)
-
-
-def test_an_object_counts_as_observed_if_it_is_large_and_near(room: Scene) -> None:
-    def observed(pixels: int, depth_m: float) -> set[str]:
-        labels = np.full(320 * 240, -1, np.int32)
-        labels[:pixels] = 0
-        shape, none = (240, 320), np.full((240, 320), -1, np.int32)
-        rgb, depth = np.zeros((*shape, 3), np.uint8), np.full(shape, depth_m, np.float32)
-        view = RenderedImage(rgb, depth, labels.reshape(shape), none)
-        return queries.observed_categories(room, view)
-
-    enough, near = queries.MIN_OBSERVED_PIXELS, queries.MAX_OBSERVED_RANGE_M
-    assert observed(enough, near) == {room.objects[0].category}
-    assert observed(enough - 1, near) == observed(enough, near + 0.1) == set()
 
 
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:

@@ -113,24 +113,8 @@ def test_pairs_have_narrow_intervals() -> None:
     assert "spl_3" not in compared
 
 
-def test_only_common_apartments_count() -> None:
-    assert comparison(GOOD[1:], POOR[:2], seed=1)["sr"].value == 0.0
-    with pytest.raises(ValueError, match="no apartment in common"):
-        comparison(GOOD[:1], POOR[1:], seed=1)
-
-
 def test_a_record_survives_its_json_line() -> None:
     assert episode_record(json.loads(json.dumps(RECORD.document(), allow_nan=False))) == RECORD
-
-
-def test_stairwells_survive_too() -> None:
-    opened = replace(RECORD, stairwells=((1.0, 2.0, 1.5, 3.0),), edges_crossed=1)
-    assert episode_record(json.loads(json.dumps(opened.document(), allow_nan=False))) == opened
-
-
-def test_progress_counts_what_was_found_before_the_first_failure() -> None:
-    assert RECORD.progress == 1
-    assert episode(0, found("bed", 1, 1), found("fan", 1, 1)).progress == 2
 
 
 @pytest.mark.parametrize("changed", [{"objects": [{}]}, {"start": [1]}, {"more": 1}])

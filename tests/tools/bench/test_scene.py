@@ -155,18 +155,6 @@ def test_names_that_the_encoder_does_not_know_are_refused_before_a_frame_is_read
     assert "it holds no images" in bench(path, "--labels", labels).stderr
 
 
-def test_a_name_that_the_encoder_does_not_know_is_not_asked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
-    path, labels, out = robot_drive(tmp_path), tmp_path / "labels.yaml", tmp_path / "out"
-    labels.write_text(ANYWHERE.replace("sofa", "qwrtzpsdfg") + ANYWHERE)
-    result = bench(path, "--labels", labels, "--out", out)
-    assert result.exit_code == EXIT_OK
-    assert "Not asked for, unknown to the encoder: qwrtzpsdfg." in result.stdout
-    assert {file.name for file in out.glob("*.png")} == {"scene.png", "sofa.png"}
-
-
 def test_a_bag_of_ros_2_is_judged_with_the_topics_of_the_configuration(tmp_path: Path) -> None:
     path, labels = bag(tmp_path / "a.mcap", drive()), tmp_path / "labels.yaml"
     labels.write_text(ANYWHERE)
@@ -191,22 +179,6 @@ def test_a_recording_without_images_is_one_sentence(tmp_path: Path) -> None:
     assert result.stderr == f"nothing of {path} could be mapped: it holds no images\n"
     path.write_bytes(b"no recording")
     assert "is not an MCAP file" in bench(path, "--labels", labels).stderr
-
-
-def test_a_recording_needs_labels(tmp_path: Path) -> None:
-    result = bench(tmp_path)
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert (
-        "is a recording, which names nothing: give --labels, a file with [] for the map"
-        in result.stderr
-    )
-
-
-def test_a_folder_without_frames_is_one_sentence(tmp_path: Path) -> None:
-    result = bench(tmp_path, "--labels", LABELS)
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert len(result.stderr.splitlines()) == 1
-    assert "frames.json" in result.stderr
 
 
 def test_a_scene_without_names_needs_labels(tmp_path: Path) -> None:
@@ -239,22 +211,6 @@ def test_without_places_the_picture_and_its_bounds_are_written(tmp_path: Path) -
     height, width = decode_png(out / "scene.png").shape[:2]
     x_min, y_min, x_max, y_max = document["bounds_m"]
     assert width / (x_max - x_min) == pytest.approx(height / (y_max - y_min))
-
-
-def test_a_place_is_drawn_where_bounds_m_says(tmp_path: Path) -> None:
-    path, labels = robot_drive(tmp_path), tmp_path / "labels.yaml"
-    pictures = []
-    for text in ("[]", ANYWHERE):
-        labels.write_text(text)
-        document = run(path=path, labels=labels, out=tmp_path / "out")
-        pictures.append(decode_png(tmp_path / "out" / "scene.png").astype(int))
-    x_min, y_min, x_max, y_max = document["bounds_m"]
-    height, width = pictures[0].shape[:2]
-    column = int((1.0 - x_min) / (x_max - x_min) * width)
-    row = int((y_max - 0.0) / (y_max - y_min) * height)
-    changed = np.abs(pictures[1] - pictures[0]).sum(axis=2) > 0
-    assert changed[row - 4 : row + 4, column - 4 : column + 4].all()
-    assert not changed[: row - 20].any()
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
@@ -292,12 +248,6 @@ def test_places_are_free_and_far_apart(room_scene: Scene) -> None:
     apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
     assert apart[~np.eye(len(places), dtype=bool)].min() > 1.0
     np.testing.assert_allclose(places[0], room_scene.start[:2], atol=0.05)
-
-
-def test_the_same_scene_has_the_same_tour(room_scene: Scene) -> None:
-    first, again = (tour_places(room_scene, HEIGHT_M, 5) for _ in range(2))
-    np.testing.assert_array_equal(first, again)
-    np.testing.assert_array_equal(first[:3], tour_places(room_scene, HEIGHT_M, 3))
 
 
 def test_the_camera_turns_all_around_at_each_place(room_scene: Scene) -> None:

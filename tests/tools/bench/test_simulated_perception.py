@@ -20,8 +20,6 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedEncoder,
     SimulatedFeatureParams,
     compact_table,
-    label_shares,
-    object_boxes,
 )
 from tests.tools.bench.test_navigation import room
 
@@ -86,12 +84,6 @@ def test_fewer_dimensions_keep_the_cosines_of_the_classes() -> None:
     assert (changes.mean() < 0.03, changes.max() < 0.11) == (True, True)
 
 
-def test_shares_of_labels_per_patch() -> None:
-    labels = np.array([[0, 0, 1, -1], [0, 1, 1, -1]], np.int32)
-    np.testing.assert_allclose(label_shares(labels, 2, 2), [[[0.75, 0.25], [0.0, 0.5]]])
-    assert label_shares(labels, 2, 3).sum() == pytest.approx(1.5)
-
-
 RIGHT = SimulatedDetectorParams(miss=0.0, confusion=0.0, stray=0.0)
 
 
@@ -127,10 +119,3 @@ def test_a_confused_object_stays_confused_but_structure_is_never() -> None:
     wrong = frames(replace(RIGHT, confusion=1.0), "toilet")
     assert len(wrong) / 300 == pytest.approx(0.5, abs=0.1)
     assert {detection.box_px for detection in wrong} == {(10.0, 5.0, 30.0, 15.0)}
-
-
-def test_boxes_enclose_the_pixels_of_each_object() -> None:
-    labels = np.array([[-1, 0, 0], [-1, 0, 2]], np.int32)
-    np.testing.assert_array_equal(
-        object_boxes(labels, 3), [[1, 0, 3, 2, 3], [0, 0, 0, 0, 0], [2, 1, 3, 2, 1]]
-    )

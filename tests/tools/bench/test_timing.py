@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +10,11 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.params import MapParams
-from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.messages import Occupancy
 from onemap_tools.bench import clients, fusion, perception, planning, query
-from onemap_tools.bench.machine import clock_of, parse_size, spread_ms, wall_clock
+from onemap_tools.bench.machine import clock_of, parse_size, wall_clock
 from onemap_tools.bench.options import (
     ClientsBench,
     FusionBench,
@@ -50,13 +47,6 @@ def test_a_gpu_is_timed_when_it_is_done(monkeypatch: pytest.MonkeyPatch) -> None
     for clock in (clock_of(GPU, 1), wall_clock(GPU)):
         assert clock() <= clock()
     assert waited == [GPU] * 4
-
-
-def test_a_thread_that_computes_alone_is_timed_by_the_processor() -> None:
-    assert clock_of(CPU, 1) is time.process_time
-    assert clock_of(CPU, 2) is wall_clock(CPU) is time.perf_counter
-    spread = spread_ms([3.0, 1.0, 2.0], "a_")
-    assert spread == {"a_min_ms": 1.0, "a_p50_ms": 2.0, "a_p95_ms": 2.9}
 
 
 def test_sizes_are_read_as_width_and_height() -> None:
@@ -93,17 +83,6 @@ def test_all_times_of_a_query_are_measured(dtype: Any, value_bytes: int) -> None
     assert len(times) == 8
     assert all(value > 0 for value in times)
     assert result["table_bytes"] == 5000 * query.CHANNELS * value_bytes
-
-
-def test_scores_of_a_query_that_is_timed_are_not_kept() -> None:
-    store = query.map_of(5000, MapParams(), 0).store
-    like = TextQuery("chair", torch.ones((1, query.CHANNELS)) / query.CHANNELS**0.5, 50.0)
-    cache, unasked = ScoreCache(), query.Unasked()
-    for _ in range(3):
-        asked = unasked.query(like)
-        assert cache.serials([asked]) == (0,)
-        cache.scores(asked, store, 1)
-        assert cache.serials([asked]) != (0,)
 
 
 def test_the_robot_drives_through_a_building_seen_in_part_while_steps_are_timed() -> None:
@@ -148,18 +127,6 @@ def test_the_configured_encoder_is_measured_without_warm_up_frames() -> None:
 
     perception.measure(perception.MeasuredEncoder(encode), (64, 48), 4, on_gpu=False)
     assert len(calls) == 1 + perception.WARM_UP + 4
-
-
-@needs_open_clip
-@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs Linux's /proc")
-def test_a_backend_does_not_inherit_the_memory_of_another() -> None:
-    size = 256 * 2**20
-    large = np.ones(size, np.uint8)
-    with_it = perception._peak_memory_bytes()
-    assert with_it > size
-    del large
-    perception._reset_peak_memory()
-    assert perception._peak_memory_bytes() < with_it - size // 2
 
 
 @pytest.mark.parametrize(("new", "kind"), [(0.0, "known"), (1.0, "new")])

@@ -39,16 +39,6 @@ REQUESTS = (
 )
 
 
-def test_a_query_without_a_match_exits_with_1() -> None:
-    reply = {"text": "yeti", "regions": [], "message": "Nothing on the map looks like 'yeti'."}
-    with fake_gateway({("POST", "/v1/queries"): (200, reply)}) as url:
-        result = RUNNER.invoke(app, ["query", "yeti", "--url", url, "--json"])
-        plain = RUNNER.invoke(app, ["query", "yeti", "--url", url])
-    assert result.exit_code == EXIT_FAILED
-    assert json.loads(result.stdout.splitlines()[-1]) == reply
-    assert plain.stdout.strip() == reply["message"]
-
-
 @pytest.mark.parametrize(
     ("verdict", "code"),
     [("found", EXIT_OK), ("not_here", EXIT_FAILED), ("not_looked_yet", EXIT_FAILED)],
@@ -80,17 +70,6 @@ def test_a_query_is_of_words_or_of_an_image(options: tuple[str, ...], tmp_path: 
     result = RUNNER.invoke(app, ["query", *options, *files, "--json"])
     assert result.exit_code == EXIT_USAGE_ERROR
     assert "name an object, or give --image" in error_of(result)["error"]
-
-
-def test_an_image_is_followed_in_the_stream_of_its_own(tmp_path: Path) -> None:
-    (crop := tmp_path / "crop.png").write_bytes(PNG)
-    refusal = {"title": "no", "detail": "The image shows one colour only: cut out more."}
-    with fake_gateway({("POST", "/v1/queries/events"): (422, refusal)}) as url:
-        result = RUNNER.invoke(
-            app, ["query", "--image", str(crop), "--follow", "--url", url, "--json"]
-        )
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert error_of(result)["error"] == refusal["detail"]
 
 
 @pytest.mark.parametrize("area", ["1,2,3", "a,b,c,d", "0 0 1 1"])
@@ -161,14 +140,6 @@ def test_what_cannot_be_an_address_or_a_token_is_a_usage_error(
     result = RUNNER.invoke(app, ["status", option, value, "--json"])
     assert result.exit_code == EXIT_USAGE_ERROR
     assert named in error_of(result)["error"]
-
-
-def test_an_unknown_key_is_reported_with_the_nearest_name(tmp_path: Path) -> None:
-    config = tmp_path / "robot.yaml"
-    config.write_text("bus: {conect: [tcp/127.0.0.1:7447]}\n")
-    result = RUNNER.invoke(app, ["doctor", "--config", str(config)])
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert "did you mean 'connect'" in result.stderr
 
 
 @pytest.mark.parametrize("command", [["doctor"], ["status", "--service", "mapper"]], ids=" ".join)

@@ -19,7 +19,6 @@ from onemap_tools.cli.app import app
 from onemap_tools.cli.config_report import (
     SchemaText,
     SectionModels,
-    effective,
     installed_models,
     schema,
 )
@@ -27,7 +26,6 @@ from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
 
 RUNNER = CliRunner()
-DEPLOYED = sorted((ROOT / "deploy" / "config").glob("*.yaml"))
 
 
 def run(*arguments: str) -> Any:
@@ -97,11 +95,6 @@ def test_no_mistake_is_ok() -> None:
     assert run("check").stdout == "OK\n"
     document = json.loads(run("check", "--json").stdout.splitlines()[-1])
     assert document == {"ok": True, "checked": list(SECTIONS), "not_checked": {}}
-
-
-@pytest.mark.parametrize("path", DEPLOYED, ids=lambda path: path.name)
-def test_the_deployed_configurations_are_valid(path: Path) -> None:
-    assert run("check", "--config", str(path)).stdout == "OK\n"
 
 
 def test_the_schema_of_one_section() -> None:
@@ -186,14 +179,6 @@ def test_every_key_has_a_description(name: str) -> None:
     assert [key for key, field in fields.items() if not (field.description or "").strip()] == []
 
 
-def test_only_the_robots_of_the_file_take_effect(tmp_path: Path) -> None:
-    models = installed_models()
-    assert set(effective(None, models)) == set(SECTIONS) - {"replay", "ros2"}
-    config = tmp_path / "robot.yaml"
-    config.write_text("log: {level: debug}\n")
-    assert set(effective(config, models)) == set(SECTIONS) - {"simulator", "replay", "ros2"}
-
-
 class Cat(BaseModel):
     """A cat."""
 
@@ -237,12 +222,6 @@ LINES = tuple(SchemaText(schema(SectionModels({"home": Home}, {}))).lines())  # 
 )
 def test_a_key_is_a_line(line: str) -> None:
     assert line in LINES
-
-
-def test_sections_are_separated_by_an_empty_line() -> None:
-    models = SectionModels({"home": Home, "cat": Cat}, {})  # type: ignore[dict-item]
-    lines = list(SchemaText(schema(models)).lines())
-    assert lines[lines.index("cat: A cat.") - 1] == ""
 
 
 def test_every_key_of_the_configuration_is_in_the_text() -> None:

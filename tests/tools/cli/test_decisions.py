@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,23 +68,6 @@ def test_a_damaged_file_is_refused_in_a_sentence(
     assert "\n" not in str(refused.value)
 
 
-def test_a_damaged_line_is_named(path: Path) -> None:
-    first, second = path.read_text().splitlines()
-    path.write_text(f"{first[:50]}\n{second}\n")
-    with pytest.raises(CliError, match="line 1 is not a step of a search"):
-        read_decisions(path)
-    step = json.loads(second)
-    step["robot_xy_m"] = [1.0]
-    path.write_text(f"{first}\n{json.dumps(step)}\n")
-    with pytest.raises(CliError, match="line 2 is not a step of a search"):
-        read_decisions(path)
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(CliError, match=r"Cannot read .*none.jsonl: No such file"):
-        read_decisions(tmp_path / "none.jsonl")
-
-
 @pytest.fixture
 def three(tmp_path: Path) -> Path:
     for number in range(3):
@@ -131,8 +113,3 @@ def test_a_step_that_was_cut_off_is_said(three: Path) -> None:
     result = RUNNER.invoke(app, ["search", "replay", str(three)])
     assert "Step 2 of 2" in result.stdout
     assert "The last line is not complete" in result.stdout
-
-
-def test_as_json_it_is_one_object(three: Path) -> None:
-    result = RUNNER.invoke(app, ["search", "replay", str(three), "--json"])
-    assert len(json.loads(result.stdout)["steps"]) == 3

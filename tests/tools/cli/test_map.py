@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from onemap_tools.cli.app import app
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from onemap_tools.errors import EXIT_OK
 from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
@@ -60,19 +59,3 @@ def test_info_is_the_gateways_document() -> None:
         result = RUNNER.invoke(app, ["map", "info", "--url", url, "--json"])
     assert json.loads(result.stdout) == info
     assert "4.0 x 6.0 m" in result.stderr
-
-
-def test_an_export_is_written_as_it_is_received(tmp_path: Path) -> None:
-    file = tmp_path / "flat.npz"
-    with fake_gateway({("GET", "/v1/map.npz"): (200, b"content")}) as url:
-        result = RUNNER.invoke(app, ["map", "export", str(file), "--url", url, "--json"])
-    assert result.exit_code == EXIT_OK
-    assert file.read_bytes() == b"content"
-    assert json.loads(result.stdout) == {"path": str(file), "file_bytes": 7}
-
-
-def test_a_refusal_is_an_error() -> None:
-    refusal = {"detail": "Another encoder made that map."}
-    with fake_gateway({("POST", "/v1/maps/flat/load"): (409, refusal)}) as url:
-        result = RUNNER.invoke(app, ["map", "load", "flat", "--url", url])
-    assert (result.exit_code, result.stderr) == (EXIT_FAILED, f"{refusal['detail']}\n")

@@ -37,21 +37,6 @@ def test_a_room_is_described_drawn_and_accepted(tmp_path: Path) -> None:
     assert image.shape[0] >= 500
 
 
-def test_a_room_without_a_place_for_the_robot_fails(tmp_path: Path) -> None:
-    result = check(room(tmp_path, yaml="start: [9, 9, 0]"), "--json")
-    assert result.exit_code == EXIT_FAILED
-    assert json.loads(result.stdout)["problems"]
-    assert "No robot can search here." in result.stderr
-
-
-def test_a_scene_that_is_too_large_has_no_picture(tmp_path: Path) -> None:
-    result = check(room(tmp_path, scale=100.0), "--json", "--out", tmp_path / "plan.png")
-    assert result.exit_code == EXIT_FAILED
-    report = json.loads(result.stdout)
-    assert report["picture"] is None
-    assert report["reachable_m2"] is None
-
-
 @pytest.mark.parametrize(
     ("name", "content", "reason"),
     [
@@ -90,12 +75,6 @@ def test_without_the_simulators_packages_the_extra_is_named(
     result = check(room(tmp_path))
     assert result.exit_code == EXIT_USAGE_ERROR
     assert "pip install 'onemap[simulator]'" in result.stderr
-
-
-def test_names_are_printed_literally(tmp_path: Path) -> None:
-    result = check(room(tmp_path, yaml="categories: {Sofa-01: '[/sofa]'}"))
-    assert result.exit_code == EXIT_OK
-    assert "[/sofa]" in result.stdout
 
 
 @pytest.mark.parametrize("command", [["scene", "check"], ["demo"]], ids=" ".join)

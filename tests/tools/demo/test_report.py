@@ -83,14 +83,6 @@ def flat(text: str) -> str:
     return " ".join(text.split())
 
 
-def test_objects_without_a_result_are_listed() -> None:
-    summary = DemoSummary(("refrigerator", "bed"), OBJECTS[:1], 90.0, 80.0, nan, "cancelled")
-    text = printed(summary, picture="/runs/1/map.png")
-    assert "not sought" in text
-    assert "cancelled" in text
-    assert "/runs/1/map.png" in text
-
-
 CELL_M = 0.1
 FOUND = ObjectSummary("bed", "found", "seen", (4.5, 1.0, 0.4), 30.0, 8.0, 7.0, 0.5, 0.0)
 WRONG = ObjectSummary("sofa", "found", "seen", (4.5, 1.0, 0.4), 30.0, 8.0, 7.0, 9.0, 9.0)
@@ -118,20 +110,6 @@ def drawn(
     image = cv2.imread(str(path))
     assert image is not None
     return image.astype(np.uint8)
-
-
-def test_a_cell_has_several_pixels(view: SearchView, tmp_path: Path) -> None:
-    image = drawn(tmp_path / "map.png", view)
-    assert min(image.shape[0] / 40, image.shape[1] / 60) >= MIN_PIXELS_PER_CELL
-
-
-def test_the_driven_path_is_drawn(view: SearchView, tmp_path: Path) -> None:
-    plain = drawn(tmp_path / "plain.png", view)
-    marked = drawn(tmp_path / "marked.png", view, trail_m=((0.5, 3.0), (3.0, 3.0)))
-    rows, columns = np.nonzero(np.any(plain != marked, axis=-1))
-    assert np.ptp(columns) > 2.5 / CELL_M * MIN_PIXELS_PER_CELL  # 2.5 m along x, and the robot
-    assert np.ptp(rows) < 0.2 * np.ptp(columns)
-    assert rows.mean() < plain.shape[0] / 2  # y upwards: 3 m of 4 m is in the upper half
 
 
 def test_the_paths_of_all_robots_are_drawn(view: SearchView, tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import time
 from math import inf
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
-    Heartbeat,
     MapRevision,
     Odometry,
     SearchView,
@@ -28,7 +26,7 @@ from onemap_shared.messages import (
     TruthRequest,
 )
 from onemap_tools.demo import run as module
-from onemap_tools.demo.robot_search import RobotSearch, RunMonitor, rounds_of, separation_m
+from onemap_tools.demo.robot_search import RobotSearch, RunMonitor, separation_m
 from onemap_tools.demo.robots import named_robots
 from onemap_tools.demo.run import DemoTargets
 from onemap_tools.demo.summary import DemoSummary
@@ -125,11 +123,6 @@ def test_the_time_limit_ends_the_searches_of_all(tmp_path: Path) -> None:
     assert summary.not_sought == NAMES
 
 
-def test_one_robot_gets_all_objects_at_once() -> None:
-    assert list(rounds_of(NAMES, 1)) == [NAMES]
-    assert list(rounds_of(NAMES, 2)) == [("bed",), ("sofa",), ("desk",)]
-
-
 def test_an_unknown_word_is_refused_before_any_robot_drives() -> None:
     searches = searches_of(FakeRobot(1), FakeRobot(1))
     with pytest.raises(OneMapError, match="no word that mini knows"):
@@ -145,12 +138,6 @@ def test_the_separation_is_between_the_two_that_are_nearest() -> None:
         search.monitor.bus.publish(keys.ROBOT_ODOMETRY).put(place)
         search.monitor.update(0.0)
     assert np.isclose(separation_m(searches), 3.0)
-
-
-def test_progress_has_the_robots_name() -> None:
-    (first, _) = searches_of(FakeRobot(1), FakeRobot(1))
-    first.begin(("bed",))
-    assert (first.progress.name, first.progress.target) == ("r1", "bed")
 
 
 def odometry(x: float, y: float = 0.0, yaw: float = 0.0) -> Odometry:
@@ -173,30 +160,6 @@ def test_the_trail_leaves_out_a_standing_robot() -> None:
     assert monitor.yaw_rad == pytest.approx(0.5)
 
 
-def test_contacts_are_those_of_the_simulators_newest_heartbeat() -> None:
-    router = MemoryRouter()
-    monitor = RunMonitor(router.bus())
-    simulator = router.bus().publish(keys.heartbeat("simulator"))
-    monitor.update(0.0)
-    assert monitor.contacts is None
-    for metrics in ({"collisions": 1.0}, {"collisions": 3.0}, {"rgbd_hz": 8.0}):
-        simulator.put(Heartbeat("simulator", "a", 1, 1, ready=True, metrics=metrics))
-    monitor.update(0.1)
-    assert monitor.contacts == 3
-
-
-def test_the_mapper_compiles_until_a_heartbeat_says_otherwise() -> None:
-    router = MemoryRouter()
-    monitor = RunMonitor(router.bus())
-    mapper = router.bus().publish(keys.heartbeat("mapper"))
-    seen = [monitor.compiling]
-    for metrics in ({"start_s": 2.0}, {"cells": 0.0}):
-        mapper.put(Heartbeat("mapper", "a", 1, 1, ready=False, metrics=metrics))
-        monitor.update(0.1)
-        seen.append(monitor.compiling)
-    assert seen == [False, True, False]
-
-
 def test_the_map_rate_counts_frames_since_the_restart() -> None:
     router = MemoryRouter()
     monitor = RunMonitor(router.bus())
@@ -208,25 +171,6 @@ def test_the_map_rate_counts_frames_since_the_restart() -> None:
             monitor.restart(now_s)
         monitor.update(now_s)
     assert monitor.map_rate_hz == 5.0
-
-
-def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
-    router = MemoryRouter()
-    monitor = RunMonitor(router.bus())
-    ages_s = [monitor.map_age_s]
-    router.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
-    monitor.update(0.0)
-    ages_s.append(monitor.map_age_s)
-    assert ages_s[0] is None
-    assert ages_s[1] is not None
-    assert ages_s[1] >= 10
-
-
-def test_without_replies_everything_is_none() -> None:
-    monitor = RunMonitor(MemoryRouter().bus())
-    assert monitor.truth("sofa", (0.0, 0.0)) is None
-    assert monitor.map_view() is None
-    assert monitor.position_m is None
 
 
 def test_truth_and_map_are_requested() -> None:

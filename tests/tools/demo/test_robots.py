@@ -27,9 +27,8 @@ from onemap_tools.demo.robots import (
     SHARED_RGBD_HZ,
     check_combination,
     further_starts,
-    named_robots,
 )
-from onemap_tools.demo.setup import SIMULATOR, DemoSetup, set_up
+from onemap_tools.demo.setup import DemoSetup, set_up
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from tests.tools.demo.test_setup import options
 
@@ -59,19 +58,6 @@ def test_what_is_for_one_robot_is_refused_with_two(given: dict[str, Any], option
     assert error.value.exit_code == EXIT_USAGE_ERROR
     check_combination(1, **{**plain, **given})
     check_combination(2, **{**plain, "objects": ("bed", "sofa")})
-
-
-def test_nothing_is_started_or_written_if_it_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CliError, match="--robots is 9"):
-        set_up(replace(options(tmp_path / "run"), robots=9))
-    assert not (tmp_path / "run").exists()
-
-
-def test_one_robot_needs_no_name() -> None:
-    (alone,) = named_robots(1, SIMULATOR)
-    assert (alone.name, alone.namespace, alone.path, alone.prefix) == ("", "", "", "")
-    names = [robot.name for robot in named_robots(MAX_ROBOTS, SIMULATOR)]
-    assert len(set(names)) == MAX_ROBOTS
 
 
 def test_each_robot_has_its_own_services_and_all_share_the_mapper(tmp_path: Path) -> None:
@@ -163,14 +149,6 @@ def test_the_second_is_farther_away_than_the_third(scene: Scene) -> None:
     here = scene.start[:2]
     assert math.dist(second[:2], here) >= math.dist(third[:2], here)
     assert further_starts(scene, ROBOT, 1) == (second,)
-
-
-def test_they_face_the_first_robot(scene: Scene) -> None:
-    ((x_m, y_m, yaw_rad),) = further_starts(scene, ROBOT, 1)
-    to_x, to_y = scene.start[0] - x_m, scene.start[1] - y_m
-    assert math.cos(yaw_rad) * to_x + math.sin(yaw_rad) * to_y == pytest.approx(
-        math.hypot(to_x, to_y)
-    )
 
 
 def test_a_floor_that_is_too_small_is_refused(scene: Scene) -> None:

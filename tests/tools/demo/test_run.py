@@ -28,7 +28,7 @@ from onemap_tools.demo.robots import DemoRobot
 from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
 from onemap_tools.demo.setup import DemoSetup
 from onemap_tools.demo.summary import DemoSummary
-from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
 from tests.shared.test_bus import Router, router
@@ -111,15 +111,6 @@ def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
     assert error.value.exit_code == EXIT_FAILED
 
 
-def test_ctrl_c_ends_the_run(tmp_path: Path) -> None:
-    demo = demo_of(tmp_path)
-    demo.pause()
-    demo.stop.set()
-    with pytest.raises(CliError) as error:
-        demo.pause()
-    assert error.value.exit_code == EXIT_INTERRUPTED
-
-
 def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> None:
     missing = {"detail": "The mapper is not running."}
     transport = httpx.MockTransport(lambda _: httpx.Response(503, json=missing))
@@ -165,11 +156,6 @@ def test_an_overdue_search_is_cancelled(tmp_path: Path) -> None:
     assert methods == ["POST", "DELETE"]
     assert summary.failure == "Cancelled after the time limit of 0 s."
     assert not summary.worked
-
-
-def test_a_failed_search_has_its_reason(tmp_path: Path) -> None:
-    gateway, _ = gateway_of(report("exploring"), report("failed"))
-    assert searched(demo_of(tmp_path), gateway).failure == "the map was lost"
 
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_shared.config import PREFIX, ConfigError
+from onemap_shared.config import PREFIX
 from onemap_simulator.config import SimulatorConfig
 from onemap_tools.demo.setup import (
     PREFERRED_OBJECTS,
@@ -24,17 +24,15 @@ from onemap_tools.demo.setup import (
     choose_objects,
     choose_port,
     demo_sections,
-    failed_document,
     parse_objects,
     run_folder,
     set_up,
 )
 from onemap_tools.demo.truth import vocabulary_names
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.network import LOOPBACK, any_free_port
+from onemap_tools.processes.network import LOOPBACK
 from onemap_tools.processes.services import CORE
 from tests.structure import ROOT
-from tests.tools.cli.commands import TREE
 
 KNOWN = vocabulary_names(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
@@ -99,11 +97,6 @@ def test_a_robot_of_ros_2_is_two_processes_on_the_same_router(tmp_path: Path) ->
     assert sections["simulator"]["seed"] == 7
 
 
-def test_two_demos_have_different_routers(tmp_path: Path) -> None:
-    one, other = (set_up(options(tmp_path / name)) for name in ("a", "b"))
-    assert one.endpoint != other.endpoint
-
-
 def test_overrides_count_once_and_never_replace_fixed_values(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,20 +107,6 @@ def test_overrides_count_once_and_never_replace_fixed_values(
     assert sections["simulator"]["rgbd_hz"] == 6
     assert sections["bus"]["connect"] == [setup.endpoint]
     assert not [name for name in setup.environment if name.startswith(PREFIX)]
-
-
-def test_a_wrong_override_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="simulator"):
-        demo_sections({f"{PREFIX}SIMULATR__SEED": "1"}, options(tmp_path), "tcp/127.0.0.1:1")
-
-
-def test_the_path_of_a_scene_is_absolute(tmp_path: Path) -> None:
-    sections = demo_sections({}, options(tmp_path, scene=Path("flat.glb")), "tcp/127.0.0.1:1")
-    assert Path(sections["simulator"]["scene"]).is_absolute()
-
-
-def test_preferred_objects_are_chosen_where_they_exist() -> None:
-    assert choose_objects(("wall", "toilet", "sofa", "bed"), KNOWN) == ("bed", "toilet", "sofa")
 
 
 def test_other_objects_of_the_scene_follow() -> None:
@@ -158,19 +137,6 @@ def test_the_next_free_port_is_used_and_reported() -> None:
     assert f"Port {wanted} is taken" in console.file.getvalue()
 
 
-def test_a_headless_run_takes_any_port_unless_one_is_given() -> None:
-    quiet = Console(file=io.StringIO())
-    assert choose_port(0, headless=True, console=quiet) > 0
-    free = any_free_port()
-    assert choose_port(free, headless=True, console=quiet) == free
-
-
-def test_the_document_of_a_failed_run_holds_the_reason(tmp_path: Path) -> None:
-    document = failed_document(options(tmp_path), "no camera")
-    assert document["worked"] is False
-    assert document["trouble"] == "no camera"
-
-
 def test_the_demo_runs_with_the_defaults_of_the_services(tmp_path: Path) -> None:
     sections = demo_sections({}, options(tmp_path), "tcp/127.0.0.1:1")
     assert {name: set(keys) for name, keys in sections.items()} == {
@@ -180,18 +146,6 @@ def test_the_demo_runs_with_the_defaults_of_the_services(tmp_path: Path) -> None
         "mapper": {"map_folder"},
         "planner": {"state_dir"},
     }
-
-
-def test_the_default_seed_is_the_simulators() -> None:
-    """The command line does not import the simulator's model: it would start slowly."""
-    (seed,) = (
-        parameter
-        for path, command in TREE
-        if path == ("demo",)
-        for parameter in command.params
-        if parameter.name == "seed"
-    )
-    assert seed.default == SimulatorConfig().seed
 
 
 def test_compose_simulates_the_same_apartment() -> None:

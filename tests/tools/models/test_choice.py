@@ -12,15 +12,12 @@ from onemap_perception.errors import ModelError
 from onemap_perception.model_store import KNOWN_MODELS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import (
-    DETECTORS,
     ENCODERS,
     ModelChoice,
     check_packages,
     choose,
-    merged,
     networks_of,
     perception_section,
-    spelled_out,
 )
 
 TIPS = "google/tipsv2-b14"
@@ -40,13 +37,6 @@ def test_an_encoder_has_a_default_model(name: str) -> None:
     choice = choose([name])
     assert (choice.encoder, choice.detectors) == (name, None)
     assert next(m.backend for m in KNOWN_MODELS if m.repo == choice.encoder_model) == name
-
-
-@pytest.mark.parametrize("name", DETECTORS)
-def test_a_detector_keeps_the_encoder(name: str) -> None:
-    choice = choose([name])
-    assert choice.encoder == ""
-    assert list(choice.detectors or {}) == [name]
 
 
 def test_hub_ids_and_an_encoder_with_a_detector() -> None:
@@ -130,23 +120,6 @@ def test_settings_of_another_network_go_but_for_those_that_last() -> None:
     }
 
 
-def test_the_section_before_is_not_changed() -> None:
-    before = {"encoder": {"backend": "tipsv2", "model": TIPS}, "patches": {}}
-    section(before, "radio")
-    assert before == {"encoder": {"backend": "tipsv2", "model": TIPS}, "patches": {}}
-
-
-def test_code_of_the_weights_runs_only_if_that_was_said() -> None:
-    for said in (False, True):
-        after = perception_section({}, choose(["radio"]), "cpu", allow_remote_code=said)
-        assert after["encoder"].get("allow_remote_code", False) is said
-
-
-def test_the_short_sections_are_spelled_out() -> None:
-    assert spelled_out({"mini": {"channels": 9}}) == {"encoder": {"backend": "mini", "channels": 9}}
-    assert merged({"backend": "a", "x": 1}, {"backend": "a"}, ()) == {"backend": "a", "x": 1}
-
-
 def test_the_networks_of_a_section() -> None:
     def models(document: dict[str, Any]) -> list[str]:
         config = PerceptionConfig.model_validate(document)
@@ -187,9 +160,3 @@ def test_a_missing_package_is_named(
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ModelError, match=sentence):
         check_packages(PerceptionConfig.model_validate(document))
-
-
-def test_mini_needs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    for package in ("transformers", "open_clip"):
-        monkeypatch.setitem(sys.modules, package, None)
-    check_packages(PerceptionConfig())

@@ -61,13 +61,6 @@ def test_changed_files_of_a_model_are_named(cache: Path) -> None:
     assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
 
 
-def test_models_are_printed_with_their_folder_or_size(cache: Path) -> None:
-    folder = put_in_cache(cache)
-    text = "".join(run("list")[1].split())  # long paths are wrapped
-    assert f"MBin{folder}" in text
-    assert text.count("notfetched") == len(model_store.KNOWN_MODELS) - 1
-
-
 def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
     code, text = run("verify", REPO)
     assert code == 1
@@ -107,10 +100,3 @@ def test_a_damaged_download_is_removed(hub: LocalHub) -> None:
     assert f"{REPO} arrived damaged: config.json; it was removed: fetch again" in text
     small.announced = hashlib.sha1(b"blob 2\0{}").hexdigest()
     assert run("fetch", REPO)[0] == 0
-
-
-def test_a_failed_download_is_one_sentence(hub: LocalHub) -> None:
-    hub.down = True
-    code, text = run("fetch", REPO)
-    assert code == 1
-    assert text.splitlines()[-1].startswith(f"{REPO} cannot be fetched: ")

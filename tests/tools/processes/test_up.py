@@ -40,11 +40,6 @@ __all__ = ["router"]  # the fixture
 SOON_S = 60.0
 
 
-def test_without_a_file_everything_is_simulated() -> None:
-    chosen = choose((), {}, has_file=False, router_here=True)
-    assert chosen == ("router", "simulator", *CORE)
-
-
 def test_the_robot_is_the_one_that_the_file_describes() -> None:
     def chosen(*sections: str) -> tuple[str, ...]:
         return choose((), {key: {} for key in sections}, has_file=True, router_here=False)
@@ -54,21 +49,11 @@ def test_the_robot_is_the_one_that_the_file_describes() -> None:
     assert chosen("simulator") == ("simulator", *CORE)
 
 
-def test_only_starts_nothing_else() -> None:
-    chosen = choose(("mapper", "router"), {"simulator": {}}, has_file=True, router_here=False)
-    assert chosen == ("router", "mapper")
-
-
 @pytest.mark.parametrize("only", [(), ("simulator", "replay")])
 def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
     with pytest.raises(CliError, match="both robots") as error:
         choose(only, {"simulator": {}, "replay": {}}, has_file=True, router_here=True)
     assert error.value.exit_code == EXIT_USAGE_ERROR
-
-
-def test_only_chooses_between_two_robots() -> None:
-    sections: dict[str, dict] = {"simulator": {}, "replay": {}}
-    assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
 
 
 @pytest.mark.parametrize(
@@ -104,12 +89,6 @@ def test_a_mapper_that_compiles_is_reported_once_and_when_it_is_done() -> None:
         "The mapper has started.",
     ]
     assert report_start(starts, said, console) == ""  # nothing new
-
-
-def test_an_unknown_name_is_a_usage_error() -> None:
-    with pytest.raises(CliError, match="no 'maper' to start") as error:
-        choose(("maper",), {}, has_file=False, router_here=True)
-    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def until_reported(processes: Processes, console: Console) -> str:

@@ -53,16 +53,6 @@ def test_every_message_comes_back(sample: object, tmp_path: Path) -> None:
         np.testing.assert_array_equal(getattr(again, name), getattr(sample, name))
 
 
-def test_a_complete_file_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "folder" / "new.mcap"
-    writer = written(path)
-    found, reader = sequences(path)
-    assert found == list(range(COUNT))
-    assert not reader.cut_off
-    assert (reader.profile, reader.metadata["end"]) == ("onemap", {"ended": "stopped"})
-    assert writer.size == path.stat().st_size
-
-
 def test_without_its_end_a_file_is_read_up_to_there(tmp_path: Path) -> None:
     whole, path = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
     written(whole)
@@ -222,18 +212,3 @@ def test_it_says_what_was_asked(tmp_path: Path) -> None:
     assert (
         "Asked 2 times for 'sofa', last answered found with the score 0.90 at (1.00, 2.00)" in text
     )
-
-
-def test_a_bag_that_was_cut_off_says_so(recorded: Path) -> None:
-    recorded.write_bytes(recorded.read_bytes()[:-30])
-    document = info(recorded)
-    assert document["cut_off"]
-    assert "It was cut off" in describe(document)[1]
-
-
-def test_an_empty_bag_has_no_rates(tmp_path: Path) -> None:
-    path = tmp_path / "empty.mcap"
-    BagWriter(path, {}).close({})
-    document = info(path)
-    assert (document["topics"], document["map"], document["seconds"]) == ([], None, 0.0)
-    assert len(describe(document)) == 1

@@ -118,18 +118,6 @@ def test_the_plan_has_path_goal_and_frontiers() -> None:
     assert {entity.frame_id for entity in sent.entities} == {"map"}
 
 
-def test_a_better_frontier_is_larger() -> None:
-    points = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], np.float32)
-    plan = replace(
-        fakes.planned_path((0.0, 0.0)),
-        frontiers_m=points,
-        frontier_scores=np.array([0.1, 0.9, np.nan], np.float32),
-    )
-    entities = {entity.id: entity for entity in read(plan_scene(plan)).entities}
-    sizes = [sphere.size.x for sphere in entities["frontiers"].spheres]
-    assert sizes[1] > sizes[0] > sizes[2] > 0
-
-
 def test_objects_are_boxes_with_names_and_replace_the_earlier() -> None:
     sent = read(object_scene((KEPT,), fakes.STAMP_NS))
     assert len(sent.deletions) == 1
@@ -186,12 +174,3 @@ def test_heat_is_relative_to_the_best_score() -> None:
     assert coloured[0, 0, 3] == coloured[0, 1, 3] == 0
     assert tuple(coloured[0, 3, :3]) == DARK.heat[-1]
     assert 0 < coloured[0, 2, 3] < coloured[0, 3, 3] == 255
-
-
-def test_a_weak_best_match_does_not_look_like_a_find() -> None:
-    assert similarity_rgba(np.array([[0.05]], np.float32))[0, 0, 3] < 128
-
-
-def test_a_map_without_scores_has_no_heat() -> None:
-    assert not similarity_rgba(np.full((2, 3), np.nan, np.float32))[..., 3].any()
-    assert similarity_rgba(np.zeros((0, 0), np.float32)).shape == (0, 0, 4)

@@ -12,7 +12,6 @@ from typing import Any
 
 import psutil
 import pytest
-from typer.testing import CliRunner
 
 pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[live]'")
 pytest.importorskip("google.protobuf", reason="needs protobuf, which onnx brings")
@@ -31,7 +30,6 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.transport import Counters
-from onemap_tools.cli.app import app
 from onemap_tools.errors import CliError
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import any_free_port
@@ -136,15 +134,6 @@ def test_a_message_is_passed_on(robot: Robot, case: str) -> None:
     assert len(robot.server.take(topic)) == 1
 
 
-@pytest.mark.parametrize("case", PASSED_ON)
-def test_what_nobody_wants_is_not_made(robot: Robot, case: str) -> None:
-    robot.server.subscribed.clear()
-    stream, message, _ = PASSED_ON[case]
-    robot.publish(stream, message)
-    robot.update()
-    assert robot.server.sent == []
-
-
 def test_the_map_is_asked_for_once_per_change(robot: Robot) -> None:
     robot.with_mapper()
     robot.publish(keys.MAP_REVISION, fakes.revision(3))
@@ -157,13 +146,6 @@ def test_the_map_is_asked_for_once_per_change(robot: Robot) -> None:
     assert len(robot.server.take(topics.OCCUPANCY)) == 1
 
 
-def test_a_viewer_that_comes_later_gets_the_map_too(robot: Robot) -> None:
-    robot.with_mapper().update()
-    robot.server.take(topics.OCCUPANCY)
-    robot.update(REPEAT_S)
-    assert len(robot.server.take(topics.OCCUPANCY)) == 1
-
-
 @pytest.mark.parametrize(("query", "text"), [("", "sofa"), ("bed", "bed")])
 def test_the_similarity_is_that_of_the_query_or_of_the_search(
     robot: Robot, query: str, text: str
@@ -173,12 +155,6 @@ def test_the_similarity_is_that_of_the_query_or_of_the_search(
     robot.update()
     assert robot.asked == [text]
     assert len(robot.server.take(topics.SIMILARITY)) == 1
-
-
-def test_found_objects_are_shown(robot: Robot) -> None:
-    robot.with_mapper().update()
-    (scene,) = robot.server.take(topics.OBJECTS)
-    assert read(scene).entities[0].texts[0].text.startswith("bed")
 
 
 def test_without_a_mapper_the_log_says_so_once(robot: Robot) -> None:
@@ -257,17 +233,6 @@ def test_a_port_that_is_taken_is_one_sentence() -> None:
         other.close()
 
 
-def test_without_a_router_the_command_says_what_to_start(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr("onemap_tools.recording.live.CONNECT_S", 0.2)
-    config = tmp_path / "c.yaml"
-    config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{any_free_port()}]}}\n")
-    result = CliRunner().invoke(app, ["live", "--config", str(config)])
-    assert result.exit_code == 1
-    assert "No router at" in result.stderr
-
-
 COUNT = len(topics.TYPED) + len(topics.JSON)
 
 
@@ -295,15 +260,6 @@ def test_every_topic_is_offered_with_its_schema(client: FoxgloveClient) -> None:
 
 def test_a_viewer_can_send_nothing(client: FoxgloveClient) -> None:
     assert set(client.info["capabilities"]) == {"parameters", "parametersSubscribe"}
-
-
-def test_only_what_is_subscribed_is_wanted(server: FoxgloveServer, client: FoxgloveClient) -> None:
-    assert not server.wanted(topics.MOTION)
-    client.subscribe(topics.MOTION)
-    client.send({"op": "getParameters", "parameterNames": [], "id": "1"})
-    client.next_json("parameterValues")  # the server has read what was sent before
-    assert server.wanted(topics.MOTION)
-    assert not server.wanted(topics.IMAGE)
 
 
 def test_messages_arrive_as_they_were_sent(server: FoxgloveServer, client: FoxgloveClient) -> None:
@@ -351,23 +307,9 @@ def layout() -> dict[str, Any]:
     return document
 
 
-def panels(node: Any) -> Iterator[str]:
-    """The names of the panels in a tree of splits."""
-    if isinstance(node, str):
-        yield node
-        return
-    for part in ("first", "second"):
-        yield from panels(node[part])
-
-
 def paths() -> list[str]:
     configs = layout()["configById"].values()
     return [path["value"] for config in configs for path in config.get("paths", ())]
-
-
-def test_the_layout_places_every_panel_that_it_configures() -> None:
-    placed = list(panels(layout()["layout"]))
-    assert sorted(placed) == sorted(layout()["configById"])
 
 
 def test_the_layout_shows_topics_that_are_offered() -> None:

@@ -22,7 +22,6 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     AnsweredQuery,
     FeatureField,
-    Heartbeat,
     MapClear,
     MapDigest,
     MapRevision,
@@ -34,7 +33,6 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import Bus, Counters, RequestRejected, Subscription
 from onemap_tools.cli.app import app
-from onemap_tools.errors import EXIT_USAGE_ERROR
 from onemap_tools.recording import record as module
 from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader, BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
@@ -108,18 +106,6 @@ def test_no_revision_is_recorded_without_its_features(robot: RecordedRobot) -> N
     assert fused <= stamps(path, "perception/field/v1", FeatureField)
 
 
-def test_a_recording_is_whole_with_the_features_of_its_map(robot: RecordedRobot) -> None:
-    whole = [robot.recorder.whole]
-    robot.bus.publish(keys.MAP_REVISION).put(fakes.revision(1))
-    robot.update(digest=False)
-    whole.append(robot.recorder.whole)
-    late = replace(scenes.field(0, scenes.pose(0.0, 0.0, 0.0)), stamp_ns=fakes.STAMP_NS)
-    robot.bus.publish(keys.FIELD).put(late)
-    robot.update(digest=False)
-    whole.append(robot.recorder.whole)
-    assert whole == [True, False, True]
-
-
 def test_images_can_be_left_out(tmp_path: Path) -> None:
     robot = RecordedRobot(tmp_path, images=False)
     robot.begin()
@@ -136,29 +122,12 @@ def test_what_was_missed_is_counted(robot: RecordedRobot) -> None:
     assert robot.recorder.missed == {"robot/rgbd/v1": 5, "perception/field/v1": 4}
 
 
-def test_heartbeats_keep_the_key_of_their_service(robot: RecordedRobot) -> None:
-    beat = Heartbeat("mapper", "a1", 5, 1, True, "", {"cells": 2.0})
-    robot.bus.publish(keys.heartbeat("mapper")).put(beat)
-    (message,) = on(robot.end(), "health/mapper/heartbeat/v1")
-    assert message.decode(Heartbeat) == beat
-
-
 def test_without_a_mapper_the_rest_is_recorded(robot: RecordedRobot) -> None:
     robot.see(0, fused=False)
     robot.mapper_bus.close()
     path = robot.end()
     assert len(on(path, "perception/field/v1")) == 1
     assert "no process serves map/digest/v1" in robot.recorder.problems["map/digest/v1"]
-
-
-def test_what_is_sought_is_recorded_with_its_embedding_once(robot: RecordedRobot) -> None:
-    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
-    states = robot.bus.publish(keys.SEARCH_STATE)
-    for objects in (("sofa",), ("sofa",), ("sofa", "bed")):
-        states.put(fakes.search(objects=objects))
-    path = robot.end()
-    asked = [each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")]
-    assert asked == [("sofa",), ("bed",)]
 
 
 def test_a_text_that_is_only_asked_for_is_recorded_with_its_embedding(robot: RecordedRobot) -> None:
@@ -191,14 +160,6 @@ def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> No
     assert sought.text == "sofa"
     assert np.isfinite(sought.similarity).any()
     assert (sought.occupancy != 0).any()
-
-
-def test_without_perception_the_text_is_a_problem_and_the_rest_recorded(
-    robot: RecordedRobot,
-) -> None:
-    robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
-    assert len(on(robot.end(), "search/state/v1")) == 1
-    assert "no process serves" in robot.recorder.problems["perception/embed_text/v1"]
 
 
 RUNNER = CliRunner()
@@ -287,12 +248,6 @@ def test_features_that_come_after_their_revision_are_waited_for(
     assert last(result)["messages"]["perception/field/v1"] == 1
 
 
-def test_it_ends_after_its_time(joined: RecordedRobot, tmp_path: Path) -> None:
-    result = recorded(tmp_path / "a.mcap", "--seconds", "1", "--no-images")
-    assert result.exit_code == 0
-    assert last(result)["seconds"] >= 1
-
-
 def test_the_map_is_cleared_first(
     joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -338,23 +293,6 @@ def test_a_write_that_fails_ends_the_recording(
     assert error_of(result)["error"] == "The recording ended because of a test."
 
 
-def test_what_is_there_is_not_overwritten(joined: RecordedRobot, tmp_path: Path) -> None:
-    (tmp_path / "a.mcap").write_text("mine")
-    result = recorded(tmp_path / "a.mcap")
-    assert result.exit_code == 1
-    assert "did not start" in error_of(result)["error"]
-
-
-def test_without_a_name_the_time_is_one(
-    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    at_a_sync(monkeypatch, stop)
-    result = RUNNER.invoke(app, ["record", "--keep-free", "0"])
-    assert result.exit_code == 0, result.output
-    assert len(list((tmp_path / "runs" / "recordings").glob("*.mcap"))) == 1
-
-
 def test_what_is_missing_is_said(
     joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -364,10 +302,3 @@ def test_what_is_missing_is_said(
     result = recorded(tmp_path / "a.mcap")
     assert last(result)["missed"] == {"robot/rgbd/v1": 3}
     assert "3 messages on robot/rgbd/v1 are missing in it." in result.stderr
-
-
-def test_what_is_no_recording_is_misuse(tmp_path: Path) -> None:
-    (tmp_path / "a.mcap").write_text("a letter")
-    result = RUNNER.invoke(app, ["bag", "info", str(tmp_path / "a.mcap"), "--json"])
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert "is not an MCAP file." in error_of(result)["error"]

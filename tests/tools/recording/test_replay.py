@@ -111,14 +111,6 @@ def test_the_same_map_bit_for_bit(robot: RecordedRobot) -> None:
     assert document["problems"] == []
 
 
-def test_a_map_that_was_cleared_begins_anew(robot: RecordedRobot) -> None:
-    robot.see(0, 1)
-    robot.update()
-    robot.clear()
-    robot.see(2)
-    assert replayed(robot.end())[1]["frames_fused"] == 1
-
-
 def test_from_the_middle_of_a_run_nothing_is_compared(tmp_path: Path) -> None:
     robot = RecordedRobot(tmp_path)
     robot.see(0, 1)
@@ -129,17 +121,6 @@ def test_from_the_middle_of_a_run_nothing_is_compared(tmp_path: Path) -> None:
     assert (code, document["same"], document["frames_fused"]) == (1, None, 1)
     assert "it began with a map that was not empty" in document["problems"][0]
     assert document["problems"][-1] == "No digest of the map could be compared."
-
-
-def test_once_the_map_was_cleared_all_is_known(tmp_path: Path) -> None:
-    robot = RecordedRobot(tmp_path)
-    robot.see(0, 1)
-    robot.begin()
-    robot.see(2)
-    robot.clear()
-    robot.see(3)
-    code, document = replayed(robot.end())
-    assert (code, document["same"], document["problems"]) == (0, True, [])
 
 
 @pytest.mark.parametrize("topic", [FIELDS.key, REVISIONS.key])
@@ -170,14 +151,6 @@ def test_with_corrections_of_slam_nothing_is_compared(robot: RecordedRobot) -> N
     assert "corrections of SLAM" in document["problems"][0]
 
 
-def test_a_file_that_was_cut_off_is_replayed(robot: RecordedRobot) -> None:
-    robot.see(0, 1)
-    robot.update()
-    robot.writer.sync()
-    code, document = replayed(robot.path)
-    assert (code, document["cut_off"], document["same"]) == (0, True, True)
-
-
 def test_the_images_give_a_map_of_another_encoder(robot: RecordedRobot, tmp_path: Path) -> None:
     robot.see(0, 1)
     out = tmp_path / "again.npz"
@@ -195,20 +168,6 @@ def test_without_images_there_is_nothing_to_encode(tmp_path: Path) -> None:
     result = RUNNER.invoke(app, ["replay", str(robot.end()), "--reencode", "--json"])
     assert result.exit_code == 1
     assert "holds no images" in error_of(result)["error"]
-
-
-def test_what_cannot_be_written_is_said(robot: RecordedRobot, tmp_path: Path) -> None:
-    robot.see(0)
-    (tmp_path / "file").write_text("")
-    arguments = ["replay", str(robot.end()), "--out", str(tmp_path / "file" / "a.npz"), "--json"]
-    assert "Cannot write" in error_of(RUNNER.invoke(app, arguments))["error"]
-
-
-def test_what_is_no_recording_is_misuse(tmp_path: Path) -> None:
-    (tmp_path / "a.mcap").write_text("a letter")
-    result = RUNNER.invoke(app, ["replay", str(tmp_path / "a.mcap"), "--json"])
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert "is not an MCAP file." in error_of(result)["error"]
 
 
 def with_settings(path: Path, change: dict[str, Any]) -> Path:
@@ -239,18 +198,6 @@ def test_without_the_gpu_of_the_recording_the_processor_computes(robot: Recorded
     robot.see(0)
     path = with_settings(robot.end(), {"device": "cuda"})
     assert replayed(path)[1]["frames_fused"] == 1
-
-
-def test_another_encoder_makes_another_map_of_the_images(
-    robot: RecordedRobot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
-    robot.see(0, 1, 2)
-    code, document = replayed(robot.end(), "--reencode")
-    assert code == 0
-    assert (document["frames_fused"], document["compared"]) == (3, 0)
-    assert document["encoder_id"] == ColourEncoder().encoder_id
-    assert document["problems"] == []
 
 
 N, F, R, G = StepKind.NEW_MAP, StepKind.FUSE, StepKind.RESET, StepKind.GAP
@@ -291,7 +238,6 @@ TOPICS = {
 }
 CONFIG = Ros2Config.model_validate({"topics": TOPICS})
 Entry = tuple[int, str, bytes]  # ms after T0, setting of the topic, message
-LEVEL = (0.0, 0.0)
 
 
 def drive(frames: int = 3, *, tf: bool = True) -> list[Entry]:
@@ -340,11 +286,6 @@ def test_frames_have_the_poses_at_their_stamps(tmp_path: Path) -> None:
     assert reader.problems == []
 
 
-def test_a_recording_of_ours_is_no_ros2_bag(tmp_path: Path) -> None:
-    BagWriter(tmp_path / "a.mcap", {}).close({})
-    assert not is_ros2(tmp_path / "a.mcap")
-
-
 def test_frames_without_a_transform_are_named(tmp_path: Path) -> None:
     late = [entry for entry in drive(6) if not (entry[1] == "tf" and entry[0] > 200)]
     reader = Ros2Bag(bag(tmp_path / "a.mcap", late), CONFIG)
@@ -357,12 +298,6 @@ def test_a_topic_that_is_not_there_is_named_with_those_of_its_type(tmp_path: Pat
     other = Ros2Config.model_validate({"topics": {**TOPICS, "depth": "/elsewhere"}})
     with pytest.raises(BagError, match=r"/elsewhere \(ros2.topics.depth\).*/cam/color, /cam/depth"):
         list(Ros2Bag(path, other).frames())
-
-
-def test_a_topic_of_another_type_is_named(tmp_path: Path) -> None:
-    path = bag(tmp_path / "a.mcap", drive(), color="sensor_msgs/msg/CompressedImage")
-    with pytest.raises(BagError, match="must be sensor_msgs/msg/Image in cdr"):
-        list(Ros2Bag(path, CONFIG).frames())
 
 
 def test_a_compressed_topic_of_a_robot_with_a_namespace_is_read(tmp_path: Path) -> None:
@@ -397,12 +332,6 @@ def test_own_recordings_need_no_packages_of_ros2() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_a_bag_of_which_no_frame_can_be_made_says_why(tmp_path: Path) -> None:
-    path = bag(tmp_path / "a.mcap", [*drive(2, tf=False), (0, "tf", transforms(0))])
-    with pytest.raises(BagError, match=r"no frame in .*map"):
-        list(Ros2Bag(path, CONFIG).frames())
-
-
 def test_replay_makes_a_map_of_a_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
     config, out = tmp_path / "robot.yaml", tmp_path / "flat.npz"
@@ -415,10 +344,3 @@ def test_replay_makes_a_map_of_a_bag(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (document["frames_fused"], document["reencoded"]) == (3, True)
     assert document["cells"] > 0
     assert out.exists()
-
-
-def test_a_bag_whose_topics_are_not_named_is_refused(tmp_path: Path) -> None:
-    path = bag(tmp_path / "a.mcap", drive())
-    result = CliRunner().invoke(app, ["replay", str(path)])
-    assert result.exit_code == 2
-    assert "name the topics in --config" in result.stderr

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from onemap_gateway.present.palette import DARK
 from onemap_shared import keys
-from onemap_shared.messages import MapClear, VelocityCommand
+from onemap_shared.messages import VelocityCommand
 from onemap_tools.cli.app import app
 from onemap_tools.errors import CliError
 from onemap_tools.recording.rerun_export import CAMERA, IMAGE, SHOWN, entities_of, export
@@ -83,13 +83,6 @@ def test_a_recording_without_images_and_maps_says_so(tmp_path: Path) -> None:
     ]
 
 
-def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
-    recorded: Path, tmp_path: Path
-) -> None:
-    recorded.write_bytes(recorded.read_bytes()[:-30])
-    assert export(recorded, tmp_path / "a.rrd")["cut_off"]
-
-
 def test_the_command_says_what_it_wrote(recorded: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.rrd"
     result = RUNNER.invoke(app, ["export", "rerun", str(recorded), str(out), "--json"])
@@ -108,12 +101,6 @@ def test_what_is_no_recording_is_one_sentence(tmp_path: Path) -> None:
     assert not (tmp_path / "a.rrd").exists()
 
 
-def test_a_place_that_cannot_be_written_is_one_sentence(recorded: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(CliError, match="Cannot write"):
-        export(recorded, tmp_path / "file" / "a.rrd")
-
-
 def shown(message: object) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {}
     for entity, archetype in entities_of(message):
@@ -130,10 +117,6 @@ def values(component: Any) -> Any:
 def test_every_kind_of_message_can_be_shown(kind: type) -> None:
     sample = next(each for each in SAMPLES if isinstance(each, kind))
     assert shown(sample)
-
-
-def test_other_messages_show_nothing() -> None:
-    assert shown(MapClear()) == {}
 
 
 def test_a_frame_shows_image_points_and_camera() -> None:
@@ -158,13 +141,6 @@ def test_rows_of_the_map_begin_with_the_largest_y() -> None:
 def test_similarity_is_shown_if_something_is_sought() -> None:
     assert "world/map/similarity" not in shown(fakes.search_view())
     assert "world/map/similarity" in shown(fakes.search_view("sofa"))
-
-
-def test_boxes_have_names() -> None:
-    found = shown(fakes.detections("sofa", "bed"))
-    (boxes,) = found[f"{IMAGE}/boxes"]
-    assert values(boxes.labels) == ["sofa 0.80", "bed 0.80"]
-    assert values(shown(fakes.detections())[f"{IMAGE}/boxes"][0].labels) == []
 
 
 def test_found_objects_are_marked() -> None:

@@ -17,8 +17,7 @@ from typer.testing import CliRunner
 
 import onemap_tools.train
 from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
-from onemap_perception.text.calibration import load_calibration
-from onemap_perception.text.vocabulary import VOCABULARY_FILE
+from onemap_perception.text.vocabulary import VOCABULARY_FILE, load_calibration
 from onemap_tools.train import pipeline
 from onemap_tools.train.commands import app
 from onemap_tools.train.frames import FrameSetSpec, render_frames

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +16,7 @@ from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
-from onemap_tools.bench.machine import machine_facts, spread_ms, wall_clock
+from onemap_tools.bench.machine import machine_facts, peak_process_bytes, spread_ms, wall_clock
 from onemap_tools.bench.options import FusionBench
 
 SIZE = (480, 640)
@@ -51,7 +50,7 @@ def run(options: FusionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "cells": belief.store.count,
         "map_bytes": belief.memory_bytes,
         **machine_facts(device),
-        "peak_process_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+        "peak_process_bytes": peak_process_bytes(),
     }
 
 

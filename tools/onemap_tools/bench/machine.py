@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -65,6 +66,11 @@ def machine_facts(device: torch.device | None = None) -> dict[str, Any]:
             facts["device_name"] = torch.cuda.get_device_name(device)
             facts["peak_device_bytes"] = torch.cuda.max_memory_allocated(device)
     return facts
+
+
+def peak_process_bytes() -> int:
+    """The most memory that this process had resident until now."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import gc
-import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,12 +26,11 @@ from onemap_perception.encoders.openclip_convnext import (
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder, TorchTower
-from onemap_perception.errors import BackendError
+from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, BackendError, optional_import
 from onemap_perception.factory import make_encoder
-from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_shared.config import load
 from onemap_shared.geometry import F16, F32, U8
-from onemap_tools.bench.machine import machine_facts, parse_size, spread_ms
+from onemap_tools.bench.machine import machine_facts, parse_size, peak_process_bytes, spread_ms
 from onemap_tools.bench.options import PerceptionBench
 
 BACKENDS = ("mini", "openclip_convnext", "tipsv2")  # that need no download
@@ -132,7 +128,6 @@ def _measured(
     make: Callable[[], MeasuredEncoder], size_px: tuple[int, int], frames: int, *, on_gpu: bool
 ) -> dict[str, Any]:
     """Milliseconds per frame and memory of one backend; ``problem`` says why there are none."""
-    _reset_peak_memory()
     try:
         return measure(make(), size_px, frames, on_gpu=on_gpu)
     except BackendError as problem:
@@ -164,7 +159,7 @@ def measure(
         events_ms = _device_ms(encoder.tower, encoder.prepare(rgb), frames)
         result |= spread_ms(events_ms, "network_")
         result["peak_device_bytes"] = torch.cuda.max_memory_allocated()
-    return result | {"peak_process_bytes": _peak_memory_bytes()}
+    return result | {"peak_process_bytes": peak_process_bytes()}
 
 
 def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
@@ -181,20 +176,3 @@ def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
             pairs.append((begin, end))
         torch.cuda.synchronize(tower.device)
     return [begin.elapsed_time(end) for begin, end in pairs[WARM_UP:]]
-
-
-def _reset_peak_memory() -> None:
-    """Reset the process's peak memory, so that each backend is measured alone."""
-    gc.collect()
-    with contextlib.suppress(OSError):  # not Linux: the peak stays that of the whole process
-        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-
-
-def _peak_memory_bytes() -> int:
-    """Most resident memory since the last ``_reset_peak_memory``."""
-    with contextlib.suppress(OSError):
-        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
-        for line in status.splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) * 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

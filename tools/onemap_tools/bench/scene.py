@@ -43,7 +43,6 @@ from onemap_tools.bench.options import SceneBench
 from onemap_tools.bench.places import (
     PlaceLabel,
     labels_of_scene,
-    place_document,
     place_results,
     read_labels,
     table_lines,
@@ -99,7 +98,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "seconds": round(time.perf_counter() - started_s, 2),
         "bounds_m": picture_bounds_m(belief),
         **totals(labels, results, replies),
-        "places": [place_document(result) for result in results],
+        "places": results,
     }
     if options.out is not None:
         write(options.out, document, belief, labels, encoder)

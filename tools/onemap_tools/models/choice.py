@@ -20,9 +20,8 @@ from onemap_perception.encoders.params import (
     Tipsv2Params,
     TorchParams,
 )
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, ModelError, optional_import
 from onemap_perception.model_store import KNOWN_MODELS
-from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 ENCODERS: Mapping[str, type[TorchParams]] = {

@@ -213,7 +213,7 @@ def report_start(starts: Subscription[Heartbeat], said: str, console: Console) -
     if beat is None:
         return said
     now = f"The {beat.service} is {beat.problem}" if is_starting(beat) else ""
-    if now and now != said:
+    if now and not said:
         console.print(f"{now} ...", soft_wrap=True)
     if said and not now:
         console.print(f"The {beat.service} has started.")

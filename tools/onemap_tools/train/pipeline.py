@@ -24,10 +24,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
-from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration, load_calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.text_encoder import EmbedTexts
-from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
+from onemap_perception.text.vocabulary import (
+    CALIBRATION_FILE,
+    VOCABULARY_FILE,
+    Calibration,
+    Vocabulary,
+    load_calibration,
+    load_vocabulary,
+)
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE

@@ -38,12 +38,16 @@ class Paces:
 
     call_timeout_s: for a service's reply. A healthy one needs under 0.5 s; mapper and planner
     themselves wait up to 2 s for perception, then report it missing. ready_within_s: since a frame
-    reached the map. live_period_s: between two states on /v1/live; the page interpolates.
+    reached the map. live_period_s: between two states on /v1/live; the page interpolates. Streams
+    look every poll_s for what is new, and ask the planner and the map as often as said.
     """
 
     call_timeout_s: float = 3.0
     ready_within_s: float = 5.0
     live_period_s: float = 0.2
+    poll_s: float = 0.1
+    ask_planner_s: float = 2.0
+    ask_map_s: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import AsyncIterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import anyio
@@ -15,7 +15,6 @@ from pydantic import ValidationError
 from onemap.replies import QueryResult
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
-from onemap_gateway.http.routes.searches import RETRY_MS
 from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.queries import IMAGE_SUBJECT, differ, query_result, with_scores
@@ -25,26 +24,12 @@ from onemap_shared.messages import ImageSimilarityRequest, SearchView, Similarit
 
 async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryResult]:
     """The answers to the texts, in their order, or to the image; HttpProblem if one fails."""
-    asked = request.requests(robot_xy_m(gateway))
-    if len(asked) == 1:
-        return [await answer(gateway, asked[0])]
-    replies: list[QueryResult | HttpProblem | None] = [None] * len(asked)
-
-    async def ask(index: int) -> None:
-        try:
-            replies[index] = await answer(gateway, asked[index])
-        except HttpProblem as problem:  # a task group would wrap it
-            replies[index] = problem
-
-    async with anyio.create_task_group() as tasks:
-        for index in range(len(asked)):
-            tasks.start_soon(ask, index)
+    asked = [answer(gateway, each) for each in request.requests(robot_xy_m(gateway))]
     found = []
-    for reply in replies:
-        if isinstance(reply, HttpProblem):
+    for reply in await asyncio.gather(*asked, return_exceptions=True):
+        if isinstance(reply, BaseException):
             raise reply
-        if reply is not None:
-            found.append(reply)
+        found.append(reply)
     return found
 
 
@@ -77,25 +62,9 @@ def robot_xy_m(gateway: GatewayContext) -> tuple[float, ...]:
 
 # What ends by itself: the stream stays open and says why there are no answers now.
 PASSING = frozenset({"empty_map", "unavailable", "timeout", "busy", "encoder_mismatch"})
-ANSWER, PROBLEM = "answer", "problem"
+RETRY_MS = 2000  # until a browser connects again
 
 NEVER = -1  # no revision of a map
-
-
-@dataclass(frozen=True, slots=True)
-class QueryIntervals:
-    """Seconds between two looks for a new revision, and between two questions to the map."""
-
-    poll_s: float = 0.1
-    query_s: float = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class QueryChange:
-    """An answer that is new or has changed, or why there is none; ``event`` says which."""
-
-    event: str
-    document: Any  # JSON without NaN
 
 
 def standing_query(
@@ -142,22 +111,21 @@ async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> No
             raise
 
 
-async def query_changes(
-    gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
-) -> AsyncIterator[QueryChange]:
+async def query_events(
+    gateway: GatewayContext, request: QueryRequest
+) -> AsyncIterator[ServerSentEvent]:
     """The answer to each text, or to the image, and again whenever regions or verdict change.
 
     Asks only after a new revision of the map. While there is no answer, as of an empty map, it
     goes on and gives a problem; any other problem ends it.
     """
-    intervals = intervals or QueryIntervals()
     sent: dict[str, QueryResult] = {}
     asked_revision: int | None = NEVER
     asked_s = -math.inf
     last_problem = ""
     while not gateway.cache.closing:
         now_s, revision = gateway.cache.now_s(), gateway.map_revision()
-        if revision != asked_revision and now_s - asked_s >= intervals.query_s:
+        if revision != asked_revision and now_s - asked_s >= gateway.paces.ask_map_s:
             asked_revision, asked_s = revision, now_s
             try:
                 replies, last_problem = await answers(gateway, request), ""
@@ -165,24 +133,19 @@ async def query_changes(
                 replies, asked_revision = [], NEVER  # ask again, though nothing new is announced
                 if problem.detail != last_problem:
                     last_problem = problem.detail
-                    yield QueryChange(PROBLEM, finite(problem.document))
+                    yield problem_event(problem)
                 if problem.code not in PASSING:
                     return
             for reply in replies:
                 if reply.text not in sent or differ(sent[reply.text], reply):
+                    data = finite(reply.model_dump(mode="json"))
+                    yield ServerSentEvent(
+                        event="answer", data=data, retry=None if sent else RETRY_MS
+                    )
                     sent[reply.text] = reply
-                    yield QueryChange(ANSWER, finite(reply.model_dump(mode="json")))
-        await anyio.sleep(intervals.poll_s)
+        await anyio.sleep(gateway.paces.poll_s)
 
 
-async def query_events(
-    gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
-) -> AsyncIterator[ServerSentEvent]:
-    """The changes as server-sent events; the first answer says when to connect again."""
-    retry: int | None = RETRY_MS
-    async for change in query_changes(gateway, request, intervals):
-        answered = change.event == ANSWER
-        yield ServerSentEvent(
-            event=change.event, data=change.document, retry=retry if answered else None
-        )
-        retry = None if answered else retry
+def problem_event(problem: HttpProblem) -> ServerSentEvent:
+    """Why there are no events now."""
+    return ServerSentEvent(event="problem", data=finite(problem.document))

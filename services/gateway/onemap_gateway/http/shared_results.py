@@ -26,11 +26,10 @@ SLICE_BYTES = 256 * 1024  # what is copied for one client at a time
 
 @dataclass(frozen=True, slots=True)
 class SharedResult:
-    """A body and its headers, and when and of which version of the data it was made."""
+    """A body and its headers, and when it was made."""
 
     body: bytes
     headers: dict[str, str]
-    version: Hashable = None
     made_s: float = 0.0
 
 
@@ -58,65 +57,44 @@ class SharedResults:
         self._wait_s = wait_s
         self._clock_s = clock_s
         self._slots = asyncio.Semaphore(AT_ONCE)
-        self._running: dict[Hashable, asyncio.Task[SharedResult]] = {}
-        self._kept: dict[Hashable, SharedResult] = {}
+        self._tasks: dict[Hashable, asyncio.Task[SharedResult]] = {}
 
-    async def get(
-        self,
-        asked: Hashable,
-        version: Hashable,
-        make: Maker,
-    ) -> SharedResult:
+    async def get(self, asked: Hashable, version: Hashable, make: Maker) -> SharedResult:
         """The result of ``make``, or that of another request for the same.
 
         Raises HttpProblem ``busy`` when other results take longer than ``wait_s``.
         """
-        kept = self._kept.get(asked)
-        fresh = kept is not None and self._clock_s() - kept.made_s <= KEPT_S
-        if kept is not None and fresh and kept.version == version is not None:
-            return kept
         key = (asked, version)
-        task = self._running.get(key)
-        if task is None:
-            task = asyncio.create_task(self._compute(asked, version, make))
-            self._running[key] = task
-            task.add_done_callback(lambda done: self._end(key, done))
+        task = self._tasks.get(key)
+        if task is None or (task.done() and not self._fresh(task, version)):
+            self._tasks.pop(key, None)
+            task = self._tasks[key] = asyncio.create_task(self._compute(make))
+            # the failure of one that nobody waits for any more is nobody's
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+            for old in [each for each, kept in self._tasks.items() if kept.done()][:-MAX_KEPT]:
+                del self._tasks[old]
         # one client that leaves may not take the result from the others
         return await asyncio.shield(task)
 
-    async def _compute(
-        self,
-        asked: Hashable,
-        version: Hashable,
-        make: Maker,
-    ) -> SharedResult:
+    def _fresh(self, task: asyncio.Task[SharedResult], version: Hashable) -> bool:
+        if version is None or task.cancelled() or task.exception() is not None:
+            return False
+        return self._clock_s() - task.result().made_s <= KEPT_S
+
+    async def _compute(self, make: Maker) -> SharedResult:
         try:
             await asyncio.wait_for(self._slots.acquire(), self._wait_s)
         except asyncio.TimeoutError:  # of Python 3.10; later it is the builtin one
-            raise _busy() from None
+            raise HttpProblem(
+                "busy",
+                f"The gateway draws {AT_ONCE} images at once, and has others to draw: try again.",
+                service="gateway",
+            ) from None
         try:
             body, headers = await make()
         finally:
             self._slots.release()
-        result = SharedResult(body, headers, version, self._clock_s())
-        self._kept.pop(asked, None)
-        self._kept[asked] = result
-        while len(self._kept) > MAX_KEPT:
-            del self._kept[next(iter(self._kept))]
-        return result
-
-    def _end(self, key: Hashable, done: asyncio.Task[SharedResult]) -> None:
-        del self._running[key]
-        if not done.cancelled():
-            done.exception()  # whoever waited has seen it; nobody may have
-
-
-def _busy() -> HttpProblem:
-    return HttpProblem(
-        "busy",
-        f"The gateway draws {AT_ONCE} images at once, and has others to draw: try again.",
-        service="gateway",
-    )
+        return SharedResult(body, headers, self._clock_s())
 
 
 # Half of the images whose embedding the mapper keeps: with more than it keeps, each look at the

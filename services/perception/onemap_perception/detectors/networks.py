@@ -14,8 +14,7 @@ from onemap_perception.detectors.boxes import Box
 from onemap_perception.detectors.protocol import DetectorError
 from onemap_perception.encoders.checkpoint import fingerprint, inference, load_pretrained
 from onemap_perception.encoders.images import resized
-from onemap_perception.errors import first_line
-from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.errors import TRANSFORMERS, first_line, optional_import
 from onemap_shared.geometry import U8
 from onemap_shared.names import normalised
 

@@ -19,12 +19,11 @@ from onemap_perception.encoders.images import fitted_size, mean_feature, resized
 from onemap_perception.encoders.projected import ChannelParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
-from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.embedding_table import load_table
 from onemap_perception.text.minilm import MiniLm, find_model_folder
 from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.text_encoder import CachedTextEncoder
-from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
 

@@ -19,7 +19,7 @@ import torch
 from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import VisionLanguageModel
-from onemap_perception.optional_import import OPEN_CLIP, optional_import
+from onemap_perception.errors import OPEN_CLIP, optional_import
 from onemap_shared.geometry import F32
 
 STRIDE = 32  # of every ConvNeXt

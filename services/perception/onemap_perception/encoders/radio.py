@@ -16,8 +16,7 @@ from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.params import RadioParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, VisionLanguageModel
-from onemap_perception.errors import first_line
-from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.errors import TRANSFORMERS, first_line, optional_import
 from onemap_shared.geometry import F32
 
 STRIDE = 16

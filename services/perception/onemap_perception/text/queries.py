@@ -7,14 +7,13 @@ wherever a class fits well.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.text.calibration import Calibration
 from onemap_perception.text.embedding_table import EmbeddingTable
-from onemap_perception.text.spelling import SpellingIndex
-from onemap_perception.text.vocabulary import Vocabulary
+from onemap_perception.text.vocabulary import Calibration, Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.names import normalised
@@ -156,3 +155,30 @@ def unit(vector: F32) -> F32:
     """The vector (D,) scaled to length one."""
     result: F32 = (vector / np.linalg.norm(vector)).astype(np.float32)
     return result
+
+
+BUCKETS = 64  # letters that share one make the bound larger, never too small
+
+
+class SpellingIndex:
+    """Words to be suggested for others; immutable."""
+
+    def __init__(self, words: Sequence[str]) -> None:
+        self._words = tuple(words)
+        self._letters = np.array([letters(word) for word in words]).reshape(-1, BUCKETS)
+        self._lengths = self._letters.sum(axis=1)
+
+    def close_matches(self, word: str, count: int, share: float) -> list[str]:
+        """As ``difflib.get_close_matches`` of these words: the most similar first."""
+        common = np.minimum(self._letters, letters(word)).sum(axis=1)
+        total = self._lengths + len(word)
+        bound = np.where(total > 0, 2.0 * common / np.maximum(total, 1), 1.0)
+        likely = [self._words[index] for index in np.flatnonzero(bound >= share - 1e-6)]
+        return difflib.get_close_matches(word, likely, count, share)
+
+
+def letters(word: str) -> F32:
+    """How often each letter occurs: (BUCKETS,) float32."""
+    places = np.array([ord(letter) % BUCKETS for letter in word], np.intp)
+    counts: F32 = np.bincount(places, minlength=BUCKETS).astype(np.float32)
+    return counts

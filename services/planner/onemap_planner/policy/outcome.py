@@ -24,7 +24,8 @@ class Observation:
     last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
     the inputs are too old to act on, empty if they are fresh; other_view: of the object of
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
-    creeps: it allowed only the speed over floor that no camera saw.
+    creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
+    nobody could expect fresh inputs, because a stage was starting.
     """
 
     now_s: float
@@ -38,6 +39,7 @@ class Observation:
     other_view: PlanningView | None = None
     blocked: bool = False
     creeps: bool = False
+    patience_from_s: float = float("-inf")
 
 
 @dataclass(frozen=True, slots=True)

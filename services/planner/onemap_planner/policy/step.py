@@ -113,6 +113,7 @@ class PlannerParams(Params):
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
 # in a corner 45 percent can be known.
 KNOWN_AROUND = 0.4
+MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
@@ -185,11 +186,12 @@ def _advance_clock(state: PlannerState, observation: Observation, params: Planne
 
 
 def _wait_for_inputs(state: PlannerState, observation: Observation, params: PlannerParams) -> None:
-    """Fail after ``patience_s`` without fresh inputs."""
+    """Fail after ``patience_s`` without fresh inputs, later while a stage starts."""
     if state.stale_since_s is None:
         return
     waited_s = observation.now_s - state.stale_since_s
-    if waited_s > params.explore.patience_s:
+    patient_s = observation.now_s - max(state.stale_since_s, observation.patience_from_s)
+    if patient_s > params.explore.patience_s or waited_s > MAX_WAIT_S:
         reason = f"waited {waited_s:.0f} s: {observation.stale_reason}"
         _apply(state, SearchFailed(reason, FailureCode.NO_INPUT), observation)
 

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_planner.search.phases import Search
-from onemap_shared.geometry import F32, F64, U16, Velocity2d, yaw_of
+from onemap_shared.geometry import F64, Velocity2d, yaw_of
 from onemap_shared.messages import Detections, ObjectResult, RgbdFrame
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
+from onemap_simulator.rendering.rgbd_camera import measured_mm
 from onemap_tools.bench.habitat.episode_files import (
     CategoryGoals,
     GoalsOfScene,
@@ -123,23 +123,6 @@ class HabitatRobot:
         )
 
 
-def measured_mm(depth_m: F32, min_depth_m: float, max_depth_m: float) -> U16:
-    """Depth (H, W) as uint16 millimetres; 0 where it is out of the range or not finite."""
-    in_range = (depth_m >= min_depth_m) & (depth_m <= max_depth_m)
-    millimetres: U16 = np.rint(np.where(in_range, depth_m, 0) * 1000).astype(np.uint16)
-    return millimetres
-
-
-@dataclass(frozen=True, slots=True)
-class SearchPlaces:
-    """Where the search for an object began, where it ended and what it claimed to have found,
-    Habitat's coordinates; None: no claim."""
-
-    start: Point
-    end: Point
-    claimed: Point | None
-
-
 @dataclass(frozen=True, slots=True)
 class CategoryTruth:
     """Ground truth of one category in the open scene."""
@@ -151,23 +134,18 @@ class CategoryTruth:
 
     @classmethod
     def of(
-        cls,
-        category: str,
-        goals: CategoryGoals,
-        boxes: Iterable[AnnotatedBox],
-        rule: SuccessRule,
+        cls, category: str, goals: CategoryGoals, boxes: Iterable[AnnotatedBox], rule: SuccessRule
     ) -> CategoryTruth:
         """ValueError if the paper's rule has no box of an instance to measure from."""
-        instances: list[AnnotatedBox] = []
-        others: list[AnnotatedBox] = []
-        for box in boxes:
-            (instances if is_instance(box, category, goals) else others).append(box)
+        every = tuple(boxes)
+        instances = tuple(box for box in every if is_instance(box, category, goals))
         if rule == "paper" and not instances:
             raise ValueError(
                 f"no annotated object of the scene is a {category!r}: the paper's rule needs the "
                 "semantic annotations of HM3D; without them choose --success habitat"
             )
-        return cls(goals, tuple(instances), tuple(others), rule)
+        others = tuple(box for box in every if box not in instances)
+        return cls(goals, instances, others, rule)
 
     @property
     def semantic_ids(self) -> frozenset[int]:
@@ -179,13 +157,27 @@ class CategoryTruth:
         return min((horizontal_m(box, place) for box in self.instances), default=inf)
 
     def judged(
-        self, result: ObjectResult, places: SearchPlaces, world: HabitatWorld
+        self,
+        result: ObjectResult,
+        world: HabitatWorld,
+        *,
+        start: Point,
+        end: Point,
+        claimed: Point | None,
     ) -> ObjectSummary:
-        """The result beside the truth; ``goal_distance_m`` is 0 where the rule counts it."""
-        near_m = self.distance_m(places.end)
-        path_m = world.path_m(places.end, self.goals.view_points)
+        """The result beside the truth; ``goal_distance_m`` is 0 where the rule counts it.
+
+        Places are Habitat's: where the search began and ended, and what it claims to have found.
+        """
+        near_m = self.distance_m(end)
+        path_m = world.path_m(end, self.goals.view_points)
         if self.rule == "paper":
             path_m = 0.0 if near_m < SUCCESS_RADIUS_M else max(path_m, near_m)
+        nearest = ""
+        if claimed is not None and self.distance_m(claimed) < SUCCESS_RADIUS_M:
+            nearest = result.name
+        elif claimed is not None and self.others:
+            nearest = min(self.others, key=lambda box: horizontal_m(box, claimed)).category
         return ObjectSummary(
             name=result.name,
             outcome=result.outcome.value,
@@ -193,20 +185,11 @@ class CategoryTruth:
             position_m=result.position_m,
             time_s=result.duration_s,
             path_length_m=result.path_length_m,
-            shortest_path_m=world.path_m(places.start, self.goals.view_points),
+            shortest_path_m=world.path_m(start, self.goals.view_points),
             true_distance_m=near_m,
             goal_distance_m=path_m,
-            nearest=self._nearest(result.name, places.claimed),
+            nearest=nearest,
         )
-
-    def _nearest(self, name: str, claimed: Point | None) -> str:
-        """The name itself if the claim is near an instance, else that of the nearest box."""
-        if claimed is None:
-            return ""
-        if self.distance_m(claimed) < SUCCESS_RADIUS_M:
-            return name
-        nearest = min(self.others, key=lambda box: horizontal_m(box, claimed), default=None)
-        return "" if nearest is None else nearest.category
 
 
 def is_instance(box: AnnotatedBox, category: str, goals: CategoryGoals) -> bool:
@@ -281,11 +264,15 @@ class EpisodeRun:
         (x, y), yaw = self._robot.xy, yaw_of(self._robot.odometry())
         limit_s = self._setup.limit_s * len(self._words) * OVERALL_LIMIT
         search = self._simulation.search(self._words, limit_s)
+        missing = [not_sought(word) for word in self._words[len(search.results) :]]
         return EpisodeRecord(
             index=self._episode.index,
             seed=self._episode.index,
             start=(x, y, yaw),
-            objects=tuple(object_record(item, self._counts) for item in self._judged(search)),
+            objects=tuple(
+                object_record(self._judge(index, result), self._counts)
+                for index, result in enumerate((*search.results, *missing))
+            ),
             contacts=self._robot.contacts,
             simulated_s=round(self._simulation.now_s, 3),
             trajectory=tuple(self._counts.trajectory),
@@ -305,12 +292,6 @@ class EpisodeRun:
             counts.in_view[name] = counts.in_view.get(name, 0) + 1
             counts.detected[name] = counts.detected.get(name, 0) + (name in found.names)
 
-    def _judged(self, search: Search) -> list[ObjectSummary]:
-        missing = [not_sought(word) for word in self._words[len(search.results) :]]
-        return [
-            self._judge(index, result) for index, result in enumerate((*search.results, *missing))
-        ]
-
     def _judge(self, index: int, result: ObjectResult) -> ObjectSummary:
         if not result.end_xy_m:  # the search did not come to it
             outcome = result.outcome.value
@@ -322,9 +303,10 @@ class EpisodeRun:
         def place(xy_m: tuple[float, ...], z_m: float) -> Point:
             return as_point(to_habitat(np.array([*xy_m, z_m]), self._robot.floor_y_m))
 
-        places = SearchPlaces(
-            place(result.start_xy_m or result.end_xy_m, heights_m[0]),
-            place(result.end_xy_m, heights_m[-1]),
-            place(result.position_m[:2], heights_m[-1]) if result.position_m else None,
+        return self._truth[index].judged(
+            result,
+            self._world,
+            start=place(result.start_xy_m or result.end_xy_m, heights_m[0]),
+            end=place(result.end_xy_m, heights_m[-1]),
+            claimed=place(result.position_m[:2], heights_m[-1]) if result.position_m else None,
         )
-        return self._truth[index].judged(result, places, self._world)

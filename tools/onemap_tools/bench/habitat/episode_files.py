@@ -1,11 +1,10 @@
 """Reads episode files: Habitat's ObjectNav and the paper's sequences of objects.
 
-One ``.json.gz``, a split with its ``content`` folder, or a folder of scenes. ObjectNav (HM3D v1 and
-v2): ``episodes`` with one ``object_category`` each, and ``goals_by_category`` with the instances of
-a category in a scene and the places from which they can be seen. The paper's multi-object episodes
-have a list ``object_goals`` instead and no goals: those come from the ObjectNav files of the same
-scenes. Other keys are ignored; a file that holds more than the limits below is refused before it
-fills the memory.
+One ``.json.gz``, a split's folder with its ``content``, or a folder with one of each scene.
+ObjectNav (HM3D v1 and v2): ``episodes`` with one ``object_category`` each, and
+``goals_by_category`` with the instances of a category in a scene and the places from which they
+can be seen. The paper's episodes have a list ``object_goals`` and no goals: those come from the
+ObjectNav files of the same scenes. What is larger than the limits is refused before it is read.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import gzip
 import io
 import json
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
@@ -64,7 +63,7 @@ class CategoryGoals:
     view_points: F64
 
 
-GoalsOfScene = dict[tuple[str, str], CategoryGoals]  # by file name of the scene, and category
+GoalsOfScene = Mapping[tuple[str, str], CategoryGoals]  # by file name of the scene, and category
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +105,65 @@ class _File(_Layout):
     goals_by_category: dict[str, list[_Goal]] = {}
 
 
+def read_episodes(path: Path, goals: Path | None, count: int | None) -> EpisodeFile:
+    """The first ``count`` episodes of ``path``, or all, with the goals of their objects.
+
+    goals: ObjectNav episodes of the same scenes, for episodes without goals of their own. Raises
+    ValueError with one sentence.
+    """
+    episodes: list[HabitatEpisode] = []
+    known: dict[tuple[str, str], CategoryGoals] = {}
+    for file in episode_files(path):
+        if count is not None and len(episodes) >= count:
+            break
+        content = parse_episodes(_json(file), str(file))
+        known |= content.goals
+        episodes += [
+            replace(each, index=len(episodes) + n) for n, each in enumerate(content.episodes)
+        ]
+    if not (episodes := episodes[:count]):
+        raise ValueError(f"{path} holds no episode; of a split give the folder")
+    if goals is not None:
+        scenes = {PurePosixPath(episode.scene).name.split(".")[0] for episode in episodes}
+        files = episode_files(goals)
+        named = [file for file in files if file.name.removesuffix(SUFFIX) in scenes]
+        for file in named or files:
+            known |= parse_episodes(_json(file), str(file)).goals
+    for episode in episodes:
+        for name in episode.objects:
+            goals_of(known, episode.scene, name)
+    return EpisodeFile(tuple(episodes), known)
+
+
+def episode_files(path: Path) -> list[Path]:
+    """A file, or those of a folder sorted by name without case: of ``content`` if it has one.
+
+    In a folder of scenes each has a folder of its own, ``00800-NAME/NAME_episodes.json.gz``.
+    """
+    if path.is_file():
+        return [path]
+    folder = path / "content" if (path / "content").is_dir() else path
+    if not folder.is_dir():
+        raise ValueError(f"there is no file or folder {path}")
+    found = [*folder.glob("*" + SUFFIX), *folder.glob("*/*_episodes" + SUFFIX)]
+    if not 0 < len(found) <= MAX_FILES:
+        raise ValueError(f"{folder} holds {len(found)} files *{SUFFIX}; 1 to {MAX_FILES} are read")
+    return sorted(found, key=lambda file: str(file.relative_to(folder)).casefold())
+
+
+def _json(path: Path) -> Any:
+    if (size := path.stat().st_size) > MAX_FILE_BYTES:
+        raise ValueError(f"{path} has {size} bytes; at most {MAX_FILE_BYTES} are read")
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(path.read_bytes())) as stream:
+            text = stream.read(MAX_JSON_BYTES + 1)
+        if len(text) > MAX_JSON_BYTES:
+            raise ValueError(f"it unpacks to more than {MAX_JSON_BYTES} bytes")
+        return json.loads(text)
+    except (OSError, EOFError, zlib.error, ValueError, RecursionError) as problem:
+        raise ValueError(f"{path} is not readable as JSON in gzip: {problem}") from problem
+
+
 def parse_episodes(document: Any, where: str) -> EpisodeFile:
     """The episodes and goals of a document; ``where`` begins the sentence of a ValueError."""
     try:
@@ -120,13 +178,18 @@ def parse_episodes(document: Any, where: str) -> EpisodeFile:
         ) from problem
     except ValueError as problem:
         raise ValueError(f"{where}: {problem}") from problem
-    goals = {_key(name): _goals(found) for name, found in layout.goals_by_category.items()}
+    goals = {}
+    for name, found in layout.goals_by_category.items():
+        scene, separator, category = name.partition(".glb_")  # as TEEsavR23oF.basis.glb_chair
+        places = [view.agent_state.position for goal in found for view in goal.view_points]
+        goals[(scene + ".glb", category) if separator else (name, "")] = CategoryGoals(
+            frozenset(goal.object_id for goal in found),
+            np.array(places, np.float64).reshape(-1, 3),
+        )
     return EpisodeFile(tuple(episodes), goals)
 
 
-def goals_of(
-    goals: Mapping[tuple[str, str], CategoryGoals], scene: str, name: str
-) -> CategoryGoals:
+def goals_of(goals: GoalsOfScene, scene: str, name: str) -> CategoryGoals:
     """The goals of a category in the scene of an episode; ValueError if there is no place."""
     found = goals.get((PurePosixPath(scene).name, name))
     if found is None or not len(found.view_points):
@@ -143,15 +206,17 @@ def _episode(index: int, layout: _Episode) -> HabitatEpisode:
     if not objects:
         raise ValueError(f"episode {index} has neither object_category nor object_goals")
     scene = _inside(layout.scene_id, index)
-    config = layout.scene_dataset_config
-    return HabitatEpisode(
-        index,
-        scene,
-        _inside(config, index) if "annotated" in config else _beside(scene),
-        layout.start_position,
-        _unit(layout.start_rotation, index),
-        objects,
-    )
+    # The verdict needs the annotations, and files differ in which description they name.
+    config = f"{PurePosixPath(scene).parts[0]}/{ANNOTATIONS}"
+    if "annotated" in layout.scene_dataset_config:
+        config = _inside(layout.scene_dataset_config, index)
+    length = float(np.linalg.norm(layout.start_rotation))
+    if abs(length - 1) > MAX_ROTATION_ERROR:
+        raise ValueError(
+            f"episode {index} has a start_rotation of length {length:.3g} instead of 1"
+        )
+    x, y, z, w = (part / length for part in layout.start_rotation)
+    return HabitatEpisode(index, scene, config, layout.start_position, (x, y, z, w), objects)
 
 
 def _inside(name: str, index: int) -> str:
@@ -163,115 +228,3 @@ def _inside(name: str, index: int) -> str:
             "path neither begins with '/' nor holds '..'"
         )
     return str(path)
-
-
-def _beside(scene: str) -> str:
-    """The annotations of a scene whose episode names none, in the first folder of its path: the
-    verdict needs them, and files differ in which description of the scenes they name."""
-    return str(PurePosixPath(scene).parts[0] / PurePosixPath(ANNOTATIONS))
-
-
-def _unit(rotation: Quaternion, index: int) -> Quaternion:
-    length = float(np.linalg.norm(rotation))
-    if abs(length - 1) > MAX_ROTATION_ERROR:
-        raise ValueError(
-            f"episode {index} has a start_rotation of length {length:.3g} instead of 1"
-        )
-    x, y, z, w = (part / length for part in rotation)
-    return x, y, z, w
-
-
-def _key(name: str) -> tuple[str, str]:
-    """Scene and category of a key like ``TEEsavR23oF.basis.glb_chair``."""
-    scene, separator, category = name.partition(".glb_")
-    return (scene + ".glb", category) if separator else (name, "")
-
-
-def _goals(found: list[_Goal]) -> CategoryGoals:
-    places = [view.agent_state.position for goal in found for view in goal.view_points]
-    return CategoryGoals(
-        frozenset(goal.object_id for goal in found), np.array(places, np.float64).reshape(-1, 3)
-    )
-
-
-def read_episodes(path: Path, goals: Path | None, count: int | None) -> EpisodeFile:
-    """The first ``count`` episodes of ``path``, or all, with the goals of their objects.
-
-    goals: ObjectNav episodes of the same scenes, for episodes without goals of their own. Raises
-    ValueError with one sentence.
-    """
-    episodes: list[HabitatEpisode] = []
-    known: GoalsOfScene = {}
-    for file in episode_files(path):
-        if count is not None and len(episodes) >= count:
-            break
-        content = read_file(file)
-        known |= content.goals
-        episodes += [
-            replace(each, index=len(episodes) + n) for n, each in enumerate(content.episodes)
-        ]
-    episodes = episodes[:count]
-    if not episodes:
-        raise ValueError(f"{path} holds no episode")
-    if goals is not None:
-        known |= _goals_for(episodes, goals)
-    for episode in episodes:
-        for name in episode.objects:
-            goals_of(known, episode.scene, name)
-    return EpisodeFile(tuple(episodes), known)
-
-
-def _goals_for(episodes: Iterable[HabitatEpisode], path: Path) -> GoalsOfScene:
-    """Goals of the episodes' scenes; files that are named after other scenes are not opened."""
-    wanted = {PurePosixPath(episode.scene).name.split(".")[0] for episode in episodes}
-    files = episode_files(path)
-    named = [file for file in files if file.name.removesuffix(SUFFIX) in wanted]
-    found: GoalsOfScene = {}
-    for file in named or files:
-        found |= read_file(file).goals
-    return found
-
-
-def episode_files(path: Path) -> list[Path]:
-    """The files of a file, of a split or of a folder, sorted by name without case.
-
-    A split is ``val.json.gz`` or its folder, with the episodes in ``content`` beside the file. In
-    a folder of scenes each has a folder of its own, ``00800-NAME/NAME_episodes.json.gz``.
-    """
-    content = (path.parent if path.is_file() else path) / "content"
-    if path.is_file() and not (content.is_dir() and _is_index(path)):
-        return [path]
-    folder = content if content.is_dir() else path
-    if not folder.is_dir():
-        raise ValueError(f"there is no file or folder {path}")
-    found = [*folder.glob("*" + SUFFIX), *folder.glob("*/*_episodes" + SUFFIX)]
-    if not 0 < len(found) <= MAX_FILES:
-        raise ValueError(f"{folder} holds {len(found)} files *{SUFFIX}; 1 to {MAX_FILES} are read")
-    return sorted(found, key=lambda file: str(file.relative_to(folder)).casefold())
-
-
-def _is_index(path: Path) -> bool:
-    """Whether a file beside ``content`` only stands for its folder."""
-    return not read_file(path).episodes
-
-
-def read_file(path: Path) -> EpisodeFile:
-    """The episodes and goals of one file; ValueError with one sentence."""
-    return parse_episodes(_json(path), str(path))
-
-
-def _json(path: Path) -> Any:
-    size = path.stat().st_size
-    if size > MAX_FILE_BYTES:
-        raise ValueError(f"{path} has {size} bytes; at most {MAX_FILE_BYTES} are read")
-    try:
-        with gzip.GzipFile(fileobj=io.BytesIO(path.read_bytes())) as stream:
-            text = stream.read(MAX_JSON_BYTES + 1)
-    except (OSError, EOFError, zlib.error) as problem:
-        raise ValueError(f"{path} is not readable as gzip: {problem}") from problem
-    if len(text) > MAX_JSON_BYTES:
-        raise ValueError(f"{path} unpacks to more than {MAX_JSON_BYTES} bytes: it is not read")
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise ValueError(f"{path} is not readable as JSON: {problem}") from problem

@@ -230,18 +230,11 @@ class HabitatWorld:
 def _box(annotated: Any) -> AnnotatedBox:
     """The box of an object; its centre and sizes are methods or values, as the version has it."""
     aabb = annotated.aabb
-    centre = np.array(_value(aabb.center), np.float64)
-    half = np.array(_value(aabb.size if hasattr(aabb, "size") else aabb.sizes), np.float64) / 2
-    return AnnotatedBox(
-        int(annotated.semantic_id),
-        str(annotated.category.name()),
-        as_point(centre - half),
-        as_point(centre + half),
-    )
-
-
-def _value(value_or_method: Any) -> Any:
-    return value_or_method() if callable(value_or_method) else value_or_method
+    pair = (aabb.center, aabb.size if hasattr(aabb, "size") else aabb.sizes)
+    centre, size = (np.array(each() if callable(each) else each, np.float64) for each in pair)
+    name = str(annotated.category.name())
+    lower, upper = as_point(centre - size / 2), as_point(centre + size / 2)
+    return AnnotatedBox(int(annotated.semantic_id), name, lower, upper)
 
 
 def as_point(values: Any) -> Point:

@@ -14,18 +14,16 @@ from onemap.replies import QueryListReply, QueryResult
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.queries import (
-    PROBLEM,
-    QueryChange,
     answers,
     check_answerable,
-    query_changes,
+    problem_event,
     query_events,
     standing_query,
     standing_query_of,
 )
 from onemap_gateway.http.schemas import QueryRequest, StandingRequest
 from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, accept, first_message, speak
-from onemap_gateway.present.formats import finite, json_text
+from onemap_gateway.present.formats import json_text
 
 router = APIRouter(prefix="/v1", tags=["queries"])
 
@@ -149,15 +147,15 @@ async def _send_changes(socket: WebSocket, gateway: GatewayContext, request: Que
     except HttpProblem as problem:  # a task group would wrap it
         await _refuse(socket, problem)
         return
-    async for change in query_changes(gateway, request):
-        await _send(socket, change)
+    async for event in query_events(gateway, request):
+        await _send(socket, event)
     await socket.close(GOING_AWAY if gateway.cache.closing else REFUSED)
 
 
 async def _refuse(socket: WebSocket, problem: HttpProblem) -> None:
-    await _send(socket, QueryChange(PROBLEM, finite(problem.document)))
+    await _send(socket, problem_event(problem))
     await socket.close(REFUSED)
 
 
-async def _send(socket: WebSocket, change: QueryChange) -> None:
-    await socket.send_text(json_text({"event": change.event, "data": change.document}))
+async def _send(socket: WebSocket, event: ServerSentEvent) -> None:
+    await socket.send_text(json_text({"event": event.event, "data": event.data}))

@@ -15,29 +15,16 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from onemap.replies import SearchListReply, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
+from onemap_gateway.http.queries import RETRY_MS, problem_event
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import search_snapshot
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
 
-RETRY_MS = 2000  # until a browser connects again
-
-
-@dataclass(frozen=True, slots=True)
-class EventIntervals:
-    """Seconds between two reads of the state cache, and between two calls of the planner."""
-
-    poll_s: float = 0.1
-    query_s: float = 2.0
-
 
 async def search_events(
-    gateway: GatewayContext,
-    first: SearchStatus,
-    *,
-    count: int,
-    intervals: EventIntervals | None = None,
+    gateway: GatewayContext, first: SearchStatus, *, count: int
 ) -> AsyncIterator[ServerSentEvent]:
     """Every change of the search from ``first`` on; ends after its final state.
 
@@ -45,16 +32,15 @@ async def search_events(
     planner is away the stream stays open and sends an event ``problem``; a restarted planner that
     does not have the search any more ends the stream with that problem.
     """
-    intervals = intervals or EventIntervals()
     last, last_problem = first, ""
     queried_s = gateway.cache.now_s()
     yield _status_event(gateway, first, retry=RETRY_MS)
     while last.active and not gateway.cache.closing:
-        await anyio.sleep(intervals.poll_s)
+        await anyio.sleep(gateway.paces.poll_s)
         state, now_s = gateway.cache.state, gateway.cache.now_s()
         fresh = state.statuses_since(count)
         count = state.search_count
-        if now_s - queried_s >= intervals.query_s:
+        if now_s - queried_s >= gateway.paces.ask_planner_s:
             queried_s = now_s
             try:
                 request = SearchId(first.search_id)
@@ -63,7 +49,7 @@ async def search_events(
             except HttpProblem as problem:
                 if problem.detail != last_problem:
                     last_problem = problem.detail
-                    yield ServerSentEvent(event="problem", data=finite(problem.document))
+                    yield problem_event(problem)
                 if problem.code == "unknown_search":
                     return
         for status in fresh:

@@ -1,8 +1,15 @@
 from __future__ import annotations
 
-from onemap_ros2.cdr import GRID, MARKER_ARRAY, POSE_STAMPED, decode, stamp_ns
+import struct
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, POSE_STAMPED, decode, stamp_ns
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display import TOPICS, Display
+from onemap_ros2.display_messages import belief_grid, detection_array, marker_array, similarity_grid
 from onemap_shared.keys import (
     MAP_OBJECTS,
     MAP_REVISION,
@@ -57,11 +64,6 @@ class Screen:
         self.revisions.put(MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version))
 
 
-def test_all_topics_are_latched_and_in_the_namespace() -> None:
-    screen = Screen()
-    assert screen.network.latched == {f"/r1/onemap/{name}" for name in TOPICS}
-
-
 def test_grids_show_the_present_object_at_a_bounded_rate() -> None:
     screen = Screen()
     screen.states.put(status("s1"))
@@ -106,16 +108,56 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
     assert len(screen.writer("markers").sent) == sent  # nothing is new
 
 
-def test_a_mapper_that_does_not_answer_is_asked_again() -> None:
-    screen = Screen()
-    screen.mapper.close()
-    screen.revise(1)
-    screen.display.step(10.0)
-    screen.display.step(12.0)
-    assert screen.display.grids == 0
+def golden(values: bytes) -> bytes:
+    """The message as ``struct`` builds it: 3 columns along x, 2 rows along y."""
+    body = struct.pack("<iII4s", 0, 5, 4, b"map\0")
+    body += struct.pack("<iIfII", 0, 5, 0.5, 3, 2)
+    body += bytes(-len(body) % 8) + struct.pack("<7d", -1.0, 2.0, 0, 0, 0, 0, 1)
+    return bytes((0, 1, 0, 0)) + body + struct.pack("<I", len(values)) + values
 
 
-def test_the_thread_ends() -> None:
-    screen = Screen()
-    screen.display.start()
-    screen.display.close()
+def test_the_belief_has_its_rows_along_y_lowest_first() -> None:
+    values = struct.pack("6b", -1, 0, 30, 30, 100, 30)
+    assert belief_grid(view(), "map") == golden(values)
+
+
+def test_the_similarity_is_in_percent_where_anything_was_observed() -> None:
+    values = struct.pack("6b", -1, 100, -1, 25, 0, 50)
+    assert similarity_grid(view(), "map") == golden(values)
+
+
+def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:
+    message = decode(marker_array([KEPT], path_to(2.0, 0.0), 7, "map"), MARKER_ARRAY)
+    first, *rest = message.markers
+    assert first.action == 3
+    assert [(each.ns, each.id, each.type) for each in rest] == [
+        ("finds", 0, 2),
+        ("finds", 1, 9),
+        ("regions", 0, 3),
+        ("regions", 1, 3),
+        ("frontiers", 0, 7),
+    ]
+    sphere, label, low, high, frontiers = rest
+    assert (sphere.pose.position.x, sphere.pose.position.z) == (1.0, 0.4)
+    assert label.text == "sofa"
+    assert low.color.a < high.color.a
+    assert [(point.x, point.y) for point in frontiers.points] == [(1.0, 1.0), (3.0, 1.0)]
+    assert {each.header.frame_id for each in rest} == {"map"}
+    assert all(each.action == 0 and each.scale.x > 0 and each.color.a > 0 for each in rest)
+
+
+def test_a_detection_has_id_name_score_and_the_extent_of_its_cells() -> None:
+    (found,) = decode(detection_array([KEPT], 7, "map"), DETECTION_ARRAY).detections
+    assert found.id == "id1"
+    assert found.results[0].hypothesis.class_id == "sofa"
+    assert found.results[0].hypothesis.score == 0.75
+    box = found.bbox
+    assert (box.center.position.x, box.center.position.y, box.center.position.z) == (1.1, 2.0, 0.4)
+    np.testing.assert_allclose((box.size.x, box.size.y, box.size.z), (1.2, 1.0, 0.0))
+
+
+def test_a_detection_has_the_heights_of_its_object() -> None:
+    tall = replace(KEPT, height_m=(0.3, 1.9))
+    (found,) = decode(detection_array([tall], 7, "map"), DETECTION_ARRAY).detections
+    assert (found.bbox.center.position.z, found.bbox.size.z) == pytest.approx((1.1, 1.6))
+    assert found.results[0].pose.pose.position.z == 0.4  # where it was detected

@@ -1,11 +1,29 @@
 from __future__ import annotations
 
+import struct
 from dataclasses import replace
 
 import pytest
 
+from onemap_ros2.cdr import FormatError
 from onemap_ros2.drive.driver import GoalPose
-from onemap_ros2.drive.nav2 import ANSWER_S, RETRY_S, GoalPhase, GoalResult, Heard, NavGoal, Order
+from onemap_ros2.drive.nav2 import (
+    ANSWER_S,
+    RETRY_S,
+    GoalPhase,
+    GoalResult,
+    Heard,
+    NavGoal,
+    Order,
+    cancel_code,
+    cancel_request,
+    goal_request,
+    is_accepted,
+    read_feedback,
+    read_result,
+    read_under_way,
+    result_request,
+)
 
 A, B = GoalPose(1.0, 0.0, 0.0), GoalPose(5.0, 0.0, 0.0)
 QUIET = Heard()
@@ -24,13 +42,6 @@ def test_nothing_is_sent_without_a_wish_or_a_server() -> None:
     assert NavGoal().step(0.0, A, Heard(served=False)) == (NavGoal(), Order.NOTHING)
 
 
-def test_a_goal_that_holds_is_sent_once() -> None:
-    goal = driving()
-    for step in range(100):
-        goal, order = goal.step(0.2 + step, A, QUIET)
-        assert order is Order.NOTHING
-
-
 def test_a_goal_that_moves_is_replaced_but_not_more_often_than_the_period() -> None:
     goal = driving()
     assert goal.step(0.5, B, QUIET)[1] is Order.NOTHING
@@ -46,19 +57,6 @@ def test_no_wish_cancels_until_nav2_says_that_it_ended() -> None:
     assert (again.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
     ended, order = again.step(3.2, None, Heard(result=GoalResult(5)))
     assert (ended.phase, order) == (GoalPhase.NONE, Order.NOTHING)
-
-
-@pytest.mark.parametrize("code", [2, 3])
-def test_what_nav2_does_not_know_needs_no_cancelling(code: int) -> None:
-    goal, _ = driving().step(1.0, None, QUIET)
-    assert goal.step(1.1, None, Heard(cancel_code=code))[0].phase is GoalPhase.NONE
-
-
-def test_a_cancellation_that_is_rejected_is_asked_for_again() -> None:
-    goal, _ = driving().step(1.0, None, QUIET)
-    goal, order = goal.step(1.1, None, Heard(cancel_code=1))
-    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.NOTHING)
-    assert goal.step(3.2, None, QUIET)[1] is Order.CANCEL
 
 
 def test_while_it_cancels_nothing_is_sent_even_without_a_link() -> None:
@@ -81,21 +79,9 @@ def test_a_goal_that_was_refused_or_ended_is_sent_again_later(heard: Heard) -> N
     assert goal.step(1.3, B, QUIET)[1] is Order.SEND  # another one need not wait
 
 
-def test_a_goal_without_an_answer_is_cancelled() -> None:
-    goal, _ = NavGoal().step(0.0, A, QUIET)
-    assert goal.step(1.0, A, QUIET)[1] is Order.NOTHING
-    goal, order = goal.step(ANSWER_S + 0.1, A, QUIET)
-    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
-
-
 def test_a_goal_that_was_refused_leaves_the_one_before_which_is_cancelled() -> None:
     goal, _ = driving().step(2.0, B, QUIET)
     goal, order = goal.step(2.1, B, Heard(accepted=False))
-    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
-
-
-def test_a_lost_link_cancels() -> None:
-    goal, order = driving().step(1.0, A, Heard(lost=True))
     assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
 
 
@@ -124,3 +110,52 @@ def test_whatever_is_heard_a_goal_is_never_sent_while_another_may_drive() -> Non
                         assert order is Order.CANCEL or after.phase is GoalPhase.NONE
                     found[replace(after)] = step + 1
         states = found
+
+
+HEAD = bytes((0, 1, 0, 0))
+GOAL_ID = bytes(range(16))
+
+
+def pose(x: float) -> bytes:
+    body = struct.pack("<iII4s", 3, 7, 4, b"map\0")
+    return body + struct.pack("<7d", x, 0, 0, 0, 0, 0, 1)
+
+
+def test_a_goal_is_its_id_a_stamped_pose_and_an_empty_tree() -> None:
+    golden = HEAD + GOAL_ID + pose(2.5) + struct.pack("<Ib", 1, 0)
+    assert goal_request(GOAL_ID, GoalPose(2.5, 0.0, 0.0), 3_000_000_007, "map") == golden
+
+
+def test_requests_for_a_result_and_a_cancellation() -> None:
+    assert result_request(GOAL_ID) == HEAD + GOAL_ID
+    assert cancel_request(GOAL_ID) == HEAD + GOAL_ID + bytes(8)
+
+
+def test_a_result_with_and_without_a_text() -> None:
+    jazzy = HEAD + struct.pack("<bxHI7s", 6, 9002, 7, b"no map\0")
+    assert read_result(jazzy) == GoalResult(6, 9002, "no map")
+    assert read_result(jazzy).sentence == "aborted, error 9002: no map"
+    humble = HEAD + struct.pack("<bB", 4, 0)  # std_msgs/Empty
+    assert read_result(humble) == GoalResult(4)
+    assert read_result(humble).sentence == "reached"
+
+
+def test_feedback_of_jazzy_and_with_what_lyrical_appends() -> None:
+    body = GOAL_ID + pose(1.0) + struct.pack("<iIiIhxxf", 4, 0, 5, 0, 1, 2.5)
+    assert read_feedback(HEAD + body) == (GOAL_ID, 2.5)
+    assert read_feedback(HEAD + body + struct.pack("<2f", 0.1, 0.2)) == (GOAL_ID, 2.5)
+
+
+def test_goals_that_are_under_way() -> None:
+    other = bytes(16)
+    entries = b"".join(
+        goal_id + struct.pack("<iIbxxx", 1, 2, state)
+        for goal_id, state in ((GOAL_ID, 2), (other, 4))
+    )
+    assert read_under_way(HEAD + struct.pack("<I", 2) + entries) == [GOAL_ID]
+
+
+@pytest.mark.parametrize("read", [is_accepted, read_result, read_feedback, cancel_code])
+def test_what_is_no_answer_is_refused(read: object) -> None:
+    with pytest.raises(FormatError, match="bytes are no"):
+        read(HEAD)  # type: ignore[operator]
