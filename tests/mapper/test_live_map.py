@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import threading
 import tracemalloc
@@ -20,7 +19,7 @@ from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage import live_map, map_file
 from onemap_mapper.storage.live_map import LiveMap
-from onemap_mapper.storage.snapshot import MapSnapshot, restore, sha256_of, take
+from onemap_mapper.storage.snapshot import MapSnapshot, restore, take
 from tests.mapper import scenes
 
 PARAMS = scenes.params()
@@ -159,22 +158,3 @@ def map_with(*, cells: int, dimension: int) -> BeliefMap:
     features = torch.rand((cells, dimension), generator=torch.Generator().manual_seed(1))
     made.store.fuse(scenes.slots_of(made, where), features, torch.ones(cells), revision=1)
     return made
-
-
-@pytest.mark.parametrize("dtype", ["float32", "float16"])
-@pytest.mark.parametrize("copied", [0, 20, 100_000])
-def test_whatever_changes_meanwhile_a_whole_revision_is_of_one_moment(
-    belief: BeliefMap, monkeypatch: pytest.MonkeyPatch, dtype: str, copied: int
-) -> None:
-    monkeypatch.setattr(live_map, "COPIED_CELLS", copied)
-    changing = restored(belief, feature_dtype=dtype)
-    digests: dict[int, str] = {}
-
-    def fuse(k: int) -> None:
-        pose = scenes.pose(-0.5 + 0.3 * k, 0.2, 1.3 * k)  # new cells, and known ones
-        changing.fuse(compute_update(scenes.field(9 + k, pose), PARAMS))
-        digests[changing.revision] = sha256_of(take(changing))
-
-    turns = Turns({k: functools.partial(fuse, k) for k in range(4)})
-    taken, revision = LiveMap(turns, lambda: changing).whole()
-    assert sha256_of(taken) == digests[revision]

@@ -9,60 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_mapper.belief.features import CellFeatures
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.query.regions import Extent, extent_band
-from onemap_mapper.query.similarity import NOTHING_KNOWN
 from onemap_mapper.storage import map_file
-from onemap_mapper.storage.snapshot import MapSnapshot, feature_dtype, outline, take
+from onemap_mapper.storage.snapshot import MapSnapshot, outline, take
 from onemap_mapper.transfers import to_host
-from onemap_shared.geometry import I64
 
-
-@dataclass(frozen=True, slots=True)
-class FeatureCopy:
-    """Features (count, D) of all slots of ``belief`` at a revision, in its precision.
-
-    Rows that were half written when they were copied are stale at any later revision.
-    """
-
-    belief: BeliefMap | None = None
-    revision: int = NOTHING_KNOWN[0]
-    features: NDArray = field(default_factory=lambda: np.zeros((0, 0), np.float32))
-
-    def stale(self, belief: BeliefMap) -> I64:
-        """Ascending slots (n,) of a map, as it is now, whose features are not in the copy."""
-        store = belief.store
-        if self.belief is not belief or self.features.shape[1] != store.dimension:
-            return np.arange(store.count)
-        return store.changed_since(self.revision, len(self.features))
-
-    def updated(
-        self, table: CellFeatures, stale: I64, belief: BeliefMap, *, revision: int, dimension: int
-    ) -> FeatureCopy:
-        """The copy with the features of the stale slots, from a table of that revision of the map.
-
-        Nothing else of the map is read: it may change meanwhile. The array may be the same one.
-        """
-        features, dtype = self.features, feature_dtype(belief)
-        if features.shape != (table.count, dimension) or features.dtype != dtype:
-            features = np.zeros((table.count, dimension), dtype)
-            if self.features.shape[1] == dimension:
-                kept = min(len(self.features), table.count)
-                features[:kept] = self.features[:kept]
-        for rows, part in table.chunks(stale):
-            features[stale[rows]] = to_host(part)
-        return FeatureCopy(belief, revision, features)
-
-
-COPIED_CELLS = 4096  # with the lock held, as ``map_scores`` does
 PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
 ATTEMPTS = 3
 
@@ -108,27 +67,10 @@ class LiveMap:
         return map_file.write(content, path) if content.header.dimension else 0
 
     def whole(self) -> tuple[MapSnapshot, int]:
-        """A copy of one whole revision, and its number; frames are fused meanwhile.
-
-        Features are copied without the lock, while frames write to them. With the lock, all else
-        is, and again the features of the cells that have changed meanwhile: few, so that a frame
-        waits little. If they are many, as when submaps move, it begins again with those, the last
-        time with the lock. Also another map in its place begins it again.
-        """
-        copy = FeatureCopy()
-        for _ in range(ATTEMPTS):
-            with self.lock:
-                belief = self.current()
-                revision, dimension = belief.revision, belief.dimension
-                stale = copy.stale(belief)
-                few = len(stale) <= COPIED_CELLS
-                table = belief.store.copied(stale) if few else belief.store.table()
-                content = outline(belief) if few else None
-            copy = copy.updated(table, stale, belief, revision=revision, dimension=dimension)
-            if content is not None:
-                return replace(content, features=copy.features), revision
+        """A copy of one whole revision, and its number; frames wait for it."""
         with self.lock:
-            return take(self.current()), self.current().revision
+            belief = self.current()
+            return take(belief), belief.revision
 
     def height_m(self, extent_m: Extent) -> tuple[float, ...]:
         """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""
