@@ -1,4 +1,4 @@
-"""The packed store against one dense table, across blocks and dtypes."""
+"""The belief of cells: fusion in any order, float16 rounded by chance, what is taken out again."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief import cells
+from onemap_mapper.belief import cells, features
 from onemap_mapper.belief.cells import (
     BLOCK,
     EMPTY_BELOW,
@@ -18,6 +18,7 @@ from onemap_mapper.belief.cells import (
     gain,
     searched_row,
 )
+from onemap_mapper.belief.features import rounded, seeds
 from onemap_mapper.belief.view_log import Views
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
@@ -197,3 +198,91 @@ def test_what_further_robots_searched_grows_and_moves_with_the_cells() -> None:
     assert not store.confidences(slice(int(more[0]), store.count)).any()
     store.reset_searched(2)
     assert store.confidences(everything)[[own, first, second]].sum(dim=1).tolist() == [1, 5, 0]
+
+
+def fuse_all(features: torch.Tensor, confidences: torch.Tensor) -> tuple[torch.Tensor, ...]:
+    """Fuse observations (k, n, D) with confidences (k, n) one after the other."""
+    F, c = torch.zeros_like(features[0]), torch.zeros_like(confidences[0])
+    for F_new, c_new in zip(features, confidences, strict=True):
+        F = fused(F, F_new, gain(c, c_new))
+        c = c + c_new
+    return F, c
+
+
+@given(seed=st.integers(0, 2**16), frames=st.integers(1, 6))
+@settings(max_examples=40, deadline=None)
+def test_order_does_not_matter(seed: int, frames: int) -> None:
+    rng = np.random.default_rng(seed)
+    features = torch.from_numpy(rng.normal(size=(frames, 5, 3)).astype(np.float32))
+    confidences = torch.from_numpy(rng.uniform(0, 2, (frames, 5)).astype(np.float32))
+    order = torch.from_numpy(rng.permutation(frames))
+    one = fuse_all(features, confidences)
+    two = fuse_all(features[order], confidences[order])
+    torch.testing.assert_close(one[0], two[0], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(one[1], two[1])
+
+
+@given(seed=st.integers(0, 2**16))
+@settings(max_examples=20, deadline=None)
+def test_it_is_the_confidence_weighted_mean(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    features = torch.from_numpy(rng.normal(size=(4, 5, 3)).astype(np.float32))
+    confidences = torch.from_numpy(rng.uniform(0.1, 2, (4, 5)).astype(np.float32))
+    mean = (features * confidences[..., None]).sum(0) / confidences.sum(0)[:, None]
+    torch.testing.assert_close(fuse_all(features, confidences)[0], mean, atol=1e-5, rtol=1e-4)
+
+
+def test_nothing_seen_gives_no_nan() -> None:
+    zero = torch.zeros(3)
+    assert gain(zero, zero).tolist() == [0.0, 0.0, 0.0]
+
+
+@given(seed=st.integers(0, 2**16), scale=st.sampled_from([1e-6, 1e-3, 0.04, 1.0, 3e4]))
+def test_a_value_becomes_one_of_its_two_neighbours(seed: int, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    values = torch.from_numpy(rng.uniform(-scale, scale, (5, 33)).astype(np.float32))
+    found = rounded(values, seeds(torch.from_numpy(rng.uniform(0, 300, 5)))).numpy()
+    nearest = values.numpy().astype(np.float16)
+    step = np.maximum(np.spacing(np.abs(nearest)), np.spacing(np.abs(found))).astype(np.float64)
+    assert (np.abs(found.astype(np.float64) - values.numpy()) <= step).all()
+
+
+@given(seed=st.integers(0, 2**16))
+def test_what_a_float16_holds_stays_as_it_is(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    exact = torch.from_numpy(rng.normal(size=(4, 64)).astype(np.float16))
+    found = rounded(exact.float(), seeds(torch.from_numpy(rng.uniform(0, 300, 4))))
+    assert torch.equal(found, exact)
+
+
+def test_the_mean_over_many_views_is_the_value() -> None:
+    """A tenth of a step is rounded up one time in ten, whatever the confidences are."""
+    step = 2.0**-15  # of float16 between 1/32 and 1/16
+    values = torch.full((4000, 48), 0.04)
+    values = (values / step).floor() * step + 0.1 * step
+    for confidence in (torch.arange(4000) * 0.86 + 0.86, torch.arange(4000) * 0.013):
+        up = rounded(values, seeds(confidence.double())) > values
+        assert abs(up.double().mean().item() - 0.1) < 0.003
+        assert (up.double().mean(dim=0) - 0.1).abs().max() < 0.03  # in each channel
+        assert (up.double().mean(dim=1) - 0.1).abs().max() < 0.35  # in each view
+
+
+@pytest.mark.skipif(not features.HALF, reason="numba, or float16 in the processor, is missing")
+@pytest.mark.parametrize("max_prior", [3.0, 300.0])
+def test_the_compiled_loop_rounds_as_torch_does(max_prior: float) -> None:
+    """Up to one step of float16 where the last bit of the float32 before it differs."""
+    stores = [
+        CellStore(96, device=CPU, dtype=torch.float16, compiled=compiled, max_prior=max_prior)
+        for compiled in (True, False)
+    ]
+    rng = np.random.default_rng(0)
+    _, slots = (store.add(np.zeros((300, 2), np.int64)) for store in stores)
+    for revision in range(12):
+        some = rng.permutation(slots)[:200]
+        features = torch.from_numpy(rng.normal(size=(200, 96)).astype(np.float32))
+        confidence = torch.from_numpy(rng.uniform(0.0, 9.0, 200).astype(np.float32))
+        for store in stores:
+            store.fuse(some, features, confidence, revision=revision)
+    one, two = (store.features(slots) for store in stores)
+    assert (one == two).float().mean() > 0.99
+    torch.testing.assert_close(one, two, atol=5e-3, rtol=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,17 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, restore, take
+from onemap_mapper.params import MapParams
+from onemap_mapper.storage.snapshot import (
+    ARRAYS,
+    EncoderMismatch,
+    MapFileError,
+    MapSnapshot,
+    digest_of,
+    restore,
+    sha256_of,
+    take,
+)
 from tests.mapper import scenes
 
 PARAMS = scenes.params()
@@ -97,3 +108,37 @@ def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
     old = dataclasses.replace(taken, header=header, evidence=taken.evidence[:, :-1])
     assert (taken.evidence[:, -1] <= 0).all()
     np.testing.assert_array_equal(restored(old).occupancy_grid(), belief.occupancy_grid())
+
+
+def made(config: MapParams, frames: int = 3) -> BeliefMap:
+    belief = BeliefMap(config)
+    for k in range(frames):
+        belief.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), config))
+    return belief
+
+
+@pytest.fixture(scope="module")
+def snapshot() -> MapSnapshot:
+    return take(made(MapParams()))
+
+
+def test_the_same_frames_give_the_same_digest(snapshot: MapSnapshot) -> None:
+    assert sha256_of(snapshot) == sha256_of(take(made(MapParams())))
+    assert sha256_of(snapshot) != sha256_of(take(made(MapParams(), frames=2)))
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_one_bit_changes_the_digest(snapshot: MapSnapshot, name: str) -> None:
+    altered = getattr(snapshot, name).copy()
+    altered.reshape(-1).view(np.uint8)[0] ^= 1
+    assert sha256_of(dataclasses.replace(snapshot, **{name: altered})) != sha256_of(snapshot)
+
+
+def test_the_settings_make_the_same_map_again() -> None:
+    config = MapParams(cell_size_m=0.2)
+    belief = made(config)
+    digest = digest_of(take(belief), revision=belief.revision, params=config)
+    assert (digest.revision, digest.frames_fused, digest.encoder_id) == (3, 3, "encoder-a")
+    again = made(MapParams(**json.loads(digest.settings)))
+    assert sha256_of(take(again)) == digest.sha256
+    assert "torch" in digest.versions

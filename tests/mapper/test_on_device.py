@@ -1,19 +1,73 @@
-"""Shares of height of a frame's cells, and where in height a match lies."""
+"""Occupancy and heights by torch, against the compiled loops; where in height a match lies."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
+from hypothesis import settings
 
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.occupancy.floor import floor_points
 from onemap_mapper.occupancy.heights import (
     LEVELS,
     RING_CELLS,
+    cell_heights,
+    device_heights,
     height_band,
     surroundings,
 )
+from onemap_mapper.occupancy.host import few_alike, occupancy_update
+from onemap_mapper.occupancy.on_device import device_floor, device_flying_pixels, device_occupancy
 from onemap_shared.geometry import F32
+from onemap_shared.grid import world_cells
 from tests.mapper import scenes
+from tests.mapper.frames import IMAGES, WORLDS, clouds, seen
+from tests.mapper.scenes import Box
+
+PARAMS = scenes.params()
+
+
+@IMAGES
+@settings(max_examples=30, deadline=None)
+def test_occupancy_by_torch_is_that_of_the_compiled_loops(
+    seed: int, world: tuple[Box, ...], far_m: float, missing: float
+) -> None:
+    host, device = clouds(*seen(seed, world, far_m, missing))
+    planes = (device.x_m, device.y_m, device.z_m)
+    np.testing.assert_array_equal(torch.stack(planes, dim=-1), host.points_m)
+    np.testing.assert_array_equal(device_flying_pixels(device.depth_m), few_alike(host.depth_m))
+    floor, expected_floor = device_floor(device, PARAMS), floor_points(host, PARAMS)
+    for name in ("seen", "drops", "blind"):
+        np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
+    found, expected = device_occupancy(device, PARAMS), occupancy_update(host, PARAMS)
+    for name in ("cells", "evidence", "clear", "blind"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
+def test_thinned_images_give_the_same_occupancy() -> None:
+    host, device = clouds(*seen(3, WORLDS[0], 0.0, 0.1))
+    params = scenes.params(occupancy_max_rows=30)
+    found, expected = device_occupancy(device, params), occupancy_update(host, params)
+    for name in ("cells", "evidence", "clear", "blind"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
+@IMAGES
+@settings(max_examples=15, deadline=None)
+def test_heights_are_those_of_numpy(
+    seed: int, world: tuple[Box, ...], far_m: float, missing: float
+) -> None:
+    rng, (depth, T) = np.random.default_rng(seed), seen(seed, world, far_m, missing)
+    host, device = clouds(depth, T)
+    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
+    variance[rng.random(depth.shape) < 0.1] = np.inf
+    params = scenes.params(compiled=False)
+    cells = np.unique(world_cells(host.points_m.reshape(-1, 3), params.cell_size_m), axis=0)
+    cells = cells[rng.permutation(len(cells))[: rng.integers(0, len(cells) + 1)]]
+    found = device_heights(device, torch.from_numpy(variance), torch.from_numpy(cells), params)
+    np.testing.assert_allclose(found, cell_heights(host, variance, cells, params), atol=1e-6)
+
 
 FLOOR, SEAT, TOP, ABOVE = 0, 2, 4, 5  # levels: up to 0.1, 0.3 to 0.5, 0.7 to 0.9, 0.9 to 1.1 m
 

@@ -1,0 +1,291 @@
+"""The diagnostics of the camera: level surfaces, the floor over several views, what is reported."""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.frame import camera_check
+from onemap_mapper.frame.camera_check import (
+    READING_LIFETIME_S,
+    CameraPose2D,
+    DepthDiagnostics,
+    FloorMonitor,
+    FloorState,
+    LevelSurface,
+    camera_pose_2d,
+    lowest_level_surface,
+)
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.robots import SILENT_AFTER_S, MapperTelemetry
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
+from onemap_shared.transport import Counters
+from tests.mapper import scenes
+
+SIZE = (240, 320)
+CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.radians(79.0))
+TABLE = scenes.Box((0.3, -2.5, 0.5), (3.0, 2.5, 0.55))
+CABINET = scenes.Box((0.8, -2.0, 0.0), (1.4, 2.0, 2.2))
+
+
+def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
+    T = scenes.pose() if T_map_camera is None else T_map_camera
+    return scenes.depth_of((*scenes.ROOM, *boxes), T, CAMERA, SIZE)
+
+
+def surface_in(depth_m: F32, T_believed: F64 | None = None) -> LevelSurface | None:
+    T = scenes.pose() if T_believed is None else T_believed
+    cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T)
+    compiled = lowest_level_surface(cloud)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(camera_check, "AVAILABLE", False)
+        found = lowest_level_surface(cloud)
+    assert (found is None) == (compiled is None)
+    if found is not None and compiled is not None:
+        assert compiled.height_m == pytest.approx(found.height_m, abs=1e-6)
+        assert compiled.tilt_rad == pytest.approx(found.tilt_rad, abs=1e-5)
+    return found
+
+
+def height_in(depth_m: F32, T_believed: F64 | None = None) -> float:
+    surface = surface_in(depth_m, T_believed)
+    assert surface is not None
+    return surface.height_m
+
+
+@pytest.mark.parametrize("error_m", [-1.2, -0.4, -0.1, 0.0, 0.07, 0.5])
+def test_a_wrong_height_of_the_camera_moves_the_floor_as_far(error_m: float) -> None:
+    believed = scenes.pose(height_m=1.0 + error_m)
+    assert height_in(depth_of(), believed) == pytest.approx(error_m, abs=0.01)
+
+
+@pytest.mark.parametrize("axis", [0, 2], ids=["pitch", "roll"])
+@pytest.mark.parametrize("error_deg", [-5.0, 3.0])
+def test_a_wrong_angle_of_the_camera_tilts_the_floor_by_it(axis: int, error_deg: float) -> None:
+    c, s = np.cos(np.radians(error_deg)), np.sin(np.radians(error_deg))
+    one, other = ((axis + 1) % 3, (axis + 2) % 3)
+    turn = np.eye(4)
+    turn[one, one], turn[one, other], turn[other, one], turn[other, other] = c, -s, s, c
+    surface = surface_in(depth_of(), scenes.pose() @ turn)
+    assert surface is not None
+    assert np.degrees(surface.tilt_rad) == pytest.approx(abs(error_deg), rel=0.07)
+
+
+def test_the_floor_is_found_below_a_table() -> None:
+    table = scenes.Box((0.8, -0.4, 0.5), (1.6, 0.4, 0.55))
+    assert height_in(depth_of(table)) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_table_that_fills_the_view_is_what_is_seen() -> None:
+    assert height_in(depth_of(TABLE)) == pytest.approx(0.55, abs=0.01)
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 0.01])
+def test_noise_that_grows_with_the_square_of_the_distance_leaves_the_floor(noise_m: float) -> None:
+    depth_m = depth_of()
+    error = np.random.default_rng(1).standard_normal(SIZE)
+    noisy = (depth_m + noise_m * depth_m**2 * error).astype(np.float32)
+    surface = surface_in(noisy)
+    assert surface is not None
+    assert abs(surface.height_m) < 0.02
+    assert np.degrees(surface.tilt_rad) < 1.0
+
+
+def ramp() -> F32:
+    """A plane through the camera's foot that rises by 30 degrees straight ahead."""
+    rays = unproject(np.ones(SIZE, np.float32), CAMERA) @ scenes.pose()[:3, :3].T
+    up = np.array([-np.sin(np.radians(30.0)), 0.0, np.cos(np.radians(30.0))])
+    towards = -rays @ up
+    return np.where(towards > 0.05, up[2] / np.maximum(towards, 0.05), 0.0).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    "depth_m",
+    [
+        pytest.param(np.zeros(SIZE, np.float32), id="nothing"),
+        pytest.param(np.full(SIZE, 2.0, np.float32), id="2 m everywhere"),
+        pytest.param(ramp(), id="a ramp"),
+        pytest.param(
+            np.random.default_rng(0).uniform(0.5, 3.0, SIZE).astype(np.float32), id="noise"
+        ),
+    ],
+)
+def test_what_is_not_level_is_no_floor(depth_m: F32) -> None:
+    assert surface_in(depth_m) is None
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 7), (8, 900), (900, 8)])
+@pytest.mark.parametrize("focal_px", [1e-3, 1e12, 1e30])
+def test_impossible_images_and_cameras_are_no_crash(size: tuple[int, int], focal_px: float) -> None:
+    camera = Intrinsics(focal_px, focal_px, size[1] / 2, size[0] / 2)
+    depth_m = np.full(size, 2.0, np.float32)
+    cloud = PointCloud.of(depth_m, intrinsics=camera, T_map_camera=scenes.pose())
+    surface = lowest_level_surface(cloud)
+    assert surface is None or np.isfinite([surface.height_m, surface.tilt_rad]).all()
+
+
+FLOOR = LevelSurface(0.01, radians(0.5))
+TABLE_TOP = LevelSurface(0.45, radians(0.5))
+HERE = CameraPose2D(0.0, 0.0, 0.0)
+
+
+def turning(surface: LevelSurface, degrees: int, *, at_s: float = 0.0) -> FloorMonitor:
+    """Turned on the spot, with a reading at every degree."""
+    monitor = FloorMonitor()
+    for degree in range(degrees + 1):
+        here = CameraPose2D(0.0, 0.0, radians(degree))
+        monitor = monitor.with_surface(surface, here, at_s + 0.01 * degree)
+    return monitor
+
+
+def driving(surface: LevelSurface, metres: float) -> FloorMonitor:
+    """Driven straight ahead, with a reading every 10 cm."""
+    monitor = FloorMonitor()
+    for x_m in np.arange(0.0, metres + 0.05, 0.1):
+        monitor = monitor.with_surface(surface, CameraPose2D(float(x_m), 0.0, 0.0), float(x_m))
+    return monitor
+
+
+def state(monitor: FloorMonitor, now_s: float = 5.0) -> FloorState:
+    return monitor.assessment(now_s).state
+
+
+def test_without_readings_the_floor_is_unknown() -> None:
+    assessment = FloorMonitor().assessment(0.0)
+    assert (assessment.state, assessment.viewpoints, assessment.problem) == (
+        FloorState.UNKNOWN,
+        0,
+        "",
+    )
+
+
+def test_one_reading_of_the_floor_is_enough() -> None:
+    assessment = FloorMonitor().with_surface(FLOOR, HERE, 0.0).assessment(1.0)
+    assert assessment.state is FloorState.CONSISTENT
+    assert assessment.height_m == pytest.approx(0.01)
+
+
+def test_a_table_seen_a_thousand_times_from_one_place_is_one_viewpoint() -> None:
+    monitor = FloorMonitor()
+    for k in range(1000):
+        jitter = CameraPose2D(0.2 * np.sin(k), 0.2 * np.cos(k), 0.1 * np.sin(k))
+        monitor = monitor.with_surface(TABLE_TOP, jitter, 0.05 * k)
+    assessment = monitor.assessment(50.0)
+    assert (assessment.state, assessment.viewpoints) == (FloorState.UNKNOWN, 1)
+
+
+@pytest.mark.parametrize("height_m", [-1.0, -0.3, 0.3, 0.45])
+def test_one_height_seen_all_around_is_a_wrong_mounting(height_m: float) -> None:
+    assessment = turning(LevelSurface(height_m, 0.0), 120).assessment(5.0)
+    assert assessment.state is FloorState.INCONSISTENT
+    assert f"z = {height_m:+.2f} m" in assessment.problem
+    assert "T_map_camera" in assessment.problem
+
+
+def test_one_view_of_the_floor_outweighs_all_tables() -> None:
+    monitor = turning(TABLE_TOP, 180).with_surface(FLOOR, CameraPose2D(0.0, 0.0, radians(-90)), 4.0)
+    assert state(monitor) is FloorState.CONSISTENT
+
+
+def test_tables_of_different_heights_do_not_agree() -> None:
+    monitor = FloorMonitor()
+    for k, height_m in enumerate([0.2, 0.3, 0.4, 0.5, 0.6, 0.55]):
+        here = CameraPose2D(0.0, 0.0, radians(60 * k))
+        monitor = monitor.with_surface(LevelSurface(height_m, 0.0), here, float(k))
+    assert state(monitor, 6.0) is FloorState.UNKNOWN
+
+
+def test_a_tilt_is_reported_though_the_height_depends_on_the_distance() -> None:
+    monitor = FloorMonitor()
+    for k in range(6):
+        tilted = LevelSurface(-0.05 * k, radians(5.0))
+        monitor = monitor.with_surface(tilted, CameraPose2D(0.0, 0.0, radians(60 * k)), float(k))
+    assessment = monitor.assessment(6.0)
+    assert assessment.state is FloorState.INCONSISTENT
+    assert "5.0 degrees" in assessment.problem
+
+
+def test_old_readings_expire() -> None:
+    wrong = turning(TABLE_TOP, 120)
+    assert state(wrong, READING_LIFETIME_S) is FloorState.INCONSISTENT
+    assert state(wrong, 2 * READING_LIFETIME_S) is FloorState.UNKNOWN
+    later = wrong.with_surface(FLOOR, HERE, 3 * READING_LIFETIME_S)
+    assert len(later.readings) == 1
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5))
+def test_the_heading_of_a_camera_does_not_depend_on_its_tilt(yaw: float, pitch: float) -> None:
+    viewpoint = camera_pose_2d(pose_2d(1.0, 2.0, yaw) @ camera_mount(0.0, 1.0, pitch))
+    assert viewpoint.offset_to(CameraPose2D(1.0, 2.0, yaw)) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+AHEAD = CameraPose2D(0.0, 0.0, 0.0)
+GOOD = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
+
+
+def fed(*depths: DepthDiagnostics, every_s: float = 0.2) -> MapperTelemetry:
+    telemetry = MapperTelemetry()
+    for k, depth in enumerate(depths):
+        telemetry.record_fused(now_s=k * every_s, update_ms=7.0, depth=depth)
+    return telemetry
+
+
+def test_nothing_is_wrong_with_good_frames() -> None:
+    telemetry = fed(GOOD, GOOD)
+    assert telemetry.problem(1.0) == ""
+    assert telemetry.ready(1.0)
+
+
+@pytest.mark.parametrize(
+    ("depth", "sentence"),
+    [
+        (DepthDiagnostics(0.0, 0.0, AHEAD), "all zero"),
+        (DepthDiagnostics(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
+    ],
+)
+def test_bad_depth_is_reported_but_frames_are_fused(depth: DepthDiagnostics, sentence: str) -> None:
+    telemetry = fed(depth)
+    assert sentence in telemetry.problem(0.5)
+    assert telemetry.ready(0.5)
+
+
+def reported(height_m: float) -> list[DepthDiagnostics]:
+    """Frames of a robot that turns by 180 degrees and sees the floor at this height."""
+    headings = [radians(45 * k) for k in range(5)]
+    surface = LevelSurface(height_m, 0.0)
+    return [DepthDiagnostics(0.9, 0.0, CameraPose2D(0.0, 0.0, h), surface) for h in headings]
+
+
+def test_a_wrong_floor_is_reported_as_sentence_and_metrics() -> None:
+    telemetry = fed(*reported(-0.3))
+    assert "z = -0.30 m" in telemetry.problem(2.0)
+    assert telemetry.ready(2.0)
+    metrics = telemetry.metrics(2.0, Counters())
+    assert metrics["floor_height_m"] == pytest.approx(-0.3)
+    assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
+
+
+def test_a_new_map_forgets_the_floor() -> None:
+    telemetry = fed(*reported(0.3))
+    telemetry.reset_floor()
+    assert telemetry.problem(1.5) == ""
+    assert telemetry.metrics(1.5, Counters())["floor_viewpoints"] == 0
+
+
+def test_silence_and_rejected_frames_are_reported() -> None:
+    telemetry = MapperTelemetry()
+    assert "no frame has arrived" in telemetry.problem(0.0)
+    assert not telemetry.ready(0.0)
+    telemetry = fed(GOOD)
+    assert "no frame for" in telemetry.problem(SILENT_AFTER_S + 1)
+    assert not telemetry.ready(SILENT_AFTER_S + 1)
+    telemetry.record_rejected("another encoder")
+    assert telemetry.problem(0.1) == "another encoder"
+    assert not telemetry.ready(0.1)
+    telemetry.record_fused(now_s=0.2, update_ms=1.0, depth=GOOD)
+    assert telemetry.ready(0.3)
