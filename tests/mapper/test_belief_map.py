@@ -108,15 +108,6 @@ def test_a_pose_that_jumps_is_refused_and_nothing_changes() -> None:
     assert (belief.revision, belief.store.count, belief.memory_bytes) == before
 
 
-def test_depth_all_zero_fuses_nothing_but_counts() -> None:
-    blind = scenes.field(0, scenes.pose(), boxes=())
-    belief = mapped([blind])
-    assert compute_update(blind, belief.params).depth.valid_fraction == 0
-    assert (belief.frames_fused, belief.store.count) == (1, 0)
-    belief.fuse(compute_update(scenes.field(1, POSES[1]), belief.params))
-    assert belief.store.count > 0
-
-
 def test_the_robots_own_place_is_free_at_first_sight_only(monkeypatch: pytest.MonkeyPatch) -> None:
     belief = mapped([scenes.field(k, scenes.pose(2.0 * k - 1)) for k in range(2)])
     cells = belief.grid.cells(np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
@@ -145,18 +136,6 @@ def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
     assert belief.occupancy_grid()[own] == Occupancy.FREE
 
 
-def test_floor_that_was_seen_stays_known_below_what_stands_there_now() -> None:
-    box = scenes.Box((0.4, -0.3, 0.0), (0.9, 0.3, 1.0))
-    empty = [scenes.field(k, scenes.pose(-1.5)) for k in range(2)]
-    filled = [scenes.field(k + 2, scenes.pose(-1.5), boxes=(*scenes.ROOM, box)) for k in range(4)]
-    belief = mapped([*empty, *filled])
-    at = tuple(belief.grid.cells(np.array([0.45, 0.05])))
-    assert belief.occupancy_grid()[at] == Occupancy.OCCUPIED
-    assert belief.layers()[at] & Layer.FLOOR_SEEN
-    never = mapped(filled)
-    assert not never.layers()[tuple(never.grid.cells(np.array([0.45, 0.05])))] & Layer.FLOOR_SEEN
-
-
 @pytest.mark.gpu
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")
 def test_cuda_makes_the_same_map() -> None:
@@ -182,22 +161,6 @@ def test_values_that_are_not_finite_are_refused_and_nothing_changes(name: str) -
         belief.fuse(poisoned)
     assert belief.frames_fused == 1
     assert belief.store.confidence.isfinite().all()
-
-
-def test_a_map_that_keeps_every_view_goes_on_in_float32() -> None:
-    """With what it held; a reader of before still sees that."""
-    params = scenes.params(feature_dtype="float16")
-    belief, empty = BeliefMap(params), BeliefMap(params)
-    belief.fuse(compute_update(scenes.field(0, scenes.pose()), params))
-    everything = np.arange(belief.store.count)
-    before, table = belief.store.features(everything), belief.store.table()
-    for each in (belief, empty):
-        each.keep_every_view()
-    assert torch.equal(belief.store.features(everything), before)
-    assert torch.equal(torch.cat([part for _, part in table.chunks(everything)]), before)
-    empty.fuse(compute_update(scenes.field(1, scenes.pose()), params))
-    for each in (belief, empty):
-        assert {block.dtype for block in each.store.blocks} == {torch.float32}
 
 
 PARAMS = scenes.params(explored_variance=0.4)
@@ -239,17 +202,6 @@ def test_a_camera_that_stands_explores_nothing_new_but_its_features_improve() ->
     assert summed.float().mean() > 0.98  # the others: at edges whose occupancy settles later
     torch.testing.assert_close(belief.store.explored_confidence[slots], c)
     torch.testing.assert_close(belief.store.searched_confidence[slots], c)
-
-
-def test_a_new_search_counts_what_is_in_view_for_searched_only() -> None:
-    belief = driven(drive(2.0, 0.0, 0.0))
-    before = belief.store.explored_confidence
-    belief.reset_searched()
-    assert not belief.store.searched_confidence.any()
-    for k in (98, 99):
-        belief.fuse(compute_update(scenes.field(k, scenes.pose(-1.0)), PARAMS))
-    torch.testing.assert_close(belief.store.searched_confidence, before)
-    torch.testing.assert_close(belief.store.explored_confidence, before)
 
 
 def test_a_submap_counts_what_the_map_counts() -> None:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from onemap_mapper.belief import cells, features
 from onemap_mapper.belief.cells import (
     BLOCK,
-    EMPTY_BELOW,
     CellStore,
     FeatureShare,
     fused,
@@ -65,20 +64,6 @@ def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) 
     return FeatureShare(cells, F, c, c / 2, c / 4, heights)
 
 
-def test_what_is_doubted_counts_for_little_and_stays_explored() -> None:
-    store = new_store()
-    slots = store.add(np.arange(4).reshape(2, 2))
-    for revision in range(9):
-        store.fuse(slots, torch.zeros(2, 3), torch.ones(2), revision=revision)
-    store.doubt(slots[:1], 1.0)
-    assert store.confidence.tolist() == [1.0, 9.0]
-    assert store.explored_confidence.tolist() == store.searched_confidence.tolist() == [9.0, 9.0]
-    store.fuse(slots, torch.ones(2, 3), torch.ones(2), revision=9)
-    assert store.features(slots)[:, 0].tolist() == pytest.approx([0.5, 0.1])
-    store.doubt(slots, 100.0)  # never more than it was
-    assert store.confidence.tolist() == [2.0, 10.0]
-
-
 @given(seed=st.integers(0, 2**16))
 @settings(max_examples=20, deadline=None)
 def test_taking_out_undoes_putting_in(seed: int) -> None:
@@ -98,22 +83,6 @@ def test_taking_out_undoes_putting_in(seed: int) -> None:
     torch.testing.assert_close(store.explored_confidence, first.explored.float())
     assert (store.searched_confidence >= 0).all()
     assert (store.changed_at == 3).all()
-
-
-def test_a_slot_of_which_nothing_remains_is_zero() -> None:
-    rng = np.random.default_rng(0)
-    store = new_store()
-    slots = store.add(np.arange(8).reshape(4, 2))
-    whole = share(rng, store.cells.copy())
-    store.put_in(slots, whole, revision=1)
-    faint = share(rng, store.cells[:1].copy(), 0.1 * EMPTY_BELOW[torch.float32])
-    store.put_in(slots[:1], faint, revision=2)
-    empty = store.take_out(slots[:3], whole.only(np.arange(3)), revision=3)
-    assert empty.all()
-    assert not store.features(slots[:3]).any()
-    assert not store.heights(slots[:3]).any()
-    np.testing.assert_array_equal(store.heights(slots[3:]), whole.heights[3:])
-    np.testing.assert_array_equal(store.confidence > 0, [False, False, False, True])
 
 
 @given(seed=st.integers(0, 2**16))
@@ -222,21 +191,6 @@ def test_order_does_not_matter(seed: int, frames: int) -> None:
     torch.testing.assert_close(one[1], two[1])
 
 
-@given(seed=st.integers(0, 2**16))
-@settings(max_examples=20, deadline=None)
-def test_it_is_the_confidence_weighted_mean(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    features = torch.from_numpy(rng.normal(size=(4, 5, 3)).astype(np.float32))
-    confidences = torch.from_numpy(rng.uniform(0.1, 2, (4, 5)).astype(np.float32))
-    mean = (features * confidences[..., None]).sum(0) / confidences.sum(0)[:, None]
-    torch.testing.assert_close(fuse_all(features, confidences)[0], mean, atol=1e-5, rtol=1e-4)
-
-
-def test_nothing_seen_gives_no_nan() -> None:
-    zero = torch.zeros(3)
-    assert gain(zero, zero).tolist() == [0.0, 0.0, 0.0]
-
-
 @given(seed=st.integers(0, 2**16), scale=st.sampled_from([1e-6, 1e-3, 0.04, 1.0, 3e4]))
 def test_a_value_becomes_one_of_its_two_neighbours(seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
@@ -245,26 +199,6 @@ def test_a_value_becomes_one_of_its_two_neighbours(seed: int, scale: float) -> N
     nearest = values.numpy().astype(np.float16)
     step = np.maximum(np.spacing(np.abs(nearest)), np.spacing(np.abs(found))).astype(np.float64)
     assert (np.abs(found.astype(np.float64) - values.numpy()) <= step).all()
-
-
-@given(seed=st.integers(0, 2**16))
-def test_what_a_float16_holds_stays_as_it_is(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    exact = torch.from_numpy(rng.normal(size=(4, 64)).astype(np.float16))
-    found = rounded(exact.float(), seeds(torch.from_numpy(rng.uniform(0, 300, 4))))
-    assert torch.equal(found, exact)
-
-
-def test_the_mean_over_many_views_is_the_value() -> None:
-    """A tenth of a step is rounded up one time in ten, whatever the confidences are."""
-    step = 2.0**-15  # of float16 between 1/32 and 1/16
-    values = torch.full((4000, 48), 0.04)
-    values = (values / step).floor() * step + 0.1 * step
-    for confidence in (torch.arange(4000) * 0.86 + 0.86, torch.arange(4000) * 0.013):
-        up = rounded(values, seeds(confidence.double())) > values
-        assert abs(up.double().mean().item() - 0.1) < 0.003
-        assert (up.double().mean(dim=0) - 0.1).abs().max() < 0.03  # in each channel
-        assert (up.double().mean(dim=1) - 0.1).abs().max() < 0.35  # in each view
 
 
 @pytest.mark.skipif(not features.HALF, reason="numba, or float16 in the processor, is missing")

@@ -85,13 +85,6 @@ def test_a_compiled_update_is_that_of_torch(max_rows: int) -> None:
         assert tilts[0] == pytest.approx(tilts[1], abs=1e-5)
 
 
-def test_the_field_is_only_read() -> None:
-    field = scenes.field(0, scenes.pose())
-    for array in (field.features, field.variance, field.depth_mm, field.T_map_camera):
-        array.flags.writeable = False
-    compute_update(field, PARAMS)
-
-
 def kernel(
     cells: torch.Tensor, half_width: int, depth_factor: float = 0.02, *, compiled: bool = True
 ) -> BlurKernel:
@@ -133,38 +126,6 @@ def test_agrees_with_the_double_loop(
     )
     kept = {(int(x), int(y)) for x, y in fast.cells}
     assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in kept)
-
-
-@given(seed=st.integers(0, 2**16), half_width=st.integers(0, 7), factor=st.floats(0, 0.1))
-@settings(max_examples=40, deadline=None)
-def test_compiled_rows_are_those_of_torch(seed: int, half_width: int, factor: float) -> None:
-    rng = np.random.default_rng(seed)
-    cells = torch.from_numpy(np.unique(rng.integers(-40, 40, (rng.integers(1, 90), 2)), axis=0))
-    rows = [kernel(cells, half_width, factor, compiled=compiled) for compiled in (True, False)]
-    dense = []
-    for each in rows:
-        owner = torch.repeat_interleave(
-            torch.arange(len(each.cells)),
-            torch.diff(each.starts, append=torch.tensor([len(each.sources)])),
-        )
-        matrix = torch.zeros((110, 110, len(cells)))
-        x, y = each.cells[owner].T + 55
-        matrix[x, y, each.sources] = each.values
-        dense.append(matrix)
-    differ = (dense[0] - dense[1]).abs() > 1e-6  # only on the threshold of what is kept
-    assert torch.maximum(*dense)[differ].sub(MIN_WEIGHT).abs().le(1e-9).all()
-    if torch.equal(dense[0] > 0, dense[1] > 0):
-        assert torch.equal(rows[0].cells, rows[1].cells)
-
-
-@pytest.mark.parametrize("compiled", [False, True])
-def test_a_kernel_without_width_changes_nothing(compiled: bool) -> None:
-    """So that a frame without blur may do without it."""
-    cells = torch.cartesian_prod(torch.arange(-7, 40), torch.arange(3, 9))[::3]
-    table = torch.randn((len(cells), 5), generator=torch.Generator().manual_seed(0))
-    none = kernel(cells, 0, compiled=compiled)
-    assert torch.equal(none.cells, cells)
-    assert torch.equal(blurred(none, table), table)
 
 
 SIZE = (120, 160)

@@ -160,10 +160,6 @@ def test_a_frame_as_it_arrives_needs_no_further_compilation(max_rows: int, dtype
     assert compiled_variants() == before
 
 
-def test_without_compiled_functions_there_is_nothing_to_do() -> None:
-    warm_up(scenes.params(compiled=False))
-
-
 def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -186,11 +182,3 @@ def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
     assert announced == beat.problem
     assert announced.startswith("compiling the map's kernels")
     assert "the first frame was prepared in" in prepared
-
-
-def test_a_later_start_is_silent_on_the_bus(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "warm_up", lambda _config: None)
-    router = MemoryRouter()
-    beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"))
-    module.prepare((router.bus("mapper"),), MapperConfig())
-    assert beats.take(0.0) is None

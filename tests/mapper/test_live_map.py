@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-import threading
-import tracemalloc
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
@@ -125,36 +121,3 @@ def test_cells_that_change_their_slots_meanwhile_begin_it_again(
     always = Turns(dict.fromkeys(range(100), shuffle))
     assert_same_content(written(path, always, changing), take(changing))
     assert list(path.parent.iterdir()) == [path]
-
-
-@pytest.mark.usefixtures("small_parts")
-def test_another_map_meanwhile_is_the_one_that_is_written(belief: BeliefMap, path: Path) -> None:
-    other = restored(belief, max_extent_m=50.0)
-    other.reset_searched()
-    maps = [belief]
-    LiveMap(Turns({2: lambda: maps.insert(0, other)}), lambda: maps[0]).write(path)
-    assert_same_content(map_file.read(path), take(other))
-
-
-def test_writing_takes_the_memory_of_a_part_of_the_map(path: Path) -> None:
-    large = map_with(cells=20_000, dimension=256)
-    tracemalloc.start()
-    try:
-        size = LiveMap(threading.Lock(), lambda: large).write(path)
-        peak = tracemalloc.get_traced_memory()[1]  # torch's is not in it
-    finally:
-        tracemalloc.stop()
-    assert size > 20e6
-    assert peak < 0.3 * size
-
-
-def map_with(*, cells: int, dimension: int) -> BeliefMap:
-    """A square map of random features, one per cell."""
-    side = math.isqrt(cells) + 1
-    where = np.argwhere(np.ones((side, side), bool))[:cells]
-    made = BeliefMap(PARAMS)
-    made.grow(where)
-    made.set_encoder("encoder-a", "space-a", dimension)
-    features = torch.rand((cells, dimension), generator=torch.Generator().manual_seed(1))
-    made.store.fuse(scenes.slots_of(made, where), features, torch.ones(cells), revision=1)
-    return made

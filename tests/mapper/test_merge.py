@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.merge import merge_into, merged_objects
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
-from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
@@ -96,20 +95,6 @@ def test_a_map_of_another_frame_lands_at_its_place() -> None:
     assert len(found) == len(expected)
     for (x, y), (feature, _) in expected.items():
         np.testing.assert_allclose(found[-1 - y + 10, x - 20][0], feature, atol=1e-5)
-
-
-def test_merging_into_an_empty_map_is_loading() -> None:
-    original = mapped((0.0, 0.0, 0.0), (0.3, 0.0, 0.4))
-    belief = merged(take(original))
-    assert_same(belief, original)
-    assert (belief.encoder_id, belief.frames_fused) == (original.encoder_id, 2)
-    newest = original.history()
-    assert belief.history() == FrameHistory(newest.sequence, newest.stamp_ns)
-    np.testing.assert_allclose(
-        np.sort(belief.store.explored_confidence.numpy()),
-        np.sort(original.store.explored_confidence.numpy()),
-        rtol=1e-5,
-    )
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from onemap_mapper import objects
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_shared.messages import ObjectFind
-from tests.mapper.finds import PICTURE, object_find
+from tests.mapper.finds import object_find
 
 
 def remembered(*finds: ObjectFind) -> ObjectMemory:
@@ -26,18 +26,6 @@ def remembered(*finds: ObjectFind) -> ObjectMemory:
 
 def names(memory: ObjectMemory) -> list[str]:
     return [kept.name for kept in memory.listed().objects]
-
-
-def test_a_find_becomes_an_object_with_its_picture() -> None:
-    memory = remembered(object_find("bed", 1.0, 2.0))
-    (kept,) = memory.listed().objects
-    assert (kept.object_id, kept.name, kept.position_m) == ("0", "bed", (1.0, 2.0, 0.4))
-    assert (kept.times_found, kept.first_found_ns, kept.last_seen_ns) == (1, 100, 100)
-    assert kept.picture_bytes == len(PICTURE)
-    known = memory.get("0")
-    assert known is not None
-    assert (known.kept, known.picture) == (kept, PICTURE)
-    assert memory.get("1") is None
 
 
 def test_a_find_nearby_is_the_object_seen_again() -> None:
@@ -53,18 +41,6 @@ def test_a_find_nearby_is_the_object_seen_again() -> None:
     known = memory.get("0")
     assert known is not None
     assert known.picture == b"new"
-
-
-@pytest.mark.parametrize(
-    "find",
-    [
-        pytest.param(object_find("bed", 1.1, 0.0, stamp_ns=200), id="further away"),
-        pytest.param(object_find("sofa", stamp_ns=200), id="another name"),
-    ],
-)
-def test_other_finds_are_other_objects(find: ObjectFind) -> None:
-    memory = remembered(object_find("bed"), find)
-    assert [kept.object_id for kept in memory.listed().objects] == ["1", "0"]
 
 
 def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,8 +14,6 @@ from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.occupancy.evidence import (
     OccupancyLayers,
     OccupancyUpdate,
-    occupancy_states,
-    settled_states,
     with_lost_tops,
 )
 from onemap_mapper.occupancy.host import occupancy_update
@@ -87,25 +85,11 @@ def test_a_table_is_occupied_though_the_floor_under_it_is_seen() -> None:
     assert state_at(belief, *middle) == [Occupancy.OCCUPIED] * 9
 
 
-def test_a_ray_over_a_coffee_table_does_not_free_it() -> None:
-    near = [scenes.pose(0.2)]
-    belief = seen((*ROOM, COFFEE_TABLE), near)
-    far = [scenes.pose(-2.8, 0.0, 0.0, 1.1)] * 30
-    look_around(belief, (*ROOM, COFFEE_TABLE), far)
-    assert state_at(belief, (1.05, 0.0), (1.05, 0.3)) == [Occupancy.OCCUPIED] * 2
-
-
 def test_thin_legs_stay() -> None:
     leg = Box((1.50, 0.30, 0.0), (1.53, 0.33, 0.6))
     belief = seen((*ROOM, leg), [scenes.pose(-0.5)])
     look_around(belief, (*ROOM, leg), [scenes.pose(x, -0.4) for x in np.arange(-2.5, 0, 0.1)])
     assert state_at(belief, (1.515, 0.315)) == [Occupancy.OCCUPIED]
-
-
-def test_the_low_edge_of_a_shower_tray_is_an_obstacle_from_near() -> None:
-    edge = Box((1.0, -0.5, 0.0), (1.05, 0.5, 0.11))
-    belief = seen((*ROOM, edge), [scenes.pose(x) for x in np.arange(-2.5, -0.5, 0.1)])
-    assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
 
 
 def test_what_moves_away_disappears() -> None:
@@ -153,13 +137,6 @@ def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles() -
     assert np.linalg.norm(places[0][near.clear.numpy()], axis=1).max() > 5  # floor goes on
 
 
-def test_no_depth_gives_no_evidence() -> None:
-    dark = np.zeros(SIZE, np.float32)
-    cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
-    frame = occupancy_update(cloud, PARAMS)
-    assert len(frame.cells) == 0
-
-
 @pytest.mark.parametrize(
     ("column", "frame", "expected"),
     [
@@ -178,16 +155,6 @@ def test_what_has_lost_its_top_fades_where_no_camera_looks(
     assert with_lost_tops(evidence, added).tolist() == [[*expected, 3]]
 
 
-def test_nobody_stays_at_the_feet_of_a_robot_that_drove_on() -> None:
-    """Somebody is seen from afar and has gone when the robot stands before the place: the camera
-    sees the floor from 1.1 m on."""
-    person = Box((1.9, -0.2, 0.0), (2.1, 0.2, 1.7))
-    belief = seen((*ROOM, person), [scenes.pose(-0.5)] * 3)
-    assert state_at(belief, (1.95, 0.05)) == [Occupancy.OCCUPIED]
-    look_around(belief, ROOM, [scenes.pose(1.4)] * 12)
-    assert Occupancy.OCCUPIED not in state_at(belief, (1.95, 0.05), (1.95, -0.15))
-
-
 @pytest.mark.parametrize("frames", [2, 6])
 def test_a_chest_that_somebody_stood_beside_is_not_driven_over(frames: int) -> None:
     """They share a cell, whose upper half is seen through when the robot is too near for its
@@ -204,16 +171,6 @@ def test_a_chest_that_somebody_stood_beside_is_not_driven_over(frames: int) -> N
     assert state_at(belief, shared) == [Occupancy.OCCUPIED] or assumed_at(belief, shared)
     look_around(belief, (*ROOM, chest), [scenes.pose(-0.5)] * 4)
     assert not assumed_at(belief, gone)  # the floor is in view again
-
-
-def test_a_cell_changes_once_something_lasts_or_has_gone() -> None:
-    free, occupied, unknown = Occupancy.FREE, Occupancy.OCCUPIED, Occupancy.UNKNOWN
-    before = torch.tensor([free, free, occupied, occupied, unknown, unknown], dtype=torch.uint8)
-    highest = torch.tensor([4, 10, 4, 0, 12, 4], dtype=torch.int8)  # 4: occupied, but how long?
-    evidence = torch.stack([torch.full_like(highest, -4), highest], dim=1)
-    states = occupancy_states(evidence, torch.ones(len(before), dtype=torch.bool))
-    after = settled_states(before, evidence, states)
-    assert after.tolist() == [free, occupied, occupied, free, occupied, unknown]
 
 
 LEVELS = scenes.params().levels

@@ -11,18 +11,16 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.floor import floor_points
 from onemap_mapper.occupancy.heights import (
     LEVELS,
-    RING_CELLS,
     cell_heights,
     device_heights,
     height_band,
-    surroundings,
 )
 from onemap_mapper.occupancy.host import few_alike, occupancy_update
 from onemap_mapper.occupancy.on_device import device_floor, device_flying_pixels, device_occupancy
 from onemap_shared.geometry import F32
 from onemap_shared.grid import world_cells
 from tests.mapper import scenes
-from tests.mapper.frames import IMAGES, WORLDS, clouds, seen
+from tests.mapper.frames import IMAGES, clouds, seen
 from tests.mapper.scenes import Box
 
 PARAMS = scenes.params()
@@ -41,14 +39,6 @@ def test_occupancy_by_torch_is_that_of_the_compiled_loops(
     for name in ("seen", "drops", "blind"):
         np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
     found, expected = device_occupancy(device, PARAMS), occupancy_update(host, PARAMS)
-    for name in ("cells", "evidence", "clear", "blind"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
-
-
-def test_thinned_images_give_the_same_occupancy() -> None:
-    host, device = clouds(*seen(3, WORLDS[0], 0.0, 0.1))
-    params = scenes.params(occupancy_max_rows=30)
-    found, expected = device_occupancy(device, params), occupancy_update(host, params)
     for name in ("cells", "evidence", "clear", "blind"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
@@ -112,16 +102,3 @@ def test_a_match_lies_where_its_cells_differ_from_those_beside(
     inside: F32, around: F32, band: tuple[float, float]
 ) -> None:
     np.testing.assert_allclose(height_band(inside, np.ones(1, np.float32), around), band, atol=1e-6)
-
-
-def test_surroundings_are_beside_a_region_and_in_no_other() -> None:
-    regions = np.zeros((20, 20), bool)
-    regions[0, 0] = regions[5:8, 5:8] = regions[9, 9] = True
-    cells = np.argwhere(regions)
-    one = cells[(cells >= 5).all(axis=1) & (cells < 8).all(axis=1)]
-    ring = surroundings(regions, one)
-    assert not regions[tuple(ring.T)].any()
-    away = np.abs(ring[:, None] - one).max(axis=2).min(axis=1)
-    assert away.max() == RING_CELLS
-    assert len(ring) == (3 + 2 * RING_CELLS) ** 2 - 9 - 1  # the region, and [9, 9]
-    assert (surroundings(regions, np.array([[0, 0]])) >= 0).all()

@@ -106,7 +106,6 @@ def test_a_frame_of_too_many_cells_or_patches_is_refused(
 
 
 CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
-CPU = torch.device("cpu")
 LIMITS = MapParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
 
 
@@ -191,33 +190,8 @@ def test_more_entries_than_were_reserved() -> None:
     torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
 
 
-def test_a_view_wider_than_the_largest_grid_is_refused() -> None:
-    depth = np.full((11, 13), 90.0, np.float32)
-    depth[:, ::2] = 1.0
-    params = MapParams(
-        cell_size_m=0.005, max_extent_m=20, max_feature_range_m=100.0, max_feature_height_m=100.0
-    )
-    T = pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 1.0, 0.0)
-    with pytest.raises(GridTooLarge, match="did the pose jump"):
-        both(depth, np.ones_like(depth), T, (2, 2), params)
-    with pytest.raises(GridTooLarge, match="did the pose jump"):
-        project_compiled(
-            depth,
-            np.ones_like(depth),
-            intrinsics=CAMERA,
-            T_map_camera=T,
-            patch_shape=(2, 2),
-            params=params,
-        )
-
-
 T = scenes.pose(1.0, -2.0, 0.7)
 DEPTH_M = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
-
-
-def test_a_pixel_without_depth_lies_at_the_camera() -> None:
-    cloud = PointCloud.of(np.zeros((2, 3), np.float32), intrinsics=CAMERA, T_map_camera=T)
-    np.testing.assert_allclose(cloud.points_m, np.broadcast_to(T[:3, 3], (2, 3, 3)), rtol=1e-6)
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
@@ -13,7 +12,6 @@ from onemap_mapper.query.regions import (
     Regions,
     find_regions,
     outline,
-    region_threshold,
     scoring_at_least,
 )
 from onemap_shared.geometry import F32, I64
@@ -80,17 +78,6 @@ def test_the_best_come_first_and_no_more_than_asked() -> None:
     np.testing.assert_allclose(regions.centres_m[0], GRID.centres(np.array([4, 4])), atol=1e-6)
 
 
-def test_probabilities_are_cut_at_a_share_of_the_best() -> None:
-    values = np.array([0.1, 0.2, 0.8], np.float32)
-    assert region_threshold(values, calibrated=True) == pytest.approx(0.4)
-
-
-def test_plain_cosines_are_cut_at_the_top_share() -> None:
-    values = np.linspace(0.5, 0.6, 101, dtype=np.float32)
-    limit = region_threshold(values, calibrated=False)
-    assert np.count_nonzero(values >= limit - 1e-6) == 6
-
-
 def test_each_region_has_its_cells_also_after_the_weak_ones_are_gone() -> None:
     scores = np.zeros(GRID.shape, np.float32)
     scores[0, 0], scores[4:6, 5] = 0.6, 0.9
@@ -116,19 +103,6 @@ def contains(corners: F32, point: np.ndarray) -> bool:
         if (y0 > point[1]) != (y1 > point[1]):
             inside ^= point[0] < x0 + (x1 - x0) * (point[1] - y0) / (y1 - y0)
     return inside
-
-
-def test_a_rectangle_has_four_corners_and_a_hole_is_filled() -> None:
-    ring = np.argwhere(np.pad(np.zeros((3, 2)), 1, constant_values=1))
-    corners = outline(ring, SMALL_GRID)
-    assert len(corners) == 4
-    assert np.isclose(area_m2(corners), 0.01 * 5 * 4, atol=1e-6)
-
-
-def test_cells_that_touch_at_a_corner_have_one_outline() -> None:
-    corners = outline(np.array([[0, 0], [1, 1]]), SMALL_GRID)
-    assert len(np.unique(corners, axis=0)) == len(corners)  # never touches itself
-    assert area_m2(corners) > 0.02
 
 
 @given(seed=st.integers(0, 2**16), density=st.floats(0.3, 0.9))

@@ -15,17 +15,14 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import (
     judged,
-    revision_of,
     search_view,
     similarity_reply,
-    summary_of,
 )
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage import snapshot
 from onemap_shared.messages import (
-    Layer,
     MapVerdict,
     SimilarityReply,
     SimilarityRequest,
@@ -79,22 +76,6 @@ def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> N
     assert np.nanmax(reply.scores_grid) == pytest.approx(reply.best_score, abs=0.05)
 
 
-def test_a_view_without_a_text_has_only_layers(belief: BeliefMap) -> None:
-    view = search_view(MapScores(belief).of([]), text="")
-    assert view.similarity.shape == view.rival.shape == (0, 0)
-    assert view.layers.shape == view.occupancy.shape == view.grid.shape
-    assert (view.layers & Layer.OBSERVED).any()
-
-
-def test_a_view_of_a_text_holds_the_best_rival_of_each_cell(belief: BeliefMap) -> None:
-    scores = MapScores(belief)
-    sofa, wall = query("sofa", SOFA), query("wall", WALL)
-    view = search_view(scores.of([query("cup", CUP), sofa, wall]), text="cup")
-    each = [search_view(scores.of([q]), text=q.text).similarity for q in (sofa, wall)]
-    np.testing.assert_array_equal(view.rival, np.maximum(*each))
-    assert np.nanmax(view.similarity) < 0.9 < np.nanmax(view.rival)
-
-
 def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:
     far_from_it = replace(query("sofa", SOFA), temperature=1e4)  # a score of 0 or 1 everywhere
     view = search_view(MapScores(belief).of([far_from_it]), text="sofa")
@@ -111,15 +92,6 @@ def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
     view = search_view(MapScores(blind).of([]), text="sofa")
     assert view.similarity.shape == view.grid.shape
     assert np.isnan(view.similarity).all()
-
-
-def test_revision_and_summary_describe_the_map(belief: BeliefMap) -> None:
-    revision = revision_of(belief, update_ms=7.0, rate_hz=5.0, objects_version=4)
-    assert (revision.frames_fused, revision.sequence) == (3, 2)
-    assert (revision.update_ms, revision.rate_hz, revision.objects_version) == (7.0, 5.0, 4)
-    summary = summary_of(belief)
-    assert summary.cells_observed == revision.cells_observed == belief.store.count > 0
-    assert (summary.cell_size_m, summary.path) == (0.1, "")
 
 
 def test_a_region_has_outline_view_and_time(belief: BeliefMap) -> None:

@@ -163,18 +163,6 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     np.testing.assert_allclose(cache.scores_of_all([two], store, 1)[0].scores, fresh, atol=1e-6)
 
 
-def test_scores_stay_right_when_slots_were_removed() -> None:
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
-    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
-    query = text_query(embeddings(rng, 2), 0, CPU)
-    before = cache.scores_of_all([query], store, 1)[0].scores
-    store.remove(np.array([1, 2]), revision=2)
-    after = cache.scores_of_all([query], store, 2)[0].scores
-    np.testing.assert_allclose(after, before[store.cells[:, 0]], rtol=1e-6)
-
-
 def test_the_words_that_compete_with_all_texts_are_compared_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -208,13 +196,6 @@ def test_negatives_compete_as_neutral_words_do(seed: int, temperature: float) ->
     others = [cell_scores(features, np.stack([n, text[0]]), temperature) for n in negatives]
     together = cell_scores(features, np.concatenate([text, neutral, negatives]), temperature)
     np.testing.assert_allclose(against(own, others).scores, together.scores, atol=1e-5)
-
-
-def test_without_calibration_a_cell_more_like_a_negative_scores_nothing() -> None:
-    sofa, bed = np.eye(8, dtype=np.float32)[:2]
-    features = np.stack([sofa, bed])
-    own, other = (cell_scores(features, one[None], 1.0) for one in (sofa, bed))
-    np.testing.assert_allclose(against(own, [other]).scores, [1.0, 0.0])
 
 
 @given(

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import (
-    NO_CORRECTION,
     PlanarCorrection,
     Submap,
     SubmapParams,
@@ -27,7 +26,7 @@ from onemap_mapper.belief.submaps import (
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
-from onemap_shared.geometry import F16, F64, I64, pose_2d, transform
+from onemap_shared.geometry import F16, F64, I64, pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import FeatureField, PoseGraph
 from tests.mapper import scenes
@@ -183,29 +182,6 @@ def test_corrections_do_not_add_up(seed: int) -> None:
     assert follow(submaps, graph(fields, [STAY] * 4)) == 0
 
 
-def test_frames_go_on_between_two_moves() -> None:
-    fields = shown(3, 5)
-    message = graph(fields[:3], random_corrections(1, 3))
-    belief, submaps = made(fields[:3])
-    submaps.follow(message)
-    assert submaps.move_next()
-    for field in fields[3:]:
-        update = compute_update(field, belief.params)
-        belief.fuse(update)
-        submaps.add(update)
-    while submaps.move_next():
-        pass
-    submaps.close()
-    first, theirs = made(fields[:3])
-    follow(theirs, message)
-    for field in fields[3:]:
-        update = compute_update(field, first.params)
-        first.fuse(update)
-        theirs.add(update)
-    theirs.close()
-    assert_same(belief, first)
-
-
 def test_a_late_frame_is_moved_too() -> None:
     """Captured before the correction, computed after it."""
     # so far apart, also when corrected, that each counts as the most views
@@ -225,15 +201,6 @@ def test_a_late_frame_is_moved_too() -> None:
     )
     theirs.close()
     assert_same(belief, expected)
-
-
-def test_frames_from_one_place_share_a_submap() -> None:
-    near = [scenes.field(k, scenes.pose(0.1 * k)) for k in range(6)]
-    _, submaps = made(near, distance_m=0.35)
-    assert submaps.count == 2  # 0 to 0.3 m, 0.4 and 0.5 m
-    turning = [scenes.field(k, scenes.pose(yaw_rad=0.3 * k)) for k in range(6)]
-    _, submaps = made(turning, distance_m=5.0, turn_deg=45.0)
-    assert submaps.count == 2  # 0 to 0.6 rad, 0.9 to 1.5
 
 
 @pytest.mark.parametrize("limit", [{"count": 2}, {"memory_mb": 1}])
@@ -310,19 +277,6 @@ def test_undoing_a_correction_gives_the_points_back() -> None:
     np.testing.assert_allclose(correction.undo(correction.apply(POINTS)), POINTS, atol=1e-12)
 
 
-@pytest.mark.parametrize("index", [0, 1, 2])
-def test_a_keyframes_surroundings_move_with_it(index: int) -> None:
-    message = keyframe_graph(
-        pose_2d(0.1, 0.2, 0.05), pose_2d(1.3, 0.1, 0.4), pose_2d(1.9, -0.4, 0.5)
-    )  # fmt: skip
-    seen_from = np.array([*np.random.default_rng(0).normal(size=2), 0.0])
-    place = transform(message.T_map_body_published[index], seen_from)
-    stamp_ns = int(message.keyframe_stamps_ns[index])
-    centre_m = message.T_map_body_published[index][:2, 3]
-    moved = correction_at(message, stamp_ns, centre_m).apply(place[None, :2])[0]
-    np.testing.assert_allclose(moved, transform(message.T_map_body[index], seen_from)[:2])
-
-
 def test_between_keyframes_the_correction_changes_evenly() -> None:
     message = keyframe_graph(pose_2d(0.0, 0.0, 0.0), pose_2d(1.0, 0.4, 0.5))
     centre_m = np.array([0.5, 0.0])
@@ -332,16 +286,6 @@ def test_between_keyframes_the_correction_changes_evenly() -> None:
     assert half.yaw_rad == pytest.approx(0.1)
     middle = (first.apply(centre_m[None]) + second.apply(centre_m[None])) / 2
     np.testing.assert_allclose(half.apply(centre_m[None]), middle)
-
-
-def test_the_ends_hold_outside_and_later_poses_are_right() -> None:
-    message = keyframe_graph(pose_2d(0.2, 0.0, 0.0), pose_2d(1.0, 0.4, 0.3))
-    centre_m = np.zeros(2)
-    earlier = correction_at(message, START - 5 * SECOND, centre_m)
-    assert earlier == correction_at(message, START, centre_m)
-    assert earlier.x_m == pytest.approx(0.2)
-    assert correction_at(message, message.stamp_ns, centre_m).y_m == pytest.approx(0.4)
-    assert correction_at(message, message.stamp_ns + 1, centre_m) is NO_CORRECTION
 
 
 SIZE_M = 0.1
@@ -358,12 +302,6 @@ def seen() -> tuple[BeliefMap, Submap]:
     return belief, submap_of(belief, field.stamp_ns, centre_m, torch.float16)
 
 
-def test_whole_cells_move_exactly() -> None:
-    cells, source = moved_cells(SQUARE, PlanarCorrection(0.0, 0.3, -0.2), SIZE_M)
-    np.testing.assert_array_equal(cells, SQUARE[source] + (3, -2))
-    assert len(np.unique(source)) == len(SQUARE)
-
-
 @pytest.mark.parametrize("yaw_rad", [-0.4, 0.02, 1.0, np.pi])
 def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
     correction = PlanarCorrection(yaw_rad, 0.37, -1.21)
@@ -377,15 +315,6 @@ def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
     for row in filled:
         inside = np.flatnonzero(row)
         assert row[inside[0] : inside[-1] + 1].all()  # a convex shape: each row is one run
-
-
-def test_the_displacement_is_that_of_the_farthest_corner() -> None:
-    _, submap = seen()
-    assert submap.displacement_m(NO_CORRECTION, SIZE_M) == 0.0
-    assert submap.displacement_m(PlanarCorrection(0.0, 0.3, 0.4), SIZE_M) == pytest.approx(0.5)
-    turned = PlanarCorrection(0.1, 0.0, 0.0)
-    assert 0.2 < submap.displacement_m(turned, SIZE_M) < 0.6  # 3 m away, 0.1 rad
-    assert submap.corrected(turned).displacement_m(turned, SIZE_M) == 0.0
 
 
 def test_features_and_evidence_move_together() -> None:
@@ -463,15 +392,6 @@ def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [follower.work(), follower.busy] == [2, True]
     assert [follower.work(), follower.busy] == [2, True]
     assert [follower.work(), follower.busy] == [0, False]
-
-
-def test_another_map_has_other_submaps() -> None:
-    follower, belief = following(), BeliefMap(MapParams())
-    follower.receive(EMPTY, belief)
-    fed(follower, belief, FIELDS)
-    follower.replace(BeliefMap(MapParams()))
-    follower.reset_searched()
-    assert follower.metrics() == {"submaps": 0, "submaps_fixed": 0, "submap_bytes": 0}
 
 
 def test_a_correction_out_of_the_world_is_reported(caplog: pytest.LogCaptureFixture) -> None:

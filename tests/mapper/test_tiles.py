@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.belief import view_log
-from onemap_mapper.belief.tiles import AREA, SIDE, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.tiles import SIDE, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import camera_mount, pose_2d
@@ -62,19 +62,6 @@ def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
     assert index.count == 1
 
 
-def test_a_layer_grows_and_keeps_its_values() -> None:
-    layer = TileLayer(torch.int8, 3, (2,))
-    layer.grow(1)
-    layer.values[5] = torch.tensor([1, 2])
-    layer.grow(4)
-    assert layer.values.shape == (4 * AREA, 2)
-    assert layer.values[5].tolist() == [1, 2]
-    assert layer.values[AREA].tolist() == [3, 3]
-    layer.grow(2)  # never shrinks
-    assert len(layer.values) == 4 * AREA
-    assert layer.nbytes >= layer.values.nbytes
-
-
 ROWS = np.arange(4)
 
 
@@ -94,12 +81,6 @@ def record(
         T_map_camera=pose_2d(x_m, 2.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.2),
         stamp_ns=stamp_ns,
     )
-
-
-def test_nothing_is_known_of_cells_that_were_not_seen(log: ViewLog) -> None:
-    assert log.last_seen_ns(ROWS) == 0
-    assert np.isnan(log.best_view(ROWS)).all()
-    assert log.last_seen_ns(np.zeros(0, np.int64)) == 0
 
 
 def test_the_best_view_of_a_region_is_that_of_most_of_its_confidence(log: ViewLog) -> None:
@@ -139,19 +120,3 @@ def test_views_that_are_best_for_no_cell_are_forgotten(
         assert log.best_view(ROWS[:1])[0] == pytest.approx(0.5 * step)
         assert log.best_view(ROWS[1:])[0] == pytest.approx(0.5)
     assert len(log._poses) <= 9
-
-
-def test_robots_that_take_turns_have_views_of_their_own(log: ViewLog) -> None:
-    poses = [pose_2d(x_m, 2.0, 0.5) @ camera_mount(0.0, 1.0, 0.2) for x_m in (0.0, 4.0)]
-    for k in range(20):
-        for robot, T_map_camera in enumerate(poses):
-            better = torch.full((4,), k + robot + 1.0)
-            log.record(
-                torch.from_numpy(ROWS),
-                better,
-                T_map_camera=T_map_camera,
-                stamp_ns=k,
-                robot=robot,
-            )
-    assert len(log._poses) == 2
-    assert log.best_view(ROWS)[0] == pytest.approx(4.0)

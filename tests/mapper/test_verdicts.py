@@ -60,13 +60,6 @@ def test_a_frontier_is_worth_more_with_more_behind_it_and_when_near() -> None:
     assert frontier_worths(little, nothing, GRID, robot_xy_m=(-1.0, 0.0))[0] < near
 
 
-def test_a_frontier_among_what_is_like_the_object_is_worth_more() -> None:
-    cosines = np.linspace(-1, 1, 3600, dtype=np.float32).reshape(GRID.shape)  # grows with x
-    seen = coverage(0.5, ((-1.5, 0.0), (3.5, 0.0)))
-    unlike, like = frontier_worths(seen, cosines, GRID, robot_xy_m=())
-    assert like > 1.5 * unlike
-
-
 def test_an_area_has_the_cells_whose_centres_lie_in_it() -> None:
     mask = area_mask(GRID, (0.0, 1.0, 0.3, 1.2))
     assert mask is not None
@@ -138,12 +131,6 @@ def test_only_the_area_that_was_asked_for_counts() -> None:
     assert len(covered(occupancy, layers, grid, area=first).frontiers_m) == 0
     nowhere = np.zeros(grid.shape, bool)
     assert covered(occupancy, layers, grid, area=nowhere).share == 0.0
-
-
-def test_a_pocket_of_unknown_floor_is_no_frontier() -> None:
-    occupancy, layers, grid = flat(second_room=True)
-    occupancy[10:16, 10:16], layers[10:16, 10:16] = UNKNOWN, 0
-    assert len(covered(occupancy, layers, grid).frontiers_m) == 0
 
 
 def test_floor_that_is_not_connected_is_not_reachable() -> None:
