@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper.storage.map_file import replacing, sweep_leftovers
+from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
 
 
 def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:

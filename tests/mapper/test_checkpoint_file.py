@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper import checkpoint_file
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.checkpoint_file import FOLDER, newest, remove_all
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.map_folder import saved_maps
+from onemap_mapper.storage import checkpoints as checkpoint_file
 from onemap_mapper.storage import map_file
+from onemap_mapper.storage.checkpoints import FOLDER, newest, remove_all
+from onemap_mapper.storage.map_folder import saved_maps
 from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 
@@ -25,7 +25,7 @@ def taken() -> MapSnapshot:
 
 
 def write(folder: Path, taken: MapSnapshot) -> Path:
-    return checkpoint_file.write(folder, lambda path: map_file.write(taken, path))
+    return checkpoint_file.write_next(folder, lambda path: map_file.write(taken, path))
 
 
 def numbered(taken: MapSnapshot, frames: int) -> MapSnapshot:

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_mapper import checkpoint_file
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import CheckpointParams
-from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.storage import checkpoints as checkpoint_file
+from onemap_mapper.storage.checkpoints import Checkpoints, resumed
+from onemap_mapper.storage.map_file import LiveMap
 from tests.mapper import scenes
 
 PARAMS = CheckpointParams()
@@ -136,7 +136,7 @@ def test_a_cleared_map_does_not_come_back(tmp_path: Path) -> None:
 def test_a_map_cleared_while_it_is_written_does_not_come_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
 
     def cleared_meanwhile(folder: Path, to_file: Writes) -> Path:
         mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
@@ -144,7 +144,7 @@ def test_a_map_cleared_while_it_is_written_does_not_come_back(
         return write(folder, to_file)
 
     mapped.see(0)
-    monkeypatch.setattr(checkpoint_file, "write", cleared_meanwhile)
+    monkeypatch.setattr(checkpoint_file, "write_next", cleared_meanwhile)
     assert mapped.poll(0.0) == 0
     assert cells_of(tmp_path) == 0
 
@@ -164,7 +164,7 @@ def test_a_loaded_map_is_written_at_once(tmp_path: Path) -> None:
 def test_frames_are_fused_while_a_checkpoint_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
     writing, go_on = threading.Event(), threading.Event()
 
     def slow(folder: Path, to_file: Writes) -> Path:
@@ -172,7 +172,7 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
         assert go_on.wait(60.0)
         return write(folder, to_file)
 
-    monkeypatch.setattr(checkpoint_file, "write", slow)
+    monkeypatch.setattr(checkpoint_file, "write_next", slow)
     mapped.see(0)
     mapped.checkpoints.poll(mapped.now_s)
     assert writing.wait(60.0)
@@ -186,13 +186,13 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
 
 
 def test_one_thread_writes_all_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write, []
+    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write_next, []
 
     def seen(folder: Path, to_file: Writes) -> Path:
         writers.append(threading.current_thread())
         return write(folder, to_file)
 
-    monkeypatch.setattr(checkpoint_file, "write", seen)
+    monkeypatch.setattr(checkpoint_file, "write_next", seen)
     for sequence in range(3):
         mapped.see(sequence)
         mapped.poll(100.0)
@@ -208,7 +208,7 @@ def test_what_nobody_expected_ends_the_mapper(
 
     mapped = Mapped(tmp_path)
     mapped.see(0)
-    monkeypatch.setattr(checkpoint_file, "write", wrong)
+    monkeypatch.setattr(checkpoint_file, "write_next", wrong)
     mapped.poll(0.0)
     with pytest.raises(ZeroDivisionError):
         mapped.poll(1.0)
@@ -217,19 +217,19 @@ def test_what_nobody_expected_ends_the_mapper(
 def test_a_full_disk_is_said_once_and_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
 
     def full(_folder: Path, _to_file: Writes) -> Path:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(checkpoint_file, "write", full)
+    monkeypatch.setattr(checkpoint_file, "write_next", full)
     mapped.see(0)
     with caplog.at_level(logging.ERROR):
         mapped.poll(0.0)
         mapped.poll(100.0)
     assert "No space left" in mapped.checkpoints.problem
     assert caplog.text.count("cannot write a checkpoint") == 1
-    monkeypatch.setattr(checkpoint_file, "write", write)
+    monkeypatch.setattr(checkpoint_file, "write_next", write)
     assert mapped.poll(100.0) == 1
     assert mapped.checkpoints.problem == ""
 

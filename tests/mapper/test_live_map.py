@@ -13,8 +13,8 @@ import pytest
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.storage import live_map, map_file
-from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.snapshot import MapSnapshot, restore, take
 from tests.mapper import scenes
 
@@ -70,7 +70,7 @@ def assert_same_content(one: MapSnapshot, two: MapSnapshot) -> None:
 
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live_map, "PART", 100)
+    monkeypatch.setattr(map_file, "PART", 100)
 
 
 def written(path: Path, lock: AbstractContextManager[object], current: BeliefMap) -> MapSnapshot:

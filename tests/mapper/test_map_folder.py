@@ -10,8 +10,14 @@ import pytest
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.map_folder import QuotaExceeded, check_quota, delete, saved_map, saved_maps
 from onemap_mapper.storage.map_file import MapNotFound, map_path, write
+from onemap_mapper.storage.map_folder import (
+    QuotaExceeded,
+    check_quota,
+    delete,
+    saved_map,
+    saved_maps,
+)
 from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 from tests.mapper.test_map_file import rewritten

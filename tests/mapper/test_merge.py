@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.merge import merge_into, merged_objects
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.storage.map_folder import merge_into, merged_objects
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
 from onemap_shared.messages import PicturedObject
 from tests.gateway.fakes import kept_object

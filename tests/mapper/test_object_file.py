@@ -6,9 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper.map_folder import saved_maps
-from onemap_mapper.object_file import FILE_NAME, SET_ASIDE, read, write
-from onemap_mapper.objects import NO_OBJECTS
+from onemap_mapper.storage.map_folder import saved_maps
+from onemap_mapper.storage.objects import (
+    FILE_NAME,
+    NO_OBJECTS,
+    SET_ASIDE,
+    read_objects,
+    write_objects,
+)
 from tests.mapper.finds import object_find
 
 MEMORY = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
@@ -16,31 +21,31 @@ MEMORY = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
 
 def test_what_is_written_is_read_and_is_no_map(tmp_path: Path) -> None:
     folder = tmp_path / "maps"
-    assert read(folder) == (NO_OBJECTS, "")
-    write(folder, MEMORY)
-    assert read(folder) == (MEMORY, "")
+    assert read_objects(folder) == (NO_OBJECTS, "")
+    write_objects(folder, MEMORY)
+    assert read_objects(folder) == (MEMORY, "")
     assert saved_maps(folder).maps == ()
 
 
 def test_without_objects_there_is_no_file_and_no_folder(tmp_path: Path) -> None:
     folder = tmp_path / "maps"
-    write(folder, NO_OBJECTS)
+    write_objects(folder, NO_OBJECTS)
     assert not folder.exists()
-    write(folder, MEMORY)
-    write(folder, NO_OBJECTS)
+    write_objects(folder, MEMORY)
+    write_objects(folder, NO_OBJECTS)
     assert list(folder.iterdir()) == []
 
 
 def test_an_unreadable_file_is_set_aside(tmp_path: Path) -> None:
-    write(tmp_path, MEMORY)
+    write_objects(tmp_path, MEMORY)
     damaged = (tmp_path / FILE_NAME).read_bytes()[:-8]
     (tmp_path / FILE_NAME).write_bytes(damaged)
-    memory, problem = read(tmp_path)
+    memory, problem = read_objects(tmp_path)
     assert memory == NO_OBJECTS
     assert "the found objects are lost" in problem
     assert f"is now {SET_ASIDE}" in problem
     assert (tmp_path / SET_ASIDE).read_bytes() == damaged
-    assert read(tmp_path) == (NO_OBJECTS, "")
+    assert read_objects(tmp_path) == (NO_OBJECTS, "")
 
 
 def test_a_file_that_cannot_be_renamed_is_reported(
@@ -52,6 +57,6 @@ def test_a_file_that_cannot_be_renamed_is_reported(
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "replace", refuse)
-    memory, problem = read(tmp_path)
+    memory, problem = read_objects(tmp_path)
     assert memory == NO_OBJECTS
     assert problem.endswith("cannot be renamed either: Permission denied")

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper.object_file import FILE_NAME
-from onemap_mapper.object_keeper import ObjectKeeper
-from onemap_mapper.objects import NO_OBJECTS
+from onemap_mapper.storage.objects import FILE_NAME, NO_OBJECTS, ObjectKeeper
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import KeptObject, ObjectId, ObjectListRequest
@@ -118,7 +116,7 @@ def test_a_full_disk_is_a_problem_and_no_loss_in_memory(
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("onemap_mapper.object_file.write", full)
+        patch.setattr("onemap_mapper.storage.objects.write_objects", full)
         kept.remember("bed")
     assert kept.names() == ["bed"]
     assert "No space left on device; a restart of the mapper loses them" in kept.keeper.problem

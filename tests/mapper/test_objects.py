@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper import objects
-from onemap_mapper.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
+from onemap_mapper.storage import objects
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_shared.messages import ObjectFind
 from tests.mapper.finds import object_find
 

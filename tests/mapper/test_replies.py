@@ -9,7 +9,6 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.merge import merge_into
 from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.query.regions import extent_band
@@ -22,6 +21,7 @@ from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage import snapshot
+from onemap_mapper.storage.map_folder import merge_into
 from onemap_shared.messages import (
     MapVerdict,
     SimilarityReply,

@@ -25,7 +25,7 @@ from onemap_mapper.belief.submaps import (
 )
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.pose_graph_follower import PoseGraphFollower
+from onemap_mapper.session import PoseGraphFollower
 from onemap_shared.geometry import F16, F64, I64, pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import FeatureField, PoseGraph
@@ -387,7 +387,7 @@ def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
     follower.receive(EMPTY, belief)
     fed(follower, belief, FIELDS)
     now_s = iter(0.02 * k for k in range(100))
-    monkeypatch.setattr("onemap_mapper.pose_graph_follower.time.monotonic", lambda: next(now_s))
+    monkeypatch.setattr("onemap_mapper.session.time.monotonic", lambda: next(now_s))
     follower.receive(moved_graph(FIELDS), belief)
     assert [follower.work(), follower.busy] == [2, True]
     assert [follower.work(), follower.busy] == [2, True]

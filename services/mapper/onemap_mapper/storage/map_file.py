@@ -3,33 +3,33 @@
 A file is written under a temporary name and renamed, so a crash leaves the previous one. A file
 that does not fit is rejected with one sentence, and nothing has changed.
 """
-# Touches files: what is written in one piece.
 
 from __future__ import annotations
 
 import json
-import os
 import re
-import secrets
 import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict, dataclass, fields, replace
 from math import prod
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
 from numpy.typing import NDArray
 
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
-from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
 from onemap_mapper.occupancy.evidence import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.query.regions import Extent, extent_band
+from onemap_mapper.storage.atomic_file import replacing
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_mapper.storage.snapshot import (
     ASSUMED,
     FORMAT,
@@ -38,48 +38,13 @@ from onemap_mapper.storage.snapshot import (
     MapFileError,
     MapHeader,
     MapSnapshot,
+    outline,
+    take,
 )
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.grid import MAX_CELLS
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS
-
-LEFTOVERS = ".*.part"
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file to write; at the end it takes the place of ``path`` as a whole, or not at all.
-
-    It is made under a name that nobody can guess and opened only if it is new, so that no link
-    put there is followed. File and folder are synchronised: the new file outlives a loss of power.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
-    try:
-        with temporary.open("xb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        _sync_folder(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def sweep_leftovers(folder: Path) -> int:
-    """Remove what writes that were cut off left in a folder; returns how many. Raises OSError."""
-    leftovers = list(folder.glob(LEFTOVERS))
-    for path in leftovers:
-        path.unlink(missing_ok=True)
-    return len(leftovers)
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _add(
@@ -429,3 +394,86 @@ def _object_bytes(archive: Any) -> bytes:
         raise ValueError(f"its objects take {declared.nbytes} bytes")
     data: bytes = archive[OBJECTS].tobytes()
     return data
+
+
+PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
+ATTEMPTS = 3
+
+
+class CellsMoved(Exception):
+    """The cells of a map changed their slots while it was written, as when submaps move."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveMap:
+    """The map of a mapper. ``current`` gives it; it changes only while ``lock`` is held."""
+
+    lock: AbstractContextManager[object]
+    current: Callable[[], BeliefMap]
+
+    def write(
+        self,
+        path: Path,
+        *,
+        objects: ObjectMemory = NO_OBJECTS,
+        accept: Callable[[int], None] = lambda _nbytes: None,
+    ) -> int:
+        """Write the file atomically; returns its size in bytes, 0 and no file of an empty map.
+
+        A cell's feature and confidences are of one moment; two cells may be some frames apart.
+        If cells change their slots meanwhile, or another map takes the place, it begins again,
+        the last time from a copy of the whole. ``accept`` is given about how many bytes it will
+        be, and may raise. Raises OSError, MapFileError.
+        """
+        for _ in range(ATTEMPTS):
+            with self.lock:
+                belief = self.current()
+                content = replace(outline(belief), objects=objects)
+            if not content.header.dimension:
+                return 0
+            accept(content.nbytes)
+            try:
+                return write(content, path, self._feature_parts(belief, content))
+            except CellsMoved:
+                continue
+        with self.lock:
+            content = take(self.current(), objects)
+        return write(content, path) if content.header.dimension else 0
+
+    def whole(self) -> tuple[MapSnapshot, int]:
+        """A copy of one whole revision, and its number; frames wait for it."""
+        with self.lock:
+            belief = self.current()
+            return take(belief), belief.revision
+
+    def height_m(self, extent_m: Extent) -> tuple[float, ...]:
+        """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""
+        with self.lock:
+            return extent_band(self.current().shared_version(), extent_m)
+
+    def _feature_parts(self, belief: BeliefMap, content: MapSnapshot) -> Iterator[NDArray]:
+        """All features in parts, each valid until the next is asked for.
+
+        Sets the confidences of ``content`` to those of the same moment. There is one buffer for
+        all parts, because torch's allocations, which are aligned, leave gaps behind.
+        Raises ``CellsMoved`` if the features are not those of the content's cells.
+        """
+        store, count = belief.store, len(content.cells)
+        buffer = np.empty((min(PART, count), belief.dimension), content.features.dtype)
+        for first in range(0, count, PART):
+            part = slice(first, min(first + PART, count))
+            with self.lock:
+                if store.count < part.stop:
+                    raise CellsMoved
+                for rows, features in store.chunks(np.arange(part.start, part.stop)):
+                    buffer[rows] = to_host(features)
+                confidences = to_host(store.confidences(part))
+            copies = (content.confidence, content.searched, content.explored)
+            for copy, values in zip(copies, confidences[: len(copies)], strict=True):
+                if copy is not None:
+                    copy[part] = values
+            yield buffer[: part.stop - part.start]
+        with self.lock:
+            same = np.array_equal(store.cells[:count], content.cells)
+            if belief is not self.current() or not same:
+                raise CellsMoved
