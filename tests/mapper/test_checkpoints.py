@@ -14,7 +14,7 @@ import pytest
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.params import CheckpointParams
+from onemap_mapper.params import MapParams
 from onemap_mapper.storage import checkpoints as checkpoint_file
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import FOLDER, Checkpoints, newest, remove_all, resumed
@@ -23,7 +23,7 @@ from onemap_mapper.storage.map_folder import saved_maps
 from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 
-PARAMS = CheckpointParams()
+PARAMS = MapParams()
 LATER_S = 1e9  # of the monotonic clock
 Writes = Callable[[Path], object]
 
@@ -31,11 +31,11 @@ Writes = Callable[[Path], object]
 class Mapped:
     """A map that grows, with its checkpoints."""
 
-    def __init__(self, folder: Path, params: CheckpointParams = PARAMS) -> None:
-        self.belief = BeliefMap(params)
+    def __init__(self, folder: Path) -> None:
+        self.belief = BeliefMap(PARAMS)
         self.lock = threading.Lock()
         live = LiveMap(self.lock, lambda: self.belief)
-        self.checkpoints = Checkpoints(folder, params, live)
+        self.checkpoints = Checkpoints(folder, live)
         self.now_s = LATER_S
 
     def see(self, sequence: int) -> None:
@@ -51,7 +51,7 @@ class Mapped:
         return self.checkpoints.written
 
 
-def cells_of(folder: Path, params: CheckpointParams = PARAMS) -> int:
+def cells_of(folder: Path, params: MapParams = PARAMS) -> int:
     belief = resumed(folder, params)
     return 0 if belief is None else belief.store.count
 
@@ -63,7 +63,7 @@ def test_a_changed_map_is_written_after_the_interval(tmp_path: Path) -> None:
     assert mapped.poll(0.0) == 1
     assert cells_of(tmp_path) == mapped.belief.store.count
     mapped.see(1)
-    assert mapped.poll(PARAMS.checkpoint_interval_s - 1) == 1
+    assert mapped.poll(checkpoint_file.INTERVAL_S - 1) == 1
     assert mapped.poll(2.0) == 2
     assert cells_of(tmp_path) == mapped.belief.store.count
     assert mapped.poll(100.0) == 2  # nothing changed
@@ -71,14 +71,16 @@ def test_a_changed_map_is_written_after_the_interval(tmp_path: Path) -> None:
     assert mapped.poll(0.0) == 3
 
 
-def test_many_changed_cells_are_written_sooner(tmp_path: Path) -> None:
-    params = CheckpointParams(checkpoint_cells=100)
-    mapped = Mapped(tmp_path, params)
+def test_many_changed_cells_are_written_sooner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checkpoint_file, "MANY_CELLS", 100)
+    mapped = Mapped(tmp_path)
     mapped.see(0)
     assert mapped.poll(0.0) == 1
     mapped.see(1)
-    assert mapped.poll(params.checkpoint_interval_s / 4) == 1
-    assert mapped.poll(params.checkpoint_interval_s / 6) == 2
+    assert mapped.poll(checkpoint_file.INTERVAL_S / 4) == 1
+    assert mapped.poll(checkpoint_file.INTERVAL_S / 6) == 2
 
 
 def test_the_end_of_the_mapper_writes_what_changed(tmp_path: Path) -> None:
@@ -102,28 +104,13 @@ def test_the_resumed_map_is_the_map(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.layers(), mapped.belief.layers())
 
 
-def test_without_an_interval_nothing_is_written(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path, CheckpointParams(checkpoint_interval_s=0))
-    mapped.see(0)
-    assert mapped.poll(1e6) == 0
-    mapped.checkpoints.close()
-    assert not list(tmp_path.iterdir())
-
-
-def test_whoever_says_so_starts_empty(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path)
-    mapped.see(0)
-    mapped.checkpoints.close()
-    assert cells_of(tmp_path, CheckpointParams(resume=False)) == 0
-
-
 def test_a_checkpoint_of_another_grid_is_not_resumed(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     mapped = Mapped(tmp_path)
     mapped.see(0)
     mapped.checkpoints.close()
-    assert cells_of(tmp_path, CheckpointParams(cell_size_m=0.2)) == 0
+    assert cells_of(tmp_path, MapParams(cell_size_m=0.2)) == 0
     assert "not resumed: the map has cell size" in caplog.text
 
 

@@ -31,7 +31,7 @@ from onemap_mapper.query.replies import (
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.robots import AllRobots, MapRobot, buses_of
 from onemap_mapper.session import MapSession, PoseGraphFollower
-from onemap_mapper.storage import map_file, map_folder, snapshot
+from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import (
     Checkpoints,
     read_world,
@@ -41,9 +41,9 @@ from onemap_mapper.storage.checkpoints import (
     write_world,
 )
 from onemap_mapper.storage.map_file import LiveMap
-from onemap_mapper.storage.map_folder import SavedMaps
+from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper
-from onemap_mapper.storage.snapshot import digest_of
+from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
@@ -83,7 +83,7 @@ class Mapper:
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
         sweep(config.map_folder)
-        kept = resumed(config.map_folder, config.map)
+        kept = resumed(config.map_folder, config.map) if config.resume else None
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
         self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
@@ -91,7 +91,7 @@ class Mapper:
         self._forgets = not config.resume  # the checkpoints, with the first frame
         self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
         self._live = LiveMap(self._lock, lambda: self._map)
-        self._checkpoints = Checkpoints(config.map_folder, config.map, self._live)
+        self._checkpoints = Checkpoints(config.map_folder, self._live)
         self._follower = PoseGraphFollower(shared=bool(config.robots))
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
@@ -229,18 +229,12 @@ class Mapper:
                 raise _empty()
             summary = summary_of(self._map)
         created, quota_mb = not path.exists(), self._config.map_quota_mb
-        try:
+        with refusing(f"write {path}"):
             size = self._live.write(
                 path,
                 objects=self._objects.memory,
-                accept=lambda nbytes: map_folder.check_quota(path, nbytes, quota_mb),
+                accept=lambda nbytes: check_quota(path, nbytes, quota_mb),
             )
-        except map_folder.QuotaExceeded as problem:
-            raise RequestRejected("storage", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected(
-                "storage", f"cannot write {path}: {problem.strerror}"
-            ) from problem
         if not size:  # cleared meanwhile
             raise _empty()
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
@@ -255,18 +249,11 @@ class Mapper:
         with self._lock:
             seen = (robot.encoder_seen for robot in self._robots if robot.encoder_seen)
             encoder_id = self._map.encoder_id or next(seen, "")
-        try:
-            content = map_file.read(path, max_cells=self._config.map.max_cells)
-            restored = snapshot.restore(
-                content, self._config.map, encoder_id=encoder_id, first_revision=0
-            )
+        params = self._config.map
+        with refusing(f"read {path}"):
+            content = map_file.read(path, max_cells=params.max_cells)
+            restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
-        except map_file.MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-        except snapshot.EncoderMismatch as problem:
-            raise RequestRejected("encoder_mismatch", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected("storage", f"cannot read {path}: {problem.strerror}") from problem
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
         with self._lock:
             restored.revision = self._map.revision + 1

@@ -17,14 +17,18 @@ from itertools import count
 from pathlib import Path
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.params import CheckpointParams
+from onemap_mapper.params import MapParams
 from onemap_mapper.storage import objects
 from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
 
-FOLDER = "checkpoints"  # inside the map folder
-KEPT = 2
+FOLDER = "checkpoints"  # inside the map folder, so that they are not listed as maps
+KEPT = 2  # so that one that cannot be read leaves another; numbered, as clocks may be set back
+INTERVAL_S = 15.0  # after which a changed map is written: what a crash loses at most
+# Changed cells after which it is written sooner: as many as ten frames of new floor change.
+MANY_CELLS = 20_000
+SOONER_S = INTERVAL_S / 3
 
 
 def write_next(folder: Path, to_file: Callable[[Path], object]) -> Path:
@@ -102,8 +106,8 @@ LOG = logging.getLogger("onemap.mapper")
 class Checkpoints:
     """The checkpoints of one mapper."""
 
-    def __init__(self, folder: Path, params: CheckpointParams, live: LiveMap) -> None:
-        self._folder, self._params, self._live = folder, params, live
+    def __init__(self, folder: Path, live: LiveMap) -> None:
+        self._folder, self._live = folder, live
         self._writer = ThreadPoolExecutor(1, "checkpoint")
         self._writing: Future[None] | None = None
         self._saved_revision = 0
@@ -119,13 +123,11 @@ class Checkpoints:
         Raises what the last one raised unexpectedly.
         """
         since_s = now_s - self._saved_s
-        if self._busy() or not self._params.checkpoint_interval_s:
-            return
-        if not self._params.may_be_due(since_s):
+        if self._busy() or since_s < SOONER_S:
             return
         with self._live.lock:
             changed = self._changed_cells()
-        if self._params.is_due(since_s, changed):
+        if changed and (since_s >= INTERVAL_S or changed >= MANY_CELLS):
             self._saved_s = now_s
             self._writing = self._writer.submit(self._write)
 
@@ -140,8 +142,7 @@ class Checkpoints:
     def close(self) -> None:
         """Wait for a checkpoint that is being written; write the newest state."""
         self._writer.shutdown()
-        if self._params.checkpoint_interval_s:
-            self._write()
+        self._write()
 
     def _busy(self) -> bool:
         """Whether one is being written."""
@@ -189,13 +190,8 @@ class Checkpoints:
         self.problem = problem
 
 
-def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
-    """The map of the newest checkpoint that fits the configuration; what does not is logged.
-
-    None without ``resume``; the mapper removes them with the first frame, if it is of their world.
-    """
-    if not params.resume:
-        return None
+def resumed(folder: Path, params: MapParams) -> BeliefMap | None:
+    """The map of the newest checkpoint that fits the configuration; what does not is logged."""
     content, problems = newest(folder)
     for problem in problems:
         LOG.error("%s", problem)

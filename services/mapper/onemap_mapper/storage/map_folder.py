@@ -11,8 +11,8 @@ more than two maps disagree about a voxel.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -135,6 +135,21 @@ LOG = logging.getLogger("onemap.mapper")
 Edit = Callable[[Callable[[BeliefMap], None]], MapSummary]
 
 
+@contextmanager
+def refusing(doing: str) -> Iterator[None]:
+    """What goes wrong with a map's file, as a refusal that names what was being done."""
+    try:
+        yield
+    except MapNotFound as problem:
+        raise RequestRejected("unknown_map", str(problem)) from problem
+    except EncoderMismatch as problem:
+        raise RequestRejected("encoder_mismatch", str(problem)) from problem
+    except QuotaExceeded as problem:
+        raise RequestRejected("storage", str(problem)) from problem
+    except OSError as problem:
+        raise RequestRejected("storage", f"cannot {doing}: {problem.strerror}") from problem
+
+
 class SavedMaps:
     """Answers about the files of the map folder.
 
@@ -153,21 +168,13 @@ class SavedMaps:
         """The saved maps, or the one of the request's name."""
         if not request.name:
             return saved_maps(self._config.map_folder)
-        try:
+        with refusing(f"read map {request.name}"):
             return MapList((saved_map(self._config.map_folder, request.name),))
-        except MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
 
     def delete_map(self, request: MapFile) -> SavedMap:
         """Delete a saved map; the map in memory stays."""
-        try:
+        with refusing(f"delete map {request.name}"):
             deleted = delete(self._config.map_folder, request.name)
-        except MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected(
-                "storage", f"cannot delete map {request.name}: {problem.strerror}"
-            ) from problem
         LOG.info("deleted map %s", request.name)
         return deleted
 
@@ -175,16 +182,10 @@ class SavedMaps:
         """Fuse a saved map into the map in use; a rejected one changes nothing."""
         path = map_path(self._config.map_folder, request.name)
         moved = PlanarCorrection(request.yaw_rad, request.x_m, request.y_m)
-        try:
+        with refusing(f"read {path}"):
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
             summary = self._edit(lambda belief: merge_into(belief, content, moved))
-        except MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-        except EncoderMismatch as problem:
-            raise RequestRejected("encoder_mismatch", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected("storage", f"cannot read {path}: {problem.strerror}") from problem
         ours = self._objects.memory
         self._objects.replace(merged_objects(ours, content.objects, moved))
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)
