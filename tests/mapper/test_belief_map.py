@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 import torch
@@ -12,7 +10,6 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
-from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.view_log import (
     KEYFRAME_DEG,
     KEYFRAME_M,
@@ -97,15 +94,6 @@ def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
         with pytest.raises(FieldRejected, match="clear the map"):
             belief.fuse(compute_update(field, belief.params))
     assert (belief.revision, belief.store.count, belief.frames_fused) == before
-
-
-def test_a_pose_that_jumps_is_refused_and_nothing_changes() -> None:
-    belief = mapped(fields()[:1])
-    before = (belief.revision, belief.store.count, belief.memory_bytes)
-    jumped = dataclasses.replace(fields()[1], T_map_camera=scenes.pose(5000.0))
-    with pytest.raises(MapTooLarge):
-        belief.fuse(compute_update(jumped, belief.params))
-    assert (belief.revision, belief.store.count, belief.memory_bytes) == before
 
 
 def test_the_robots_own_place_is_free_at_first_sight_only(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from onemap_mapper.frame import camera_check
 from onemap_mapper.frame.camera_check import (
-    READING_LIFETIME_S,
     CameraPose2D,
     DepthDiagnostics,
     FloorMonitor,
@@ -71,11 +70,6 @@ def test_a_wrong_angle_of_the_camera_tilts_the_floor_by_it(axis: int, error_deg:
     assert np.degrees(surface.tilt_rad) == pytest.approx(abs(error_deg), rel=0.07)
 
 
-def test_the_floor_is_found_below_a_table() -> None:
-    table = scenes.Box((0.8, -0.4, 0.5), (1.6, 0.4, 0.55))
-    assert height_in(depth_of(table)) == pytest.approx(0.0, abs=0.01)
-
-
 @pytest.mark.parametrize("noise_m", [0.0, 0.01])
 def test_noise_that_grows_with_the_square_of_the_distance_leaves_the_floor(noise_m: float) -> None:
     depth_m = depth_of()
@@ -122,7 +116,6 @@ def test_impossible_images_and_cameras_are_no_crash(size: tuple[int, int], focal
 
 FLOOR = LevelSurface(0.01, radians(0.5))
 TABLE_TOP = LevelSurface(0.45, radians(0.5))
-HERE = CameraPose2D(0.0, 0.0, 0.0)
 
 
 def turning(surface: LevelSurface, degrees: int, *, at_s: float = 0.0) -> FloorMonitor:
@@ -159,14 +152,6 @@ def test_a_tilt_is_reported_though_the_height_depends_on_the_distance() -> None:
     assessment = monitor.assessment(6.0)
     assert assessment.state is FloorState.INCONSISTENT
     assert "5.0 degrees" in assessment.problem
-
-
-def test_old_readings_expire() -> None:
-    wrong = turning(TABLE_TOP, 120)
-    assert state(wrong, READING_LIFETIME_S) is FloorState.INCONSISTENT
-    assert state(wrong, 2 * READING_LIFETIME_S) is FloorState.UNKNOWN
-    later = wrong.with_surface(FLOOR, HERE, 3 * READING_LIFETIME_S)
-    assert len(later.readings) == 1
 
 
 AHEAD = CameraPose2D(0.0, 0.0, 0.0)
@@ -207,13 +192,6 @@ def test_a_wrong_floor_is_reported_as_sentence_and_metrics() -> None:
     metrics = telemetry.metrics(2.0, Counters())
     assert metrics["floor_height_m"] == pytest.approx(-0.3)
     assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
-
-
-def test_a_new_map_forgets_the_floor() -> None:
-    telemetry = fed(*reported(0.3))
-    telemetry.reset_floor()
-    assert telemetry.problem(1.5) == ""
-    assert telemetry.metrics(1.5, Counters())["floor_viewpoints"] == 0
 
 
 def test_silence_and_rejected_frames_are_reported() -> None:

@@ -17,7 +17,6 @@ from onemap_mapper.belief.cells import (
     gain,
     searched_row,
 )
-from onemap_mapper.belief.features import rounded, seeds
 from onemap_mapper.belief.view_log import Views
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
@@ -189,16 +188,6 @@ def test_order_does_not_matter(seed: int, frames: int) -> None:
     two = fuse_all(features[order], confidences[order])
     torch.testing.assert_close(one[0], two[0], atol=1e-5, rtol=1e-4)
     torch.testing.assert_close(one[1], two[1])
-
-
-@given(seed=st.integers(0, 2**16), scale=st.sampled_from([1e-6, 1e-3, 0.04, 1.0, 3e4]))
-def test_a_value_becomes_one_of_its_two_neighbours(seed: int, scale: float) -> None:
-    rng = np.random.default_rng(seed)
-    values = torch.from_numpy(rng.uniform(-scale, scale, (5, 33)).astype(np.float32))
-    found = rounded(values, seeds(torch.from_numpy(rng.uniform(0, 300, 5)))).numpy()
-    nearest = values.numpy().astype(np.float16)
-    step = np.maximum(np.spacing(np.abs(nearest)), np.spacing(np.abs(found))).astype(np.float64)
-    assert (np.abs(found.astype(np.float64) - values.numpy()) <= step).all()
 
 
 @pytest.mark.skipif(not features.HALF, reason="numba, or float16 in the processor, is missing")

@@ -17,9 +17,8 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.storage import checkpoints as checkpoint_file
 from onemap_mapper.storage import map_file
-from onemap_mapper.storage.checkpoints import FOLDER, Checkpoints, newest, remove_all, resumed
+from onemap_mapper.storage.checkpoints import Checkpoints, newest, resumed
 from onemap_mapper.storage.map_file import LiveMap
-from onemap_mapper.storage.map_folder import saved_maps
 from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 
@@ -225,18 +224,6 @@ def test_a_full_disk_is_said_once_and_ends(
     assert mapped.checkpoints.problem == ""
 
 
-def test_old_checkpoints_that_cannot_be_removed_are_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(_folder: Path) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    mapped = Mapped(tmp_path)
-    monkeypatch.setattr(checkpoint_file, "remove_all", refused)
-    mapped.checkpoints.replaced(due=False)
-    assert "a restart resumes an old map" in mapped.checkpoints.problem
-
-
 @pytest.fixture(scope="module")
 def taken() -> MapSnapshot:
     belief = BeliefMap(scenes.params())
@@ -257,19 +244,6 @@ def frames_of(folder: Path) -> int | None:
     return None if content is None else content.header.frames_fused
 
 
-def test_without_a_file_there_is_no_checkpoint(tmp_path: Path) -> None:
-    assert newest(tmp_path / "none") == (None, [])
-
-
-def test_the_newest_of_two_is_read_and_older_ones_go(taken: MapSnapshot, tmp_path: Path) -> None:
-    for frames in range(1, 13):
-        path = write(tmp_path, numbered(taken, frames))
-        assert frames_of(tmp_path) == frames
-    assert path.name == "00000012.npz"
-    assert len(list((tmp_path / FOLDER).iterdir())) == 2
-    assert saved_maps(tmp_path).maps == ()
-
-
 def test_a_damaged_one_leaves_the_one_before(taken: MapSnapshot, tmp_path: Path) -> None:
     write(tmp_path, numbered(taken, 1))
     path = write(tmp_path, numbered(taken, 2))
@@ -281,12 +255,3 @@ def test_a_damaged_one_leaves_the_one_before(taken: MapSnapshot, tmp_path: Path)
     assert f"checkpoint {path} cannot be used" in problems[0]
     write(tmp_path, numbered(taken, 3))
     assert frames_of(tmp_path) == 3
-
-
-def test_other_files_are_left_alone(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(tmp_path, taken)
-    other = tmp_path / FOLDER / "mine.npz"
-    other.write_bytes(b"mine")
-    remove_all(tmp_path)
-    assert frames_of(tmp_path) is None
-    assert other.read_bytes() == b"mine"

@@ -13,17 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.storage import objects
-from onemap_mapper.storage.map_folder import saved_maps
 from onemap_mapper.storage.objects import (
     FILE_NAME,
     NO_OBJECTS,
-    SET_ASIDE,
     ObjectKeeper,
     ObjectMemory,
     from_bytes,
     read_objects,
     to_bytes,
-    write_objects,
 )
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
@@ -106,38 +103,6 @@ def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
         to_bytes(ObjectMemory(version=-1))
 
 
-MEMORY = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff")
-
-
-def test_what_is_written_is_read_and_is_no_map(tmp_path: Path) -> None:
-    folder = tmp_path / "maps"
-    assert read_objects(folder) == (NO_OBJECTS, "")
-    write_objects(folder, MEMORY)
-    assert read_objects(folder) == (MEMORY, "")
-    assert saved_maps(folder).maps == ()
-
-
-def test_without_objects_there_is_no_file_and_no_folder(tmp_path: Path) -> None:
-    folder = tmp_path / "maps"
-    write_objects(folder, NO_OBJECTS)
-    assert not folder.exists()
-    write_objects(folder, MEMORY)
-    write_objects(folder, NO_OBJECTS)
-    assert list(folder.iterdir()) == []
-
-
-def test_an_unreadable_file_is_set_aside(tmp_path: Path) -> None:
-    write_objects(tmp_path, MEMORY)
-    damaged = (tmp_path / FILE_NAME).read_bytes()[:-8]
-    (tmp_path / FILE_NAME).write_bytes(damaged)
-    memory, problem = read_objects(tmp_path)
-    assert memory == NO_OBJECTS
-    assert "the found objects are lost" in problem
-    assert f"is now {SET_ASIDE}" in problem
-    assert (tmp_path / SET_ASIDE).read_bytes() == damaged
-    assert read_objects(tmp_path) == (NO_OBJECTS, "")
-
-
 def test_a_file_that_cannot_be_renamed_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -199,14 +164,6 @@ def test_an_unknown_object_is_refused(
     with pytest.raises(RemoteError, match="no object 'nix'") as refusal:
         Kept(tmp_path).client.call(procedure, ObjectId("nix"))
     assert refusal.value.code == "unknown_object"
-
-
-def test_a_repeated_find_is_acknowledged_and_not_counted(tmp_path: Path) -> None:
-    kept = Kept(tmp_path)
-    bed = kept.remember("bed")
-    kept.remember("sofa")
-    assert kept.remember("bed") == bed
-    assert kept.announced == [1, 2]
 
 
 def test_objects_survive_a_restart_with_their_version(tmp_path: Path) -> None:

@@ -41,12 +41,6 @@ def doubled(value: float) -> float:
     return 2 * value
 
 
-def test_without_numba_a_function_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jit, "numba", None)
-    assert jit.compiled(doubled) is doubled
-    assert jit.compiled_fast(doubled) is doubled
-
-
 def test_without_a_folder_for_its_code_a_function_is_compiled_all_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -95,20 +89,6 @@ def test_a_compilation_is_announced_once_and_loading_is_not(
             total(np.arange(4.0, dtype=np.float32))
     assert said == [f"compiling the map's kernels, once; cached in {total.stats.cache_path}"]
     assert str(folder) in said[0]
-
-
-@pytest.mark.parametrize(
-    ("missing", "says"),
-    [
-        ("", "compiled with numba"),
-        ("No module named 'numba'", "No module named 'numba'; pip install numba"),
-    ],
-)
-def test_the_log_says_why_frames_take_longer(
-    missing: str, says: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(jit, "MISSING", missing)
-    assert says in jit.described()
 
 
 def test_arithmetic_keeps_its_order() -> None:

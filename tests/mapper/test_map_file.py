@@ -104,23 +104,6 @@ def test_damaged_heights_and_views_are_refused(
             read(rewritten(tmp_path / "a.npz", **{name: None}))
 
 
-def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path: Path) -> None:
-    """Files of earlier releases have them: a renamed field must not change them."""
-    write(taken, tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz") as archive:
-        header = json.loads(str(archive["header"]))
-        assert set(archive.files) == {
-            *("header", "cells", "features", "confidence", "searched", "explored"),
-            *("driving_cells", "evidence", "clear", "heights"),
-            *("view_poses", "best_view", "view_confidence", "last_seen_ns"),
-        }
-    assert set(header) == {
-        *("format", "version", "encoder_id", "text_space", "dimension", "cell_size_m"),
-        *("obstacle_min_height_m", "obstacle_max_height_m", "frames_fused", "sequence", "stamp_ns"),
-    }
-    assert (header["format"], header["version"]) == ("onemap-map", 2)
-
-
 @pytest.mark.parametrize(
     "name",
     ["", ".", "..", "../a", "a/b", "/etc/passwd", "a\\b", ".hidden", "a b", "ä", "a\n", "a\0"],
@@ -206,15 +189,6 @@ def test_a_bomb_is_refused_before_it_is_unpacked(taken: MapSnapshot, tmp_path: P
         tracemalloc.stop()
 
 
-def test_a_map_larger_than_the_configuration_allows_is_not_read(
-    taken: MapSnapshot, tmp_path: Path
-) -> None:
-    write(taken, tmp_path / "a.npz")
-    assert read(tmp_path / "a.npz", max_cells=len(taken.driving_cells) + len(taken.cells))
-    with pytest.raises(MapFileError, match="max_extent_m and cell_size_m allow 100"):
-        read(tmp_path / "a.npz", max_cells=100)
-
-
 @pytest.mark.parametrize(
     "header",
     [
@@ -259,15 +233,6 @@ def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> 
     for arrays in wrong:
         with pytest.raises(MapFileError, match="damaged"):
             read(rewritten(tmp_path / "a.npz", **arrays))
-
-
-def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "a.bin"
-    for content in (b"one", b"two"):
-        with replacing(path) as file:
-            file.write(content)
-        assert path.read_bytes() == content
-    assert list(path.parent.iterdir()) == [path]
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:

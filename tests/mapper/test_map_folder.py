@@ -21,14 +21,12 @@ from onemap_mapper.storage.map_folder import (
     delete,
     merge_into,
     merged_objects,
-    saved_map,
     saved_maps,
 )
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
 from onemap_shared import keys
 from onemap_shared.messages import MapFile, MapMerge, PicturedObject
-from onemap_shared.transport import RemoteError
 from tests.gateway.fakes import kept_object
 from tests.mapper import scenes
 from tests.mapper.test_map_file import rewritten
@@ -46,19 +44,6 @@ def taken() -> MapSnapshot:
 
 def aged(path: Path, saved_ns: int) -> None:
     os.utime(path, ns=(saved_ns, saved_ns))
-
-
-def test_a_map_is_described_by_its_header(taken: MapSnapshot, tmp_path: Path) -> None:
-    size = write(taken, tmp_path / "flat.npz")
-    aged(tmp_path / "flat.npz", 1_767_225_600_000_000_000)
-    found = saved_map(tmp_path, "flat")
-    assert found == saved_map(tmp_path, "flat.npz")
-    assert (found.name, found.file_bytes) == ("flat", size)
-    assert found.saved_ns == 1_767_225_600_000_000_000
-    assert found.cells_observed == len(taken.cells) > 0
-    assert (found.encoder_id, found.text_space) == ("encoder-a", "space-a")
-    assert found.cell_size_m == taken.header.cell_size_m
-    assert (found.frames_fused, found.problem) == (1, "")
 
 
 def test_maps_are_listed_newest_first_under_names_that_load(
@@ -123,16 +108,6 @@ def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
     assert summary.frames_fused == 2
     assert rig.mapper._map.revision > revision
     assert rig.mapper._map.store.confidence.numpy() == pytest.approx(2 * before)
-
-
-def test_what_cannot_be_merged_is_refused(tmp_path: Path) -> None:
-    rig = Rig(tmp_path)
-    with pytest.raises(RemoteError, match="there is no map"):
-        rig.client.call(keys.MAP_MERGE, MapMerge("nothing"))
-    rig.feed(scenes.field(0, scenes.pose()))
-    rig.mapper.save(MapFile("flat"))
-    with pytest.raises(RemoteError, match="too large"):
-        rig.client.call(keys.MAP_MERGE, MapMerge("flat", 9000.0))
 
 
 def mapped(*poses: tuple[float, float, float], seed: int = 0) -> BeliefMap:

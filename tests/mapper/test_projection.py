@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from onemap_mapper.frame import cloud as cloud_module
 from onemap_mapper.frame.cloud import DeviceCloud, PointCloud
 from onemap_mapper.frame.projection import (
-    MAX_ENTRIES,
-    MAX_FRAME_CELLS,
     CellWeights,
     cell_features,
     project,
@@ -21,7 +19,6 @@ from onemap_mapper.frame.projection import (
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, Bool, camera_mount, pose_2d, transform
-from onemap_shared.grid import GridTooLarge
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
@@ -85,24 +82,6 @@ def test_range_and_height_limit_the_pixels() -> None:
     )
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)
-
-
-@pytest.mark.parametrize(
-    ("side", "patch_shape"), [(12, (2, MAX_ENTRIES)), (2 * int(MAX_FRAME_CELLS**0.5), (1, 1))]
-)
-def test_a_frame_of_too_many_cells_or_patches_is_refused(
-    side: int, patch_shape: tuple[int, int]
-) -> None:
-    camera = Intrinsics(side / 200, side / 200, side / 2, side / 2)  # a cell or more for each pixel
-    ones = torch.ones((side, side))
-    cloud = DeviceCloud.of(ones, intrinsics=camera, T_map_camera=np.eye(4))
-    with pytest.raises(GridTooLarge, match="are the intrinsics right"):
-        project(
-            cloud,
-            ones,
-            patch_shape=patch_shape,
-            params=EVERYTHING,
-        )
 
 
 CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)

@@ -77,13 +77,6 @@ def test_another_grid_is_refused(belief: BeliefMap, changes: dict[str, Any]) -> 
         restored(take(belief), **changes)
 
 
-def test_a_map_beyond_the_extent_is_refused(belief: BeliefMap) -> None:
-    taken = take(belief)
-    far = dataclasses.replace(taken, cells=taken.cells + np.int32(10_000))
-    with pytest.raises(MapFileError, match=r"larger than max_extent_m"):
-        restored(far, max_extent_m=10)
-
-
 def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
     taken = take(belief)
     header = dataclasses.replace(taken.header, version=1)
