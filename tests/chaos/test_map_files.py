@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.storage import map_file
+from onemap_mapper.storage.objects import NO_OBJECTS
 from onemap_mapper.storage.snapshot import MapFileError, restore, take
 from tests.chaos.report import Attack
 from tests.chaos.test_wire import mutated

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper.checkpoint_file import newest
 from onemap_mapper.storage import map_file
+from onemap_mapper.storage.checkpoints import newest
 from onemap_shared.messages import MapRevision
 from tests.end_to_end.conftest import SIMULATOR
 from tests.end_to_end.system import START_S, System

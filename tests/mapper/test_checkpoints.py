@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import threading
 from collections.abc import Callable
@@ -11,15 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_mapper import checkpoint_file
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.params import CheckpointParams
-from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.params import MapParams
+from onemap_mapper.storage import checkpoints as checkpoint_file
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.checkpoints import Checkpoints, newest, resumed
+from onemap_mapper.storage.map_file import LiveMap
+from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 
-PARAMS = CheckpointParams()
+PARAMS = MapParams()
 LATER_S = 1e9  # of the monotonic clock
 Writes = Callable[[Path], object]
 
@@ -27,11 +30,11 @@ Writes = Callable[[Path], object]
 class Mapped:
     """A map that grows, with its checkpoints."""
 
-    def __init__(self, folder: Path, params: CheckpointParams = PARAMS) -> None:
-        self.belief = BeliefMap(params)
+    def __init__(self, folder: Path) -> None:
+        self.belief = BeliefMap(PARAMS)
         self.lock = threading.Lock()
         live = LiveMap(self.lock, lambda: self.belief)
-        self.checkpoints = Checkpoints(folder, params, live)
+        self.checkpoints = Checkpoints(folder, live)
         self.now_s = LATER_S
 
     def see(self, sequence: int) -> None:
@@ -47,7 +50,7 @@ class Mapped:
         return self.checkpoints.written
 
 
-def cells_of(folder: Path, params: CheckpointParams = PARAMS) -> int:
+def cells_of(folder: Path, params: MapParams = PARAMS) -> int:
     belief = resumed(folder, params)
     return 0 if belief is None else belief.store.count
 
@@ -59,7 +62,7 @@ def test_a_changed_map_is_written_after_the_interval(tmp_path: Path) -> None:
     assert mapped.poll(0.0) == 1
     assert cells_of(tmp_path) == mapped.belief.store.count
     mapped.see(1)
-    assert mapped.poll(PARAMS.checkpoint_interval_s - 1) == 1
+    assert mapped.poll(checkpoint_file.INTERVAL_S - 1) == 1
     assert mapped.poll(2.0) == 2
     assert cells_of(tmp_path) == mapped.belief.store.count
     assert mapped.poll(100.0) == 2  # nothing changed
@@ -67,14 +70,16 @@ def test_a_changed_map_is_written_after_the_interval(tmp_path: Path) -> None:
     assert mapped.poll(0.0) == 3
 
 
-def test_many_changed_cells_are_written_sooner(tmp_path: Path) -> None:
-    params = CheckpointParams(checkpoint_cells=100)
-    mapped = Mapped(tmp_path, params)
+def test_many_changed_cells_are_written_sooner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checkpoint_file, "MANY_CELLS", 100)
+    mapped = Mapped(tmp_path)
     mapped.see(0)
     assert mapped.poll(0.0) == 1
     mapped.see(1)
-    assert mapped.poll(params.checkpoint_interval_s / 4) == 1
-    assert mapped.poll(params.checkpoint_interval_s / 6) == 2
+    assert mapped.poll(checkpoint_file.INTERVAL_S / 4) == 1
+    assert mapped.poll(checkpoint_file.INTERVAL_S / 6) == 2
 
 
 def test_the_end_of_the_mapper_writes_what_changed(tmp_path: Path) -> None:
@@ -98,28 +103,13 @@ def test_the_resumed_map_is_the_map(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.layers(), mapped.belief.layers())
 
 
-def test_without_an_interval_nothing_is_written(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path, CheckpointParams(checkpoint_interval_s=0))
-    mapped.see(0)
-    assert mapped.poll(1e6) == 0
-    mapped.checkpoints.close()
-    assert not list(tmp_path.iterdir())
-
-
-def test_whoever_says_so_starts_empty(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path)
-    mapped.see(0)
-    mapped.checkpoints.close()
-    assert cells_of(tmp_path, CheckpointParams(resume=False)) == 0
-
-
 def test_a_checkpoint_of_another_grid_is_not_resumed(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     mapped = Mapped(tmp_path)
     mapped.see(0)
     mapped.checkpoints.close()
-    assert cells_of(tmp_path, CheckpointParams(cell_size_m=0.2)) == 0
+    assert cells_of(tmp_path, MapParams(cell_size_m=0.2)) == 0
     assert "not resumed: the map has cell size" in caplog.text
 
 
@@ -136,7 +126,7 @@ def test_a_cleared_map_does_not_come_back(tmp_path: Path) -> None:
 def test_a_map_cleared_while_it_is_written_does_not_come_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
 
     def cleared_meanwhile(folder: Path, to_file: Writes) -> Path:
         mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
@@ -144,7 +134,7 @@ def test_a_map_cleared_while_it_is_written_does_not_come_back(
         return write(folder, to_file)
 
     mapped.see(0)
-    monkeypatch.setattr(checkpoint_file, "write", cleared_meanwhile)
+    monkeypatch.setattr(checkpoint_file, "write_next", cleared_meanwhile)
     assert mapped.poll(0.0) == 0
     assert cells_of(tmp_path) == 0
 
@@ -164,7 +154,7 @@ def test_a_loaded_map_is_written_at_once(tmp_path: Path) -> None:
 def test_frames_are_fused_while_a_checkpoint_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
     writing, go_on = threading.Event(), threading.Event()
 
     def slow(folder: Path, to_file: Writes) -> Path:
@@ -172,7 +162,7 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
         assert go_on.wait(60.0)
         return write(folder, to_file)
 
-    monkeypatch.setattr(checkpoint_file, "write", slow)
+    monkeypatch.setattr(checkpoint_file, "write_next", slow)
     mapped.see(0)
     mapped.checkpoints.poll(mapped.now_s)
     assert writing.wait(60.0)
@@ -186,13 +176,13 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
 
 
 def test_one_thread_writes_all_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write, []
+    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write_next, []
 
     def seen(folder: Path, to_file: Writes) -> Path:
         writers.append(threading.current_thread())
         return write(folder, to_file)
 
-    monkeypatch.setattr(checkpoint_file, "write", seen)
+    monkeypatch.setattr(checkpoint_file, "write_next", seen)
     for sequence in range(3):
         mapped.see(sequence)
         mapped.poll(100.0)
@@ -208,7 +198,7 @@ def test_what_nobody_expected_ends_the_mapper(
 
     mapped = Mapped(tmp_path)
     mapped.see(0)
-    monkeypatch.setattr(checkpoint_file, "write", wrong)
+    monkeypatch.setattr(checkpoint_file, "write_next", wrong)
     mapped.poll(0.0)
     with pytest.raises(ZeroDivisionError):
         mapped.poll(1.0)
@@ -217,30 +207,51 @@ def test_what_nobody_expected_ends_the_mapper(
 def test_a_full_disk_is_said_once_and_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    mapped, write = Mapped(tmp_path), checkpoint_file.write_next
 
     def full(_folder: Path, _to_file: Writes) -> Path:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(checkpoint_file, "write", full)
+    monkeypatch.setattr(checkpoint_file, "write_next", full)
     mapped.see(0)
     with caplog.at_level(logging.ERROR):
         mapped.poll(0.0)
         mapped.poll(100.0)
     assert "No space left" in mapped.checkpoints.problem
     assert caplog.text.count("cannot write a checkpoint") == 1
-    monkeypatch.setattr(checkpoint_file, "write", write)
+    monkeypatch.setattr(checkpoint_file, "write_next", write)
     assert mapped.poll(100.0) == 1
     assert mapped.checkpoints.problem == ""
 
 
-def test_old_checkpoints_that_cannot_be_removed_are_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(_folder: Path) -> None:
-        raise PermissionError(13, "Permission denied")
+@pytest.fixture(scope="module")
+def taken() -> MapSnapshot:
+    belief = BeliefMap(scenes.params())
+    belief.fuse(compute_update(scenes.field(0, scenes.pose()), scenes.params()))
+    return take(belief)
 
-    mapped = Mapped(tmp_path)
-    monkeypatch.setattr(checkpoint_file, "remove_all", refused)
-    mapped.checkpoints.replaced(due=False)
-    assert "a restart resumes an old map" in mapped.checkpoints.problem
+
+def write(folder: Path, taken: MapSnapshot) -> Path:
+    return checkpoint_file.write_next(folder, lambda path: map_file.write(taken, path))
+
+
+def numbered(taken: MapSnapshot, frames: int) -> MapSnapshot:
+    return dataclasses.replace(taken, header=dataclasses.replace(taken.header, frames_fused=frames))
+
+
+def frames_of(folder: Path) -> int | None:
+    content, _ = newest(folder)
+    return None if content is None else content.header.frames_fused
+
+
+def test_a_damaged_one_leaves_the_one_before(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(tmp_path, numbered(taken, 1))
+    path = write(tmp_path, numbered(taken, 2))
+    path.write_bytes(path.read_bytes()[:1000])
+    content, problems = newest(tmp_path)
+    assert content is not None
+    assert content.header.frames_fused == 1
+    assert len(problems) == 1
+    assert f"checkpoint {path} cannot be used" in problems[0]
+    write(tmp_path, numbered(taken, 3))
+    assert frames_of(tmp_path) == 3

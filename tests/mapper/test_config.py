@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.params import CheckpointParams, MapParams
+from onemap_mapper.params import MapParams
 from onemap_shared.config import ConfigError, section
 
 
 def test_the_defaults_of_the_section_are_those_of_the_map() -> None:
-    assert MapperConfig().map == CheckpointParams()
+    assert MapperConfig().map == MapParams()
 
 
 def test_a_depth_camera_that_sees_less_far_ends_features_and_occupancy() -> None:

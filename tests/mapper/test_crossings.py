@@ -18,7 +18,7 @@ from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import similarity_reply
-from onemap_mapper.query.scores import KnownScores, MapScores
+from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.storage.snapshot import MapSnapshot, restore, take
 from onemap_shared.geometry import I64
@@ -130,18 +130,6 @@ def test_a_frame_is_sent_once(crossed: Crossings) -> None:
     assert sum(crossed.to_host) <= COUNTS
     assert len(found.cells) > COUNTS / 16
     assert len(found.occupancy.cells) > COUNTS / 16
-
-
-def test_a_planning_view_brings_back_what_changed(crossed: Crossings, large: BeliefMap) -> None:
-    scores = MapScores(large)
-    first = scores.changes([], KnownScores((), -1))
-    large.fuse(frame := update(1))
-    crossed.clear()
-    found = scores.changes([], KnownScores(first.serials, first.cells.number))
-    changed = len(found.cells.rows)
-    assert len(frame.cells) <= changed <= len(frame.cells) + len(frame.occupancy.cells)
-    assert sum(crossed.to_host) <= (8 + STATE + CONFIDENCES) * changed
-    assert crossed.to_device == []
 
 
 def test_a_new_text_brings_back_its_scores_and_no_feature(

@@ -109,25 +109,6 @@ def test_flat_floor_has_no_edge_in_spite_of_noise(mount: tuple[float, float]) ->
     assert (states(belief, np.arange(2.25, 3.5, 0.1), ACROSS) == Occupancy.FREE).mean() > 0.95
 
 
-@pytest.mark.parametrize("fall_m", [-0.03, -0.02, 0.02, 0.03])
-def test_a_threshold_of_a_door_is_no_edge(fall_m: float) -> None:
-    lower = Box((EDGE_M, -9, -8), (12, 9, -fall_m))
-    belief = seen((Box((-9, -9, -4), (EDGE_M, 9, 0)), lower), (1.0, 12.0), noise=0.002)
-    assert (states(belief, np.arange(2.2, 4.5, 0.1), ACROSS) == Occupancy.FREE).mean() > 0.95
-
-
-def test_a_ray_over_a_cell_does_not_make_it_free() -> None:
-    """Depth only from a wall's foot, not from the floor before it, as on glossy floor."""
-    depth = true_depth((*FLOOR, Box((4, -9, 0), (5, 9, 3))), 0.0, 1.0, 12.0)
-    T = pose_2d(0, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
-    cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
-    wall = PointCloud.of(
-        np.where(cloud.points_m[..., 2] > 0.2, depth, 0), intrinsics=CAMERA, T_map_camera=T
-    )
-    assert not occupancy_update(wall, PARAMS).clear.any()
-    assert occupancy_update(cloud, PARAMS).clear.any()
-
-
 def test_small_holes_in_the_depth_are_no_drops() -> None:
     rng = np.random.default_rng(3)
     depth = true_depth(FLOOR, 0.0, 1.0, 12.0)
@@ -199,14 +180,3 @@ def test_before_what_stands_on_a_floor_that_seems_lower_is_no_drop(pitch_deg: fl
     T = tilted(pitch_deg, 0.0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
     points = floor_points(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
     assert len(points.drops) == 0
-
-
-def test_a_drop_goes_when_floor_is_seen_there() -> None:
-    """A cover is laid over a hole."""
-    belief = seen(step_down(0.5), (1.0, 12.0))
-    depth = true_depth(FLOOR, 1.0, 1.0, 12.0)
-    T = pose_2d(1.0, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
-    frame = occupancy_update(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
-    for _ in range(15):
-        belief.fuse_occupancy(frame, belief.grow(frame.cells))
-    assert (states(belief, AT_EDGE, ACROSS) == Occupancy.FREE).all()

@@ -1,4 +1,4 @@
-"""The update of one frame against projection and blur as the equations read."""
+"""What one frame adds: projection and blur against the double loop, flying pixels."""
 
 from __future__ import annotations
 
@@ -7,11 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from onemap_mapper.frame.blur import MIN_WEIGHT
+from onemap_mapper.frame.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.update import compute_update
-from onemap_shared.geometry import Bool
+from onemap_mapper.occupancy.host import few_alike
+from onemap_mapper.params import MapParams
+from onemap_shared.camera import Intrinsics, ray_directions
+from onemap_shared.geometry import F32, Bool, camera_mount
 from onemap_shared.messages import FeatureField
 from tests.mapper import scenes
 from tests.reference import mapping as slow
@@ -80,8 +85,97 @@ def test_a_compiled_update_is_that_of_torch(max_rows: int) -> None:
         assert tilts[0] == pytest.approx(tilts[1], abs=1e-5)
 
 
-def test_the_field_is_only_read() -> None:
-    field = scenes.field(0, scenes.pose())
-    for array in (field.features, field.variance, field.depth_mm, field.T_map_camera):
-        array.flags.writeable = False
-    compute_update(field, PARAMS)
+def kernel(
+    cells: torch.Tensor, half_width: int, depth_factor: float = 0.02, *, compiled: bool = True
+) -> BlurKernel:
+    params = MapParams(
+        depth_factor=depth_factor, blur_half_width_cells=half_width, compiled=compiled
+    )
+    return blur_kernel(cells, camera_xy_m=(-0.3, 0.2), params=params)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@given(seed=st.integers(0, 2**16), half_width=st.integers(0, 3), factor=st.floats(0, 0.05))
+@settings(max_examples=25, deadline=None)
+def test_agrees_with_the_double_loop(
+    compiled: bool, seed: int, half_width: int, factor: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    cells = np.unique(rng.integers(-30, 30, (rng.integers(1, 40), 2)), axis=0)
+    features = rng.normal(size=(len(cells), 3)).astype(np.float32)
+    confidence = rng.uniform(0.1, 1, len(cells)).astype(np.float32)
+    fast = kernel(torch.from_numpy(cells), half_width, factor, compiled=compiled)
+    seen: slow.Cells = {
+        (int(x), int(y)): (features[i].astype(np.float64), float(confidence[i]))
+        for i, (x, y) in enumerate(cells)
+    }
+    expected = slow.blurred(
+        seen,
+        camera_xy_m=(-0.3, 0.2),
+        cell_size_m=0.1,
+        depth_factor=factor,
+        half_width=half_width,
+    )
+    values, weights = slow.table(expected, fast.cells.numpy())
+    tolerance = 49 * MIN_WEIGHT * 4  # what may be left out, times the largest feature
+    np.testing.assert_allclose(
+        blurred(fast, torch.from_numpy(features)).numpy(), values, atol=tolerance
+    )
+    np.testing.assert_allclose(
+        blurred(fast, torch.from_numpy(confidence)).numpy(), weights, atol=tolerance
+    )
+    kept = {(int(x), int(y)) for x, y in fast.cells}
+    assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in kept)
+
+
+SIZE = (120, 160)
+CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))
+
+
+def flying_pixels(depth_m: F32) -> Bool:
+    return few_alike(depth_m)
+
+
+def wall_and_box() -> F32:
+    """A wall at 4 m with a box at 2 m before it."""
+    depth_m = np.full(SIZE, 4.0, np.float32)
+    depth_m[40:80, 50:110] = 2.0
+    return depth_m
+
+
+def floor(height_m: float, pitch_rad: float) -> F32:
+    """Depth of the floor up to 5 m away, from a camera at this height; 0 beyond."""
+    rays = ray_directions(CAMERA, width=SIZE[1], height=SIZE[0])
+    down = -(rays @ camera_mount(0.0, height_m, pitch_rad)[:3, :3].T)[..., 2]
+    with np.errstate(divide="ignore"):
+        depth_m = np.where(down > 0, height_m / down, 0.0)
+    return np.where(depth_m <= 5.0, depth_m, 0.0).astype(np.float32)
+
+
+def test_surfaces_and_clean_edges_are_kept() -> None:
+    assert not flying_pixels(wall_and_box()).any()
+    assert not flying_pixels(np.zeros(SIZE, np.float32)).any()
+
+
+@pytest.mark.parametrize(("height_m", "pitch_rad"), [(1.0, 0.26), (0.3, 0.0), (1.2, 0.0)])
+def test_floor_at_a_flat_angle_is_kept(height_m: float, pitch_rad: float) -> None:
+    assert not flying_pixels(floor(height_m, pitch_rad)).any()
+
+
+def test_a_thin_pole_is_kept() -> None:
+    depth_m = np.full(SIZE, 4.0, np.float32)
+    depth_m[20:100, 70] = 1.5
+    assert not flying_pixels(depth_m)[21:99].any()
+
+
+def test_nearly_all_flying_pixels_are_dropped_and_nearly_nothing_else() -> None:
+    rng = np.random.default_rng(0)
+    depth_m = wall_and_box()
+    depth_m += rng.normal(0.0, 0.004 * depth_m**2).astype(np.float32)
+    edge = np.zeros(SIZE, bool)
+    edge[40:80, [49, 50, 109, 110]] = True
+    flying = edge & (rng.random(SIZE) < 0.3)
+    depth_m[flying] = rng.uniform(2.2, 3.8, int(flying.sum()))
+    dropped = flying_pixels(depth_m)
+    assert dropped[flying].mean() > 0.9
+    assert dropped[~flying].mean() < 0.005

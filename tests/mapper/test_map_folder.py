@@ -1,20 +1,36 @@
-"""Saved maps are listed as they can be loaded, and deleted; nothing outside the folder is."""
+"""The saved maps of a folder: listed, deleted, merged in any order."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.map_folder import QuotaExceeded, check_quota, delete, saved_map, saved_maps
 from onemap_mapper.storage.map_file import MapNotFound, map_path, write
-from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
+from onemap_mapper.storage.map_folder import (
+    QuotaExceeded,
+    check_quota,
+    delete,
+    merge_into,
+    merged_objects,
+    saved_maps,
+)
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
+from onemap_shared import keys
+from onemap_shared.messages import MapFile, MapMerge, PicturedObject
+from tests.gateway.fakes import kept_object
 from tests.mapper import scenes
 from tests.mapper.test_map_file import rewritten
+from tests.mapper.test_service import Rig
 
 PARAMS = scenes.params()
 
@@ -28,19 +44,6 @@ def taken() -> MapSnapshot:
 
 def aged(path: Path, saved_ns: int) -> None:
     os.utime(path, ns=(saved_ns, saved_ns))
-
-
-def test_a_map_is_described_by_its_header(taken: MapSnapshot, tmp_path: Path) -> None:
-    size = write(taken, tmp_path / "flat.npz")
-    aged(tmp_path / "flat.npz", 1_767_225_600_000_000_000)
-    found = saved_map(tmp_path, "flat")
-    assert found == saved_map(tmp_path, "flat.npz")
-    assert (found.name, found.file_bytes) == ("flat", size)
-    assert found.saved_ns == 1_767_225_600_000_000_000
-    assert found.cells_observed == len(taken.cells) > 0
-    assert (found.encoder_id, found.text_space) == ("encoder-a", "space-a")
-    assert found.cell_size_m == taken.header.cell_size_m
-    assert (found.frames_fused, found.problem) == (1, "")
 
 
 def test_maps_are_listed_newest_first_under_names_that_load(
@@ -83,19 +86,6 @@ def test_a_deleted_map_is_gone_and_the_others_stay(taken: MapSnapshot, tmp_path:
         delete(tmp_path, "a")
 
 
-@pytest.mark.parametrize("name", ["../outside", "/etc/passwd", "", ".", "a/../../outside"])
-def test_nothing_outside_the_folder_is_deleted(
-    taken: MapSnapshot, tmp_path: Path, name: str
-) -> None:
-    outside = tmp_path / "outside.npz"
-    write(taken, outside)
-    (tmp_path / "maps").mkdir()
-    for act in (delete, saved_map):
-        with pytest.raises(MapFileError, match="not allowed"):
-            act(tmp_path / "maps", name)
-    assert outside.is_file()
-
-
 def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path) -> None:
     size = write(taken, tmp_path / "a.npz")
     check_quota(tmp_path / "b.npz", 10**6 - size, 1)
@@ -105,3 +95,127 @@ def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path
     check_quota(tmp_path / "none" / "a.npz", 10**6, 1)
     (tmp_path / "gone.npz").symlink_to(tmp_path / "nowhere")
     check_quota(tmp_path / "a.npz", 10**6, 1)
+
+
+def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.mapper.save(MapFile("flat"))
+    before = rig.mapper._map.store.confidence.numpy().copy()
+    revision = rig.mapper._map.revision
+    summary = rig.client.call(keys.MAP_MERGE, MapMerge("flat"))
+    assert summary.cells_observed == len(before)
+    assert summary.frames_fused == 2
+    assert rig.mapper._map.revision > revision
+    assert rig.mapper._map.store.confidence.numpy() == pytest.approx(2 * before)
+
+
+def mapped(*poses: tuple[float, float, float], seed: int = 0) -> BeliefMap:
+    belief = BeliefMap(PARAMS)
+    rng = np.random.default_rng(seed)
+    for sequence, (x_m, y_m, yaw_rad) in enumerate(poses):
+        features = rng.normal(size=(6, 8, 16)).astype(np.float32)
+        field = scenes.field(sequence, scenes.pose(x_m, y_m, yaw_rad), features=features)
+        belief.fuse(compute_update(field, PARAMS))
+    return belief
+
+
+def merged(*maps: MapSnapshot, moved: PlanarCorrection = NO_CORRECTION) -> BeliefMap:
+    belief = BeliefMap(PARAMS)
+    for each in maps:
+        merge_into(belief, each, moved)
+    return belief
+
+
+def by_cell(belief: BeliefMap) -> dict[tuple[int, int], tuple[np.ndarray, float]]:
+    """Feature and confidence of each cell."""
+    features = belief.store.features(np.arange(belief.store.count)).numpy()
+    confidence = belief.store.confidence.numpy()
+    return {
+        (int(x), int(y)): (features[slot], float(confidence[slot]))
+        for slot, (x, y) in enumerate(belief.store.cells)
+    }
+
+
+def assert_same(one: BeliefMap, other: BeliefMap) -> None:
+    first, second = by_cell(one), by_cell(other)
+    assert first.keys() == second.keys()
+    for cell, (feature, confidence) in first.items():
+        np.testing.assert_allclose(feature, second[cell][0], atol=1e-4)
+        assert confidence == pytest.approx(second[cell][1], rel=1e-5)
+    a, b = take(one), take(other)
+    order = [np.lexsort(each.driving_cells.T) for each in (a, b)]
+    for part in ("driving_cells", "evidence", "clear"):
+        np.testing.assert_array_equal(getattr(a, part)[order[0]], getattr(b, part)[order[1]])
+
+
+@given(seed=st.integers(0, 2**16), x_m=st.floats(-1, 1), yaw_rad=st.floats(-3, 3))
+@settings(max_examples=10, deadline=None)
+def test_it_does_not_matter_which_map_came_first(seed: int, x_m: float, yaw_rad: float) -> None:
+    one = take(mapped((0.0, 0.0, 0.0), seed=seed))
+    other = take(mapped((x_m, 0.3, yaw_rad), seed=seed + 1))
+    assert_same(merged(one, other), merged(other, one))
+
+
+def test_a_merged_map_is_that_of_all_frames() -> None:
+    """The inverse-variance mean of two maps is that of their frames."""
+    poses = ((0.0, 0.0, 0.0), (0.4, 0.2, 0.5))
+    together = by_cell(mapped(*poses, seed=3))
+    rng = np.random.default_rng(3)
+    parts = []
+    for sequence, pose in enumerate(poses):
+        belief = BeliefMap(PARAMS)
+        features = rng.normal(size=(6, 8, 16)).astype(np.float32)
+        belief.fuse(
+            compute_update(scenes.field(sequence, scenes.pose(*pose), features=features), PARAMS)
+        )
+        parts.append(take(belief))
+    for cell, (feature, confidence) in by_cell(merged(*parts)).items():
+        np.testing.assert_allclose(feature, together[cell][0], atol=1e-4)
+        assert confidence == pytest.approx(together[cell][1], rel=1e-5)
+
+
+def test_a_map_of_another_frame_lands_at_its_place() -> None:
+    """A motion by whole cells and a quarter turn maps cells to cells."""
+    original = mapped((0.0, 0.0, 0.0), seed=5)
+    moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
+    found, expected = by_cell(merged(take(original), moved=moved)), by_cell(original)
+    assert len(found) == len(expected)
+    for (x, y), (feature, _) in expected.items():
+        np.testing.assert_allclose(found[-1 - y + 10, x - 20][0], feature, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "reason"),
+    [
+        ({"encoder_id": "other-1"}, EncoderMismatch, "one encoder"),
+        ({"cell_size_m": 0.05}, MapFileError, "another cell size"),
+        ({"version": 1}, MapFileError, "without drops"),
+    ],
+)
+def test_what_does_not_fit_changes_nothing(
+    changes: dict[str, object], error: type[Exception], reason: str
+) -> None:
+    belief = mapped((0.0, 0.0, 0.0))
+    before, revision = take(belief), belief.revision
+    foreign = replace(before, header=replace(before.header, **changes))  # type: ignore[arg-type]
+    with pytest.raises(error, match=reason):
+        merge_into(belief, foreign, NO_CORRECTION)
+    assert belief.revision == revision
+    np.testing.assert_array_equal(take(belief).features, before.features)
+
+
+def test_found_objects_are_joined_and_none_is_there_twice() -> None:
+    def memory(*kept: object) -> ObjectMemory:
+        pictured = tuple(PicturedObject(each, b"") for each in kept)  # type: ignore[arg-type]
+        return replace(NO_OBJECTS, objects=pictured)
+
+    bed = replace(kept_object(), picture_bytes=0)  # at (3.42, -1.15)
+    same_bed = replace(bed, object_id="a1", position_m=(3.0, -1.0, 0.4))
+    lamp = replace(bed, object_id="a2", name="lamp")
+    joined = merged_objects(memory(bed), memory(same_bed, lamp), NO_CORRECTION)
+    assert sorted(each.kept.object_id for each in joined.objects) == [bed.object_id, "a2"]
+    moved = PlanarCorrection(np.pi, 0.0, 0.0)
+    (turned,) = merged_objects(NO_OBJECTS, memory(lamp), moved).objects
+    np.testing.assert_allclose(turned.kept.position_m, (-3.42, 1.15, 0.41), atol=1e-9)
+    np.testing.assert_allclose(turned.kept.extent_m, (-4.4, 0.3, -2.5, 2.1), atol=1e-9)

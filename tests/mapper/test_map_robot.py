@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.robots import MapRobot
+from onemap_mapper.robots import (
+    NEW_STREAM_FRAMES,
+    FrameOrder,
+    FrameStamp,
+    MapRobot,
+)
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
@@ -133,16 +138,6 @@ def test_a_slower_robot_whose_clock_and_count_are_behind_is_not_late(fleet: Flee
     assert [each["robot_frames_fused"] for each in counts] == [6, 2]
 
 
-def test_a_late_frame_concerns_its_robot_only(fleet: Fleet) -> None:
-    fleet.feed(fleet.r1, frame(10, 100 * S))
-    fleet.feed(fleet.r2, frame(10, 100 * S, BEHIND))
-    fleet.feed(fleet.r2, frame(9, 99 * S, BEHIND))
-    fleet.feed(fleet.r1, frame(11, 99 * S + 1))  # its clock was set back: no late one
-    first, second = (fleet.mapper._health(robot).metrics or {} for robot in robots(fleet))
-    assert (first["frames_late"], first["robot_frames_fused"]) == (0, 2)
-    assert (second["frames_late"], second["robot_frames_fused"]) == (1, 1)
-
-
 def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, *(frame(k, 100 * S + k, x_m=0.1 * k) for k in range(8)))
     fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
@@ -192,14 +187,6 @@ def test_words_are_looked_up_by_the_robots_own_perception(fleet: Fleet) -> None:
         fleet.r1.view("sofa")
 
 
-def test_frames_of_another_encoder_are_refused_of_that_robot_alone(fleet: Fleet) -> None:
-    fleet.feed(fleet.r1, frame(0, 100 * S))
-    fleet.feed(fleet.r2, replace(frame(0, 100 * S, BEHIND), encoder_id="encoder-b"))
-    first, second = (fleet.mapper._health(robot) for robot in robots(fleet))
-    assert first.ready
-    assert "encoder-b" in second.problem
-
-
 def test_a_robot_that_begins_anew_elsewhere_is_left_out_until_the_map_is(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, frame(50, 100 * S))
     fleet.feed(fleet.r2, frame(50, 100 * S, x_m=1.5), frame(51, 101 * S, x_m=1.5))
@@ -247,11 +234,30 @@ def test_a_robot_that_has_a_mapper_of_its_own_is_not_shared(tmp_path: Path) -> N
     assert refused.value.temporary
 
 
-def test_the_keys_of_further_robots_are_left_at_the_end(fleet: Fleet) -> None:
-    fleet.mapper.close()
-    assert "mapper" not in fleet.r2.bus.alive()
-    assert fleet.r2.heartbeat().problem == "it is stopping"
-
-
 def robots(fleet: Fleet) -> tuple[MapRobot, ...]:
     return fleet.mapper._robots
+
+
+NEWEST = FrameStamp(50, 100 * S)
+
+
+@pytest.mark.parametrize(
+    ("frame", "late"),
+    [
+        (FrameStamp(51, 101 * S), False),
+        (FrameStamp(49, 99 * S), True),
+        (FrameStamp(51, 91 * S), False),  # the clock was set back by 9 s
+        (FrameStamp(0, 101 * S), False),  # the robot was started again
+        (FrameStamp(0, 40 * S), False),  # another recording
+        (FrameStamp(50, 100 * S), False),  # a recording of one frame, repeated
+    ],
+)
+def test_a_frame_is_late_by_sequence_and_time(frame: FrameStamp, late: bool) -> None:
+    assert FrameOrder().is_late(frame, NEWEST) is late
+
+
+def test_a_robot_that_counts_anew_on_a_clock_set_back_is_soon_followed() -> None:
+    order = FrameOrder()
+    restarted = [FrameStamp(k, 95 * S + k) for k in range(NEW_STREAM_FRAMES)]
+    seen = [order.is_late(frame, NEWEST) for frame in restarted]
+    assert seen == [True] * (NEW_STREAM_FRAMES - 1) + [False]

@@ -84,7 +84,7 @@ class Drive:
         order = [index, *(k for k in range(len(NAMES)) if k != index)]
         query = TextQuery(name, torch.from_numpy(FEATURES[order]), 20.0)
         store = self.belief.store
-        values = ScoreCache().scores(query, store, self.belief.revision)
+        values = ScoreCache().scores_of_all([query], store, self.belief.revision)[0].scores
         centres = (store.cells + 0.5) * self.belief.params.cell_size_m
         inside = ((centres >= low_m) & (centres <= high_m)).all(axis=1)
         return float(np.sort(values[inside])[-3:].mean())

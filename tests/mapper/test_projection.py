@@ -1,4 +1,4 @@
-"""Projection through scattered weights against the upsampled image."""
+"""Projection, compiled and in torch, against the upsampled image; the cloud of points."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.frame.cloud import DeviceCloud
+from onemap_mapper.frame import cloud as cloud_module
+from onemap_mapper.frame.cloud import DeviceCloud, PointCloud
 from onemap_mapper.frame.projection import (
-    MAX_ENTRIES,
-    MAX_FRAME_CELLS,
     CellWeights,
     cell_features,
     project,
+    project_compiled,
 )
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, unproject
-from onemap_shared.geometry import F32, F64, Bool, transform
-from onemap_shared.grid import GridTooLarge
+from onemap_shared.geometry import F32, F64, Bool, camera_mount, pose_2d, transform
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
@@ -85,19 +84,103 @@ def test_range_and_height_limit_the_pixels() -> None:
     assert 0 < len(low.cells) < len(everything.cells)
 
 
-@pytest.mark.parametrize(
-    ("side", "patch_shape"), [(12, (2, MAX_ENTRIES)), (2 * int(MAX_FRAME_CELLS**0.5), (1, 1))]
+CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
+LIMITS = MapParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
+
+
+def both(
+    depth_m: F32,
+    variance: F32,
+    T_map_camera: F64,
+    patch_shape: tuple[int, int],
+    params: MapParams = LIMITS,
+) -> tuple[CellWeights, CellWeights]:
+    """Weights by the compiled functions, and by torch."""
+    depth, unsure = torch.from_numpy(depth_m), torch.from_numpy(variance)
+    cloud = DeviceCloud.of(depth, intrinsics=CAMERA, T_map_camera=T_map_camera)
+    expected = project(cloud, unsure, patch_shape=patch_shape, params=params)
+    found = project_compiled(
+        depth_m,
+        variance,
+        intrinsics=CAMERA,
+        T_map_camera=T_map_camera,
+        patch_shape=patch_shape,
+        params=params,
+    )
+    return found, expected
+
+
+def assert_alike(found: CellWeights, expected: CellWeights, patches: int) -> None:
+    """The same cells, in the same order, with equal rows."""
+    assert torch.equal(found.cells, expected.cells)
+    torch.testing.assert_close(found.confidence, expected.confidence, rtol=1e-5, atol=0)
+    rows = [cell_features(weights, torch.eye(patches)) for weights in (found, expected)]
+    torch.testing.assert_close(*rows, rtol=0, atol=2e-6)
+
+
+def image(rng: np.random.Generator, *, empty: float) -> tuple[F32, F32]:
+    """Depth (11, 13) in steps of a millimetre, and variance, with holes in both."""
+    depth = (rng.integers(300, 5000, (11, 13)) / np.float32(1000)).astype(np.float32)
+    depth[rng.random(depth.shape) < empty] = 0
+    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
+    variance[rng.random(depth.shape) < 0.1] = np.inf
+    return depth, variance
+
+
+@given(
+    seed=st.integers(0, 2**16),
+    h=st.integers(1, 14),
+    w=st.integers(1, 15),
+    far_m=st.sampled_from([0.0, 10_000.0]),
 )
-def test_a_frame_of_too_many_cells_or_patches_is_refused(
-    side: int, patch_shape: tuple[int, int]
+@settings(max_examples=60, deadline=None)
+def test_agrees_with_torch_to_the_last_cell(seed: int, h: int, w: int, far_m: float) -> None:
+    """Pixels on cell borders too, 10 km from the origin, and with pitch and roll."""
+    rng = np.random.default_rng(seed)
+    x, y, yaw = rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-3, 3)
+    T = pose_2d(far_m + x, y - far_m, yaw) @ camera_mount(0.0, 1.0, rng.uniform(-0.5, 0.8))
+    T = scenes.rolled(T, rng.uniform(-0.4, 0.4))
+    depth, variance = image(rng, empty=rng.choice([0.0, 0.2, 0.95]))
+    assert_alike(*both(depth, variance, T, (h, w)), patches=h * w)
+
+
+@pytest.mark.parametrize("fill", [0.0, 1.0])
+def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
+    depth = np.full((11, 13), fill, np.float32)
+    found, expected = both(depth, np.full(depth.shape, np.inf, np.float32), np.eye(4), (2, 2))
+    assert_alike(found, expected, patches=4)
+    assert found.cells.shape == (0, 2)
+
+
+def test_more_entries_than_were_reserved() -> None:
+    """Every pixel in a cell of its own."""
+    side = 120
+    camera = Intrinsics(10.0, 10.0, side / 2, side / 2)
+    depth, variance = np.full((2, side, side), 2.0, np.float32)
+    weights = project_compiled(
+        depth,
+        variance,
+        intrinsics=camera,
+        T_map_camera=np.eye(4),
+        patch_shape=(2, 2),
+        params=MapParams(max_feature_height_m=100.0),
+    )
+    assert len(weights.cells) == side * side
+    torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
+
+
+T = scenes.pose(1.0, -2.0, 0.7)
+DEPTH_M = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("stride", [1, 2, 3])
+def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(
+    stride: int, compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    camera = Intrinsics(side / 200, side / 200, side / 2, side / 2)  # a cell or more for each pixel
-    ones = torch.ones((side, side))
-    cloud = DeviceCloud.of(ones, intrinsics=camera, T_map_camera=np.eye(4))
-    with pytest.raises(GridTooLarge, match="are the intrinsics right"):
-        project(
-            cloud,
-            ones,
-            patch_shape=patch_shape,
-            params=EVERYTHING,
-        )
+    monkeypatch.setattr(cloud_module, "AVAILABLE", compiled)
+    depth_m = DEPTH_M * (DEPTH_M > 1)  # with pixels without return
+    thin = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride)
+    whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride)
+    np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
+    np.testing.assert_array_equal(thin.points_m, whole.points_m)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from onemap_mapper.query.regions import (
     TOP_CELLS,
     Regions,
     find_regions,
-    region_threshold,
+    outline,
     scoring_at_least,
 )
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec
 
 GRID = GridSpec(0.1, (-4, 7), (9, 8))
@@ -78,17 +78,6 @@ def test_the_best_come_first_and_no_more_than_asked() -> None:
     np.testing.assert_allclose(regions.centres_m[0], GRID.centres(np.array([4, 4])), atol=1e-6)
 
 
-def test_probabilities_are_cut_at_a_share_of_the_best() -> None:
-    values = np.array([0.1, 0.2, 0.8], np.float32)
-    assert region_threshold(values, calibrated=True) == pytest.approx(0.4)
-
-
-def test_plain_cosines_are_cut_at_the_top_share() -> None:
-    values = np.linspace(0.5, 0.6, 101, dtype=np.float32)
-    limit = region_threshold(values, calibrated=False)
-    assert np.count_nonzero(values >= limit - 1e-6) == 6
-
-
 def test_each_region_has_its_cells_also_after_the_weak_ones_are_gone() -> None:
     scores = np.zeros(GRID.shape, np.float32)
     scores[0, 0], scores[4:6, 5] = 0.6, 0.9
@@ -96,3 +85,38 @@ def test_each_region_has_its_cells_also_after_the_weak_ones_are_gone() -> None:
     np.testing.assert_array_equal(both.cells[0], [[4, 5], [5, 5]])
     np.testing.assert_array_equal(both.cells[1], [[0, 0]])
     assert [len(cells) for cells in scoring_at_least(both, 0.8).cells] == [2]
+
+
+SMALL_GRID = GridSpec(0.1, (-4, 7), (20, 20))
+
+
+def area_m2(corners: F32) -> float:
+    """Of a polygon, positive if it runs counter-clockwise (Gauss)."""
+    x, y = corners.astype(np.float64).T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def contains(corners: F32, point: np.ndarray) -> bool:
+    """Whether a polygon contains a point, by the crossings of a ray along x."""
+    inside = False
+    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if (y0 > point[1]) != (y1 > point[1]):
+            inside ^= point[0] < x0 + (x1 - x0) * (point[1] - y0) / (y1 - y0)
+    return inside
+
+
+@given(seed=st.integers(0, 2**16), density=st.floats(0.3, 0.9))
+@settings(max_examples=60, deadline=None)
+def test_the_polygon_contains_every_cell_and_few_others(seed: int, density: float) -> None:
+    mask = np.random.default_rng(seed).random((12, 12)) < density
+    parts, _ = ndimage.label(mask, np.ones((3, 3)))
+    cells: I64 = np.argwhere(parts == 1)
+    if len(cells) == 0:
+        return
+    corners = outline(cells, SMALL_GRID)
+    assert len(np.unique(corners, axis=0)) == len(corners)
+    assert all(contains(corners, centre) for centre in SMALL_GRID.centres(cells))
+    grown = np.zeros((14, 14), bool)
+    grown[tuple((cells + 1).T)] = True
+    most = ndimage.binary_fill_holes(ndimage.binary_dilation(grown, np.ones((3, 3))))
+    assert 0.01 * len(cells) - 1e-6 <= area_m2(corners) <= 0.01 * most.sum()

@@ -9,25 +9,27 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import (
     judged,
-    revision_of,
     search_view,
     similarity_reply,
-    summary_of,
 )
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
+from onemap_mapper.storage import snapshot
+from onemap_mapper.storage.map_folder import merge_into
 from onemap_shared.messages import (
-    Layer,
     MapVerdict,
     SimilarityReply,
     SimilarityRequest,
     Verdict,
 )
-from tests.mapper import scenes
+from tests.mapper import scenes, table_room
+from tests.mapper.table_room import FEATURES, NAMES
 
 SOFA, WALL, CUP = np.eye(16, dtype=np.float32)[:3]
 
@@ -74,22 +76,6 @@ def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> N
     assert np.nanmax(reply.scores_grid) == pytest.approx(reply.best_score, abs=0.05)
 
 
-def test_a_view_without_a_text_has_only_layers(belief: BeliefMap) -> None:
-    view = search_view(MapScores(belief).of([]), text="")
-    assert view.similarity.shape == view.rival.shape == (0, 0)
-    assert view.layers.shape == view.occupancy.shape == view.grid.shape
-    assert (view.layers & Layer.OBSERVED).any()
-
-
-def test_a_view_of_a_text_holds_the_best_rival_of_each_cell(belief: BeliefMap) -> None:
-    scores = MapScores(belief)
-    sofa, wall = query("sofa", SOFA), query("wall", WALL)
-    view = search_view(scores.of([query("cup", CUP), sofa, wall]), text="cup")
-    each = [search_view(scores.of([q]), text=q.text).similarity for q in (sofa, wall)]
-    np.testing.assert_array_equal(view.rival, np.maximum(*each))
-    assert np.nanmax(view.similarity) < 0.9 < np.nanmax(view.rival)
-
-
 def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:
     far_from_it = replace(query("sofa", SOFA), temperature=1e4)  # a score of 0 or 1 everywhere
     view = search_view(MapScores(belief).of([far_from_it]), text="sofa")
@@ -106,15 +92,6 @@ def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
     view = search_view(MapScores(blind).of([]), text="sofa")
     assert view.similarity.shape == view.grid.shape
     assert np.isnan(view.similarity).all()
-
-
-def test_revision_and_summary_describe_the_map(belief: BeliefMap) -> None:
-    revision = revision_of(belief, update_ms=7.0, rate_hz=5.0, objects_version=4)
-    assert (revision.frames_fused, revision.sequence) == (3, 2)
-    assert (revision.update_ms, revision.rate_hz, revision.objects_version) == (7.0, 5.0, 4)
-    summary = summary_of(belief)
-    assert summary.cells_observed == revision.cells_observed == belief.store.count > 0
-    assert (summary.cell_size_m, summary.path) == (0.1, "")
 
 
 def test_a_region_has_outline_view_and_time(belief: BeliefMap) -> None:
@@ -169,3 +146,56 @@ def test_a_verdict_is_that_of_the_version_that_was_scored(belief: BeliefMap) -> 
     assert missing.verdict is Verdict.NOT_LOOKED_YET
     assert missing.not_looked_m2 > 1
     assert len(missing.frontier_m) == 2
+
+
+# From which to which height the answer may reach, and which height it must hold, in metres.
+LIES = {
+    "table": (0.5, 0.9, 0.73),
+    "cup": (0.7, 1.1, 0.85),
+    "basket": (0.0, 0.5, 0.2),
+    "rug": (0.0, 0.1, 0.0),
+}
+
+
+@pytest.fixture(scope="module")
+def table_map() -> BeliefMap:
+    return table_room.seen_map()
+
+
+def asked(table_map: BeliefMap, name: str) -> SimilarityReply:
+    """The best region of one of the things, which competes with all others."""
+    index = NAMES.index(name)
+    order = [index, *(k for k in range(len(NAMES)) if k != index)]
+    query = TextQuery(name, torch.from_numpy(FEATURES[order]), 10.0)
+    request = SimilarityRequest(name, max_regions=1)
+    return similarity_reply(MapScores(table_map).of([query]), request=request)
+
+
+def assert_lies(name: str, band: np.ndarray) -> None:
+    least, most, inside = LIES[name]
+    low, high = band.tolist()
+    assert least - 1e-6 <= low <= inside <= high <= most + 1e-6
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_an_answer_says_where_in_height_the_match_lies(table_map: BeliefMap, name: str) -> None:
+    reply = asked(table_map, name)
+    middle = np.mean([(*box.low, *box.high) for box in table_room.THINGS[name]], axis=0)
+    assert np.linalg.norm(reply.centres_m[0] - (middle[:2] + middle[3:5]) / 2) < 0.6
+    assert_lies(name, reply.heights_m[0])
+
+
+@pytest.mark.parametrize("name", ["cup", "basket"])
+def test_an_object_lies_at_the_heights_of_its_extent(table_map: BeliefMap, name: str) -> None:
+    (box,) = table_room.THINGS[name]
+    band = extent_band(table_map.shared_version(), (*box.low[:2], *box.high[:2]))
+    assert_lies(name, np.array(band))
+
+
+def test_heights_follow_a_merge(table_map: BeliefMap) -> None:
+    merged = BeliefMap(scenes.params())
+    turned = PlanarCorrection(np.pi / 2, 3.0, 1.0)
+    merge_into(merged, snapshot.take(table_map), turned)
+    merge_into(merged, snapshot.take(table_map), turned)
+    for name in LIES:
+        assert_lies(name, asked(merged, name).heights_m[0])

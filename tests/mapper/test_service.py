@@ -256,12 +256,6 @@ def test_texts_of_another_space_are_refused(rig: Rig) -> None:
     assert rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).scores[0] > 0.9
 
 
-def test_an_unknown_word_is_explained_by_perception(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0))
-    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("flurb")))
-    assert "flurb is not a word I know" in str(error)
-
-
 def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> None:
     rig.feed(*(sofa_ahead(k) for k in range(3)))
     before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
@@ -319,21 +313,6 @@ def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
     assert rig.metric("frames_fused") == 1  # the map in memory stays
 
 
-def test_a_map_that_cannot_be_deleted_is_reported(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SAVE, MapFile("flat"))
-
-    def refuse(_path: Path) -> None:
-        raise OSError(30, "Read-only file system")
-
-    monkeypatch.setattr(Path, "unlink", refuse)
-    error = refusal(lambda: rig.client.call(keys.MAP_DELETE, MapFile("flat")))
-    assert error.code == "storage"
-    assert "Read-only" in str(error)
-
-
 def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
@@ -355,12 +334,6 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     error = refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a")))
     assert error.code == "storage"
-
-
-def test_nothing_to_do_is_no_error(rig: Rig) -> None:
-    rig.mapper.step(0.0)
-    assert "no frame has arrived" in rig.mapper.health().problem
-    rig.mapper.close()
 
 
 def test_a_missing_gpu_is_reported() -> None:
@@ -570,21 +543,3 @@ def test_what_a_picture_shows_is_where_it_was_seen(rig: Rig) -> None:
     assert answered is not None
     assert answered.text == "sofa"  # no recording could ask for the image again
     assert answers.take(0.0) is None
-
-
-def test_a_picture_is_refused_as_a_text_is(rig: Rig) -> None:
-    def ask() -> object:
-        return rig.client.call(keys.MAP_IMAGE_SIMILARITY, IMAGE)
-
-    assert refusal(ask).code == "empty_map"
-    rig.feed(sofa_ahead(0))
-    assert rig.perception is not None
-    rig.perception.close()
-    assert refusal(ask).code == "perception_missing"
-    rig.embed(text_space="space-b")
-    mismatch = refusal(ask)
-    assert mismatch.code == "encoder_mismatch"
-    assert "images are embedded in space-b" in str(mismatch)
-    rig.perception.close()
-    rig.embed()  # the wrong answer was not kept
-    assert ask()

@@ -75,11 +75,11 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
         store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
         store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
-        cached = cache.scores(query, store, revision)
+        cached = cache.scores_of_all([query], store, revision)[0].scores
         everything = unit_cosines(store.features(np.arange(store.count)), query.concepts)
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
     assert read == [4, 4, 4, 2, 2, 2]  # the text, the lengths, the words that compete
-    cache.scores(query, store, 2)
+    cache.scores_of_all([query], store, 2)
     assert sum(read) == 18
 
 
@@ -158,21 +158,9 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     slots = store.add(np.zeros((5, 2), np.int64))
     store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
     one, two = (text_query(embeddings(rng, 3), 0, CPU) for _ in range(2))
-    cache.scores(one, store, 1)
+    cache.scores_of_all([one], store, 1)
     fresh = scores(store.features(slots), two)
-    np.testing.assert_allclose(cache.scores(two, store, 1), fresh, atol=1e-6)
-
-
-def test_scores_stay_right_when_slots_were_removed() -> None:
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
-    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
-    query = text_query(embeddings(rng, 2), 0, CPU)
-    before = cache.scores(query, store, 1)
-    store.remove(np.array([1, 2]), revision=2)
-    after = cache.scores(query, store, 2)
-    np.testing.assert_allclose(after, before[store.cells[:, 0]], rtol=1e-6)
+    np.testing.assert_allclose(cache.scores_of_all([two], store, 1)[0].scores, fresh, atol=1e-6)
 
 
 def test_the_words_that_compete_with_all_texts_are_compared_once(
@@ -187,7 +175,7 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
     for text in range(2):
         query = replace(text_query(reply, text, CPU), excluded=torch.zeros(40))
         assert query.neutral is not None
-        cached = cache.scores(query, store, 1)
+        cached = cache.scores_of_all([query], store, 1)[0].scores
         own = unit_cosines(store.features(slots), torch.cat([query.concepts[:1], query.neutral]))
         np.testing.assert_allclose(cached, scores_of(own, query), atol=1e-5)
     assert read == [6, 6, 6, 6]  # the first text, lengths, competing words; the second text only
@@ -208,13 +196,6 @@ def test_negatives_compete_as_neutral_words_do(seed: int, temperature: float) ->
     others = [cell_scores(features, np.stack([n, text[0]]), temperature) for n in negatives]
     together = cell_scores(features, np.concatenate([text, neutral, negatives]), temperature)
     np.testing.assert_allclose(against(own, others).scores, together.scores, atol=1e-5)
-
-
-def test_without_calibration_a_cell_more_like_a_negative_scores_nothing() -> None:
-    sofa, bed = np.eye(8, dtype=np.float32)[:2]
-    features = np.stack([sofa, bed])
-    own, other = (cell_scores(features, one[None], 1.0) for one in (sofa, bed))
-    np.testing.assert_allclose(against(own, [other]).scores, [1.0, 0.0])
 
 
 @given(

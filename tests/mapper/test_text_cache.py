@@ -47,25 +47,6 @@ def test_a_text_is_embedded_once() -> None:
     assert embedder.asked == ["sofa"]
 
 
-def test_after_a_change_of_encoder_texts_are_embedded_again() -> None:
-    embedder = Embedder()
-    cache = TextCache(embedder, CPU)
-    cache.query("sofa")
-    cache.clear()
-    cache.query("sofa")
-    assert embedder.asked == ["sofa", "sofa"]
-
-
-def test_a_failure_is_passed_on_and_not_cached() -> None:
-    embedder = Embedder()
-    cache = TextCache(embedder, CPU)
-    embedder.failing = True
-    with pytest.raises(LookupError):
-        cache.query("sofa")
-    embedder.failing = False
-    assert cache.query("sofa")[1].text == "sofa"
-
-
 def test_a_slow_text_does_not_block_the_others() -> None:
     begun, release = threading.Event(), threading.Event()
     embedder = Embedder()

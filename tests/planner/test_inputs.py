@@ -122,11 +122,13 @@ def test_a_revision_without_a_new_frame_is_not_fresh() -> None:
 
 def test_patience_begins_with_inputs_and_again_with_each_process_that_comes_or_goes() -> None:
     members = frozenset({("ros2", "r"), ("mapper", "m1"), ("gateway", "g1")})
+    deaf = with_revision(LatestInputs(), revision(1, 1), 10.0)
+    assert deaf.patience_from_s(50.0) == -math.inf  # no robot drives off at its start
     assert with_members(LatestInputs(), members, 1.0).patience_from_s(50.0) == 50.0  # none heard
     heard = with_members(inputs(at_s=10.0), members, 10.0)
     assert heard.patience_from_s(50.0) == 10.0
     assert with_members(heard, members, 20.0).patience_from_s(50.0) == 10.0
-    others = members - {("gateway", "g1")}
+    others = members - {("gateway", "g1"), ("ros2", "r")}
     assert with_members(heard, others, 20.0).patience_from_s(50.0) == 10.0  # no stage
     gone = with_members(heard, others - {("mapper", "m1")}, 30.0)
     assert gone.patience_from_s(50.0) == 30.0

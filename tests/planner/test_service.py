@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -236,6 +237,26 @@ def test_only_a_planner_that_was_away_alone_moves_the_robot_again(
         assert (tmp_path / FILE_NAME).exists()  # shown until another search begins
         services.start("bed")
         services.until(lambda: any(map(moves, services.sent_commands())))
+    services.planner.close()
+
+
+@pytest.mark.parametrize(("away_s", "goes_on"), [(50.0, True), (70.0, False)])
+def test_a_search_does_not_outlive_a_long_suspend(
+    tmp_path: Path, away_s: float, goes_on: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    clock, asleep_s = time.clock_gettime, [0.0]
+    monkeypatch.setattr(time, "clock_gettime", lambda which: clock(which) + asleep_s[0])
+    services.frame()
+    services.sent_commands()
+    asleep_s[0] = away_s
+    for _ in range(5):
+        services.frame()
+    assert any(map(moves, services.sent_commands())) is goes_on
+    assert services.get().active is goes_on
+    assert goes_on or "suspended for 70 s" in services.get().reason
     services.planner.close()
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, field_validator
 
-from onemap_mapper.params import CheckpointParams, MapParams
+from onemap_mapper.params import MapParams
 from onemap_shared.keys import NAMESPACE
 from onemap_shared.params import Params
 
@@ -93,14 +93,13 @@ class MapperConfig(Params):
         return robots
 
     @property
-    def map(self) -> CheckpointParams:
+    def map(self) -> MapParams:
         """The numbers of the map that these settings make."""
-        return CheckpointParams(
+        return MapParams(
             device="cpu" if self.device == "auto" else self.device,  # resolved at the start
             cell_size_m=self.cell_size_m,
             max_feature_range_m=self.depth_range_m,
             obstacle_max_height_m=self.obstacle_max_height_m,
             occupancy_range_m=min(MapParams.occupancy_range_m, self.depth_range_m),
             depth_noise_m=self.depth_noise_m,
-            resume=self.resume,
         )

@@ -92,24 +92,3 @@ class MapParams:
     def grid(self) -> tuple[float, float, float]:
         """Cell size and heights of obstacles: maps of another grid cannot be loaded or merged."""
         return self.cell_size_m, OBSTACLE_MIN_HEIGHT_M, self.obstacle_max_height_m
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckpointParams(MapParams):
-    """When the map in memory is written, so that a restarted mapper resumes it."""
-
-    checkpoint_interval_s: float = 15.0  # of a changed map: what a crash loses at most; 0: never
-    # Changed cells after which the next is written after a third of the interval: as many as ten
-    # frames of new floor change.
-    checkpoint_cells: int = 20_000
-    resume: bool = True
-
-    def may_be_due(self, since_s: float) -> bool:
-        """Whether a checkpoint can be due this long after the last."""
-        return since_s >= self.checkpoint_interval_s / 3
-
-    def is_due(self, since_s: float, changed_cells: int) -> bool:
-        """Whether the map, of which so many cells changed, is to be written."""
-        if changed_cells == 0 or not self.may_be_due(since_s):
-            return False
-        return since_s >= self.checkpoint_interval_s or changed_cells >= self.checkpoint_cells

@@ -21,7 +21,6 @@ from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor, FloorState
 from onemap_mapper.query.replies import revision_of
 from onemap_mapper.query.texts import MapQueries
-from onemap_mapper.query.verdicts import CoverageCache
 from onemap_shared import keys
 from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
@@ -189,7 +188,7 @@ class MapRobot:
     """A robot by its number in the map, 0 for the one under whose keys the mapper runs.
 
     arrived: set with each of its fields; space: of the map. One thread takes and judges fields;
-    queries and coverages are for any. Its own perception embeds its queries: that of another robot
+    queries are for any. Its own perception embeds its queries: that of another robot
     may be away.
     """
 
@@ -206,7 +205,6 @@ class MapRobot:
         self.world: str | None = None  # of its newest field
         self.telemetry = MapperTelemetry()
         self.queries = MapQueries(bus, device, space)
-        self.coverages = CoverageCache(time.monotonic)
         self._order, self._origin = FrameOrder(), OriginCheck()
         self._fields = bus.subscribe(keys.FIELD, arrived=arrived)
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
@@ -265,11 +263,6 @@ class MapRobot:
     def answered(self, query: AnsweredQuery) -> None:
         """Publish what was asked and answered."""
         self._answered.put(query)
-
-    def replaced(self) -> None:
-        """Forget what was computed from the map: it is another one."""
-        self.coverages = CoverageCache(time.monotonic)
-        self.telemetry.reset_floor()
 
     def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:
         """Numbers of its frames for the heartbeat."""

@@ -14,35 +14,36 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from uuid import uuid4
 
 import torch
 
-from onemap_mapper import map_folder
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
-from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
-from onemap_mapper.gpu import resolved_device
-from onemap_mapper.object_keeper import ObjectKeeper
-from onemap_mapper.objects import NO_OBJECTS
-from onemap_mapper.pose_graph_follower import PoseGraphFollower
-from onemap_mapper.preparation import prepare
+from onemap_mapper.preparation import prepare, resolved_device
 from onemap_mapper.query.replies import (
-    ViewReplies,
     answered,
     judged,
     search_view,
     similarity_reply,
     summary_of,
 )
-from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.robots import AllRobots, MapRobot, buses_of
-from onemap_mapper.saved_maps import SavedMaps
-from onemap_mapper.storage import map_file, snapshot, world
-from onemap_mapper.storage.live_map import LiveMap
-from onemap_mapper.storage.snapshot import digest_of
+from onemap_mapper.session import MapSession, PoseGraphFollower
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.checkpoints import (
+    Checkpoints,
+    read_world,
+    resumed,
+    set_aside,
+    sweep,
+    write_world,
+)
+from onemap_mapper.storage.map_file import LiveMap
+from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper
+from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
@@ -82,16 +83,15 @@ class Mapper:
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
         sweep(config.map_folder)
-        kept = resumed(config.map_folder, config.map)
-        self._map = kept or BeliefMap(config.map)
-        self._resumed = kept is not None  # and no frame was fused since
-        self._world = world.read(config.map_folder)  # of what is there; empty: not known
+        kept = resumed(config.map_folder, config.map) if config.resume else None
+        robots = len(buses)
+        belief = kept or BeliefMap(config.map)
+        self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
+        self._world = read_world(config.map_folder)  # of what is there; empty: not known
         self._forgets = not config.resume  # the checkpoints, with the first frame
         self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
         self._live = LiveMap(self._lock, lambda: self._map)
-        self._checkpoints = Checkpoints(config.map_folder, config.map, self._live)
-        self._scores = MapScores(self._map, self._lock)
-        self._views = ViewReplies(self._scores, uuid4().hex)
+        self._checkpoints = Checkpoints(config.map_folder, self._live)
         self._follower = PoseGraphFollower(shared=bool(config.robots))
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
@@ -185,33 +185,30 @@ class Mapper:
     def _answer(
         self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
-        with self._lock:  # both of the same map
-            scores, coverages = self._scores, robot.coverages
-        scored = scores.of(queries, robot.number)
+        session = self._session
+        scored = session.scores.of(queries, robot.number)
         if scored.version.count == 0:
             raise _empty()
         reply = similarity_reply(scored, request=request)
+        coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
         return judged(reply, request, coverage, scored, self._config.found_score)
 
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
-        scored = self._scores.of(self._compared(robot, request), robot.number)
+        scored = self._session.scores.of(self._compared(robot, request), robot.number)
         return search_view(scored, text=request.text)
 
     def view_changes(self, robot: MapRobot, request: ViewChangesRequest) -> ViewChanges:
         """What ``search_view`` replies, as the cells that changed since the caller's last view."""
-        with self._lock:
-            views = self._views
+        views = self._session.views
         return views.reply(request, self._compared(robot, request), robot.number)
 
     def _compared(
         self, robot: MapRobot, request: SearchViewRequest | ViewChangesRequest
     ) -> list[TextQuery]:
         """The queries of the text and of its rivals; none without a text or in an empty map."""
-        with self._lock:
-            empty = self._map.store.count == 0
-        if empty or not request.text:
+        if self._map.store.count == 0 or not request.text:
             return []
         rivals = robot.queries.of_rivals(request.rivals)
         return [robot.queries.of_text(request.text), *rivals]
@@ -232,18 +229,12 @@ class Mapper:
                 raise _empty()
             summary = summary_of(self._map)
         created, quota_mb = not path.exists(), self._config.map_quota_mb
-        try:
+        with refusing(f"write {path}"):
             size = self._live.write(
                 path,
                 objects=self._objects.memory,
-                accept=lambda nbytes: map_folder.check_quota(path, nbytes, quota_mb),
+                accept=lambda nbytes: check_quota(path, nbytes, quota_mb),
             )
-        except map_folder.QuotaExceeded as problem:
-            raise RequestRejected("storage", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected(
-                "storage", f"cannot write {path}: {problem.strerror}"
-            ) from problem
         if not size:  # cleared meanwhile
             raise _empty()
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
@@ -258,18 +249,11 @@ class Mapper:
         with self._lock:
             seen = (robot.encoder_seen for robot in self._robots if robot.encoder_seen)
             encoder_id = self._map.encoder_id or next(seen, "")
-        try:
-            content = map_file.read(path, max_cells=self._config.map.max_cells)
-            restored = snapshot.restore(
-                content, self._config.map, encoder_id=encoder_id, first_revision=0
-            )
+        params = self._config.map
+        with refusing(f"read {path}"):
+            content = map_file.read(path, max_cells=params.max_cells)
+            restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
-        except map_file.MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-        except snapshot.EncoderMismatch as problem:
-            raise RequestRejected("encoder_mismatch", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected("storage", f"cannot read {path}: {problem.strerror}") from problem
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
         with self._lock:
             restored.revision = self._map.revision + 1
@@ -343,8 +327,8 @@ class Mapper:
                 return belief  # the field will be dropped
             try:
                 if left:
-                    self._say_left(before, name, world.set_aside(folder))
-                world.write(folder, name)
+                    self._say_left(before, name, set_aside(folder))
+                write_world(folder, name)
             except OSError as problem:
                 LOG.error("cannot keep apart in %s what is of another world: %s", folder, problem)
             if left:
@@ -367,7 +351,11 @@ class Mapper:
     def _without_resumed_of_another(self, belief: BeliefMap, encoder_id: str) -> BeliefMap:
         """An empty map if the resumed one is of another encoder: perception was changed."""
         with self._lock:
-            if not self._resumed or self._map is not belief or encoder_id == belief.encoder_id:
+            if (
+                not self._session.resumed
+                or self._map is not belief
+                or encoder_id == belief.encoder_id
+            ):
                 return belief
             LOG.warning(
                 "the resumed map is of encoder %s, but frames are of %s: it is dropped",
@@ -385,7 +373,7 @@ class Mapper:
             if self._map is not belief:
                 return
             belief.fuse(update, robot=robot.number)
-            self._resumed = False
+            self._session.resumed = False
             now_s = time.monotonic()
             robot.telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
@@ -398,12 +386,10 @@ class Mapper:
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and everything derived from it; the caller holds the lock."""
-        self._map, self._resumed = belief, False
+        self._session = MapSession(belief, self._lock, len(self._robots))
         self._follower.replace(belief)
-        self._scores = MapScores(self._map, self._lock)
-        self._views = ViewReplies(self._scores, uuid4().hex)
         for robot in self._robots:
-            robot.replaced()
+            robot.telemetry.reset_floor()  # the map may have another frame
         self._announce()
 
     def _announce(self) -> None:
@@ -429,14 +415,17 @@ class Mapper:
             return summary_of(self._map)
 
     def _require_content(self) -> None:
-        with self._lock:
-            if self._map.store.count == 0:
-                raise _empty()
+        if self._map.store.count == 0:
+            raise _empty()
 
     def _space(self) -> tuple[str, int]:
         """The text space and the channels of the map."""
         with self._lock:
             return self._map.text_space, self._map.dimension
+
+    @property
+    def _map(self) -> BeliefMap:
+        return self._session.belief
 
 
 def _empty() -> RequestRejected:

@@ -21,10 +21,10 @@ from onemap_planner.motion.velocity_controller import ControllerInputs
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
-from onemap_shared.services import DRIVER, doubled, doubled_sentence, role_of
+from onemap_shared.services import DRIVER, doubled, doubled_sentence
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
-STAGES = (DRIVER, "perception", "mapper")  # what a search waits for
+STAGES = ("perception", "mapper")  # starts that a search waits for; no robot drives off at boot
 START_TOLD_S = 3.0  # a stage that starts says so once a second
 USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
@@ -37,11 +37,11 @@ class LatestInputs:
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
     map_count: different maps so far; exchange_count: of these, those that took the place of
-    another in a running mapper; stages: the processes of robot, perception and mapper, and
+    another in a running mapper; stages: the processes of perception and mapper, and
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
-    when; loop and delay: how long commands and odometry travel; mixed: why
-    messages of several robots or mappers come, empty if they do not; held: why a search of before
-    the planner's restart does not go on yet.
+    when; loop and delay: how long commands and odometry travel; mixed: why messages of several
+    robots or mappers come, empty if they do not; held: why a search of before the planner's restart
+    does not go on yet.
     """
 
     pose: Pose2d | None = None
@@ -77,8 +77,8 @@ class LatestInputs:
         return self.mixed or self.held or stale or self._late_reason(now_s, params)
 
     def patience_from_s(self, now_s: float) -> float:
-        """Since when fresh inputs can be expected: all were heard once, and no stage starts."""
-        if self.odometry is None or self.revision is None or self.starts(now_s):
+        """Since when a map can be expected: it was heard once, and no stage starts."""
+        if self.revision is None or self.starts(now_s):
             return now_s
         return self.stages_at_s
 
@@ -133,7 +133,7 @@ def with_members(
     inputs: LatestInputs, members: frozenset[tuple[str, str]], now_s: float
 ) -> LatestInputs:
     """The inputs with the processes on the bus, service and instance of each."""
-    stages = frozenset(each for each in members if role_of(each[0]) in STAGES)
+    stages = frozenset(each for each in members if each[0] in STAGES)
     if stages != inputs.stages:
         inputs = replace(inputs, stages=stages, stages_at_s=now_s)
     twice = doubled(members)

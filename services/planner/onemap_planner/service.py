@@ -23,7 +23,12 @@ from onemap_planner.motion.staleness import LoopMonitor, SentCommand
 from onemap_planner.motion.velocity_controller import VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.search import decision_log, journal
-from onemap_planner.search.journal import Surroundings, interrupted_reason, interruption
+from onemap_planner.search.journal import (
+    MAX_AWAY_S,
+    Surroundings,
+    interrupted_reason,
+    interruption,
+)
 from onemap_planner.search.phases import EventStamp, Search
 from onemap_planner.search.state_machine import status
 from onemap_planner.searches import SearchCommands, SearchRegistry
@@ -45,6 +50,8 @@ LOG = logging.getLogger("onemap.planner")
 
 STATUS_PERIOD_S = 1.0
 HELD = "the planner was restarted and makes sure that nothing else was"
+# Seconds since the computer's start; those in suspend count, where the system tells them.
+BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")  # of Linux; elsewhere no search goes on
 IDLE_AGE_S = 5.0  # without a search, inputs older than this are reported as a problem
 
@@ -61,6 +68,7 @@ class Planner:
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
         self._boot_id = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
+        self._awake_s = time.clock_gettime(BOOT_CLOCK)  # of the last control step
         self._recorded = _recorded(config, now_s)  # until it is known whether its search goes on
         self._registry = SearchRegistry(self._recorded.search if self._recorded else None)
         held = HELD if self._recorded else ""
@@ -110,6 +118,7 @@ class Planner:
             for beats in self._beats:
                 if (beat := beats.take(0.0)) is not None and is_starting(beat):
                     self._inputs = with_start(self._inputs, beat, now_s)
+            self._end_after_suspend()
             self._decide()
             self._control(now_s)
             self._publish_status(now_s)
@@ -160,10 +169,22 @@ class Planner:
             self._send(Velocity2d())
             self._write_journal(state.search, time.monotonic())
             if told and self._recorded is None:
-                xy = self._inputs.pose.xy if self._inputs.pose else None
-                stamp = EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
-                self._interrupt(state.search, "the planner was stopped", stamp, time.time_ns())
+                why, at_ns = "the planner was stopped", time.time_ns()
+                self._interrupt(state.search, why, self._stamp(), at_ns)
                 self._publish_status(time.monotonic())
+
+    def _end_after_suspend(self) -> None:
+        """End the search of a process, or a computer, that stood still: it goes on unasked."""
+        awake_s, state = self._awake_s, self._registry.state
+        self._awake_s = time.clock_gettime(BOOT_CLOCK)
+        away_s = self._awake_s - awake_s
+        if away_s > MAX_AWAY_S and state is not None and state.search.active:
+            why = f"the planner was suspended for {away_s:.0f} s"
+            self._interrupt(state.search, why, self._stamp(), time.time_ns())
+
+    def _stamp(self) -> EventStamp:
+        xy = self._inputs.pose.xy if self._inputs.pose else None
+        return EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
 
     def _decide(self) -> None:
         """End the search of before the restart, or let it go on, once it is known which."""
@@ -200,7 +221,7 @@ class Planner:
         return Surroundings(
             namespace=self._bus.namespace,
             boot_id=self._boot_id,
-            boot_s=time.clock_gettime(time.CLOCK_BOOTTIME) if self._boot_id else 0.0,
+            boot_s=time.clock_gettime(BOOT_CLOCK),
             robot=robots[0] if sole else "",
             map_id=self._planning_thread.map_id,
             odometry=inputs.odometry.sequence if inputs.odometry else -1,

@@ -61,7 +61,7 @@ class FusionBench(Options):
     device: Device = "cpu"
     threads: Threads = 1
     blur: Annotated[int, Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3
-    compiled: Annotated[bool, Option(help="As mapper.compiled.")] = True
+    compiled: Annotated[bool, Option(help="Compiled loops, on the CPU.")] = True
     seed: Seed = 0
 
 
@@ -84,7 +84,7 @@ class QueryBench(Options):
     extra = "mapper"
     cells: Annotated[int, Option(min=4096, help="Of the map.")] = 250_000
     feature_dtype: Annotated[
-        Literal["float32", "float16"], Option(help="As mapper.feature_dtype.")
+        Literal["float32", "float16"], Option(help="Of the stored features.")
     ] = "float32"
     device: Device = "cpu"
     threads: Threads = 1

@@ -88,13 +88,13 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     every, own = np.arange(store.count), first.concepts[:1]
     plain = replace(other, concepts=other.concepts[:1], neutral=None)
     warm, unasked = ScoreCache(), Unasked()
-    warm.scores(first, store, now)
+    warm.scores_of_all([first], store, now)
     asks: dict[str, Callable[[], object]] = {
         "read_ms": lambda: _read(store),
         "product_ms": lambda: store.products(every, own),
-        "first_calibrated_text_ms": lambda: ScoreCache().scores(first, store, now),
-        "plain_text_ms": lambda: warm.scores(unasked.query(plain), store, now),
-        "calibrated_text_ms": lambda: warm.scores(unasked.query(other), store, now),
+        "first_calibrated_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
+        "plain_text_ms": lambda: warm.scores_of_all([unasked.query(plain)], store, now),
+        "calibrated_text_ms": lambda: warm.scores_of_all([unasked.query(other)], store, now),
         "texts_at_once_ms": lambda: warm.scores_of_all(
             [unasked.query(text) for text in texts], store, now
         ),

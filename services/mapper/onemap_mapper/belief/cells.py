@@ -27,7 +27,7 @@ from onemap_mapper.belief.features import (
     seeds,
 )
 from onemap_mapper.belief.view_log import ONE_VIEW, Views
-from onemap_mapper.occupancy.heights import HeightStore
+from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_shared.geometry import F32, I64, Bool
 
@@ -124,13 +124,13 @@ class CellStore:
         self._cells = torch.zeros((0, 2), dtype=torch.int64, device=device)
         self._changed_at = self._cells.new_zeros(0)
         self._group_changed_at = self._cells.new_zeros(0)  # the newest of each group of slots
-        self._heights = HeightStore(device)
+        self._heights = torch.zeros((0, LEVELS), device=device)  # shares by level
 
     @property
     def nbytes(self) -> int:
         """Bytes held, with those reserved for growth."""
         per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
-        return self._heights.nbytes + sum(held.nbytes for held in (*self._blocks, *per_slot))
+        return sum(held.nbytes for held in (*self._blocks, *per_slot, self._heights))
 
     @property
     def blocks(self) -> tuple[Tensor, ...]:
@@ -183,11 +183,11 @@ class CellStore:
     @property
     def all_heights(self) -> Tensor:
         """Shares (count, LEVELS) of height of all slots; not to be written."""
-        return self._heights.first(self.count)
+        return self._heights[: self.count]
 
     def heights(self, slots: Tensor | slice) -> Tensor:
         """Shares (n, LEVELS) float32 of height of these slots, a copy."""
-        return self._heights.of(slots).clone()
+        return self._heights[slots].clone()
 
     def add(self, cells: Index) -> Tensor:
         """New slots (n,) for world cells (n, 2) that have none."""
@@ -209,7 +209,7 @@ class CellStore:
         self._group_changed_at = torch.cat([older, older.new_zeros(groups)])
         grown = self._confidence.new_zeros((len(self._confidence), extra))
         self._confidence = torch.cat([self._confidence, grown], dim=1)
-        self._heights.reserve(slots)
+        self._heights = torch.cat([self._heights, self._heights.new_zeros((extra, LEVELS))])
 
     def keep_every_view(self) -> None:
         """Let no view fade from now on, and convert to float32, so that ``take_out`` is exact."""
@@ -236,7 +236,7 @@ class CellStore:
         K = gain(known, confidence).float()
         self._move(slots, features, K)
         if heights is not None:
-            self._heights.move(slots, heights, K)
+            self._move_heights(slots, heights, K)
         searched = self._searched_row(views.robot)
         for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
             if times > 0:
@@ -260,6 +260,11 @@ class CellStore:
                 half = self._dtype == torch.float16
                 table[within] = rounded(mean, seed[chosen]) if half else mean
 
+    def _move_heights(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
+        """Move the shares of height of distinct slots, as features are."""
+        known = self._heights[slots]
+        self._heights[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
+
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the host, with features in ``dtype``."""
         everything = torch.arange(self.count, device=self._device)
@@ -274,7 +279,7 @@ class CellStore:
         parts = self._sums_of(share)
         K = gain(self._confidence[0, slots], parts[0]).float()
         self._move(slots, share.features.to(self._device).float(), K)
-        self._heights.move(slots, to_device(share.heights, self._device), K)
+        self._move_heights(slots, to_device(share.heights, self._device), K)
         for row, part in enumerate(parts):
             self._confidence[row, slots] += part
         self._set_changed(slots, revision)
@@ -300,8 +305,8 @@ class CellStore:
             left = (self._confidence[row, slots] - part).clamp(min=0.0)
             self._confidence[row, slots] = torch.where(empty, 0.0, left)
         self._set_changed(slots, revision)
-        self._heights.move(slots, to_device(share.heights, self._device), K)
-        self._heights.put(slots, self._heights.of(slots) * ~empty[:, None])
+        self._move_heights(slots, to_device(share.heights, self._device), K)
+        self._heights[slots] *= ~empty[:, None]
         return empty
 
     def _sums_of(self, share: FeatureShare) -> tuple[Tensor, Tensor, Tensor]:
@@ -326,7 +331,7 @@ class CellStore:
             self._blocks[block][within] = features[chosen].to(self._dtype)
         self._confidence[:, to] = self._confidence[:, last]
         self._confidence[:, count : self.count] = 0.0
-        self._heights.put(to, self._heights.of(last))
+        self._heights[to] = self._heights[last]
         self.all_heights[count:] = 0.0
         self._cells[to] = self._cells[last]
         self._set_changed(to, revision)

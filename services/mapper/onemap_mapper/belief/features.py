@@ -302,20 +302,25 @@ def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> 
         torch.mm(vectors, part.T, out=found[:, start : start + rows])
 
 
+NOTHING_KNOWN = (-1, 0)  # before any revision, of no cell
 RESERVE = 1.5  # times what is needed, so that growing by a frame's cells rarely copies
 
 
 class SlotValues:
-    """``rows`` float32 numbers for each slot, 0 for new ones."""
+    """``rows`` float32 numbers for each slot, 0 for new ones.
+
+    revision: of the map at which they were computed, -1: none yet.
+    """
 
     def __init__(self, rows: int, device: torch.device) -> None:
         self._held = torch.zeros((rows, 0), device=device)
         self._count = 0
+        self.revision = NOTHING_KNOWN[0]
 
     @property
-    def count(self) -> int:
-        """Slots."""
-        return self._count
+    def known(self) -> tuple[int, int]:
+        """Of which revision of the map, and of how many first slots, they are."""
+        return self.revision, self._count
 
     @property
     def values(self) -> Tensor:

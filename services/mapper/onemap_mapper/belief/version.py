@@ -87,8 +87,8 @@ class MapVersion:
     ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
     once, or it is assumed. By slots: confidences
     (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
-    ``explored_variance``. Heights (count, LEVELS) float32, as ``HeightStore.of``, and the view log
-    are on the device of the map, because a reply needs those of few cells.
+    ``explored_variance``. Heights (count, LEVELS) float32 and the view log are on the device of the
+    map, because a reply needs those of few cells.
 
     It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
     """

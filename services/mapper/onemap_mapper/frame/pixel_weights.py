@@ -122,9 +122,9 @@ def gather(
         for column_end in _ends(left):
             most = count + (row_end - row) * (column_end - column)
             if most > len(owner):
-                owner = _grown(owner, count, 2 * most)
-                quad = _grown(quad, count, 2 * most)
-                sums = _grown_sums(sums, count, 2 * most)
+                owner = np.concatenate((owner, np.empty(2 * most - len(owner), np.int32)))
+                quad = np.concatenate((quad, np.empty(2 * most - len(quad), np.int32)))
+                sums = np.concatenate((sums, np.empty((2 * most - len(sums), 4), np.float32)))
             quad[count:most] = top[row] * patch_shape[1] + left[column]
             count = _sum_block(
                 (flat, confidence),
@@ -210,23 +210,6 @@ def _ends(before: I64) -> I64:
     """Where each run of equal values of an ascending array ends, exclusive."""
     changes = np.flatnonzero(before[1:] != before[:-1]) + 1
     return np.append(changes, len(before))
-
-
-@compiled
-def _grown(values: I32, count: int, capacity: int) -> I32:
-    larger = np.empty(capacity, np.int32)
-    for k in range(count):
-        larger[k] = values[k]
-    return larger
-
-
-@compiled
-def _grown_sums(sums: F32, count: int, capacity: int) -> F32:
-    larger = np.empty((capacity, 4), np.float32)
-    for k in range(count):
-        for corner in range(4):
-            larger[k, corner] = sums[k, corner]
-    return larger
 
 
 @compiled

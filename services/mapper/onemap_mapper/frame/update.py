@@ -6,7 +6,6 @@ A pure function of the field and the parameters, so it runs without the map's lo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import torch
@@ -26,28 +25,7 @@ from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import FeatureField
 
 
-class FrameImages(Protocol):
-    """Depth and variance of one frame; all results are on the device of the map."""
-
-    @property
-    def cloud(self) -> PointCloud:
-        """The points, thinned to the rows that occupancy reads, on the host."""
-        ...
-
-    def weights(self) -> CellWeights:
-        """The weights of the field's patches in the cells of its pixels."""
-        ...
-
-    def heights(self, cells: Tensor) -> Tensor:
-        """Shares of height of these cells, as ``cell_heights``."""
-        ...
-
-    def occupancy(self) -> OccupancyUpdate:
-        """The evidence of free and occupied cells."""
-        ...
-
-
-def images_of(field: FeatureField, params: MapParams) -> FrameImages:
+def images_of(field: FeatureField, params: MapParams) -> HostImages | DeviceImages:
     """The images of a field, where they are computed."""
     depth_m = depth_in_metres(field)
     cloud = cloud_of(field, depth_m, params)
@@ -86,7 +64,7 @@ class HostImages:
     params: MapParams
 
     def weights(self) -> CellWeights:
-        """As ``FrameImages.weights``."""
+        """The weights of the field's patches in the cells of its pixels."""
         h, w, _ = self.field.features.shape
         return project_compiled(
             self.depth_m,
@@ -98,13 +76,13 @@ class HostImages:
         )
 
     def heights(self, cells: Tensor) -> Tensor:
-        """As ``FrameImages.heights``."""
+        """Shares of height of these cells."""
         n = _thinning(len(self.depth_m), self.params)
         variance = self.field.variance[::n, ::n]
         return torch.from_numpy(cell_heights(self.cloud, variance, cells.numpy(), self.params))
 
     def occupancy(self) -> OccupancyUpdate:
-        """As ``FrameImages.occupancy``."""
+        """The evidence of free and occupied cells."""
         return occupancy_update(self.cloud, self.params)
 
 
@@ -136,17 +114,17 @@ class DeviceImages:
         return cls(cloud, points, variance, (h, w), params)
 
     def weights(self) -> CellWeights:
-        """As ``FrameImages.weights``."""
+        """The weights of the field's patches in the cells of its pixels."""
         return project(self.points, self.variance, patch_shape=self.patch_shape, params=self.params)
 
     def heights(self, cells: Tensor) -> Tensor:
-        """As ``FrameImages.heights``."""
+        """Shares of height of these cells."""
         n = _thinning(len(self.variance), self.params)
         points, variance = self.points.strided(n, n), self.variance[::n, ::n]
         return device_heights(points, variance, cells, self.params)
 
     def occupancy(self) -> OccupancyUpdate:
-        """As ``FrameImages.occupancy``."""
+        """The evidence of free and occupied cells."""
         return device_occupancy(self.points, self.params)
 
 

@@ -20,7 +20,7 @@ from torch import Tensor
 from onemap_mapper.frame.cloud import DeviceCloud, PointCloud, cells_of, divided
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_mapper.transfers import CPU, to_host
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F32, F64, I32, I64, Bool
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
@@ -94,41 +94,6 @@ def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: MapParams
     total = sums.sum(axis=1, keepdims=True)
     shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
     return shares
-
-
-class HeightStore:
-    """The shares of height of every slot of a map, beside its features and on their device."""
-
-    def __init__(self, device: torch.device = CPU) -> None:
-        self._shares = torch.zeros((0, LEVELS), device=device)
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes held, with those reserved for growth."""
-        return self._shares.nbytes
-
-    def reserve(self, slots: int) -> None:
-        """Make room for this many slots."""
-        if slots > len(self._shares):
-            extra = self._shares.new_zeros((slots - len(self._shares), LEVELS))
-            self._shares = torch.cat([self._shares, extra])
-
-    def first(self, count: int) -> Tensor:
-        """The shares (count, LEVELS) of the first slots, not copied."""
-        return self._shares[:count]
-
-    def of(self, slots: Tensor | slice) -> Tensor:
-        """The shares (n, LEVELS) of these slots."""
-        return self._shares[slots]
-
-    def move(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
-        """Move distinct slots by gains K (n,) towards shares (n, LEVELS), as features are."""
-        known = self._shares[slots]
-        self._shares[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
-
-    def put(self, slots: Tensor, shares: Tensor) -> None:
-        """Set the shares (n, LEVELS) of distinct slots."""
-        self._shares[slots] = shares
 
 
 def surroundings(regions: Bool, cells: I64) -> I64:

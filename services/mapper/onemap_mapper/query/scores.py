@@ -169,12 +169,12 @@ class MapScores:
 
         with self._turn:
             cells, found = self._scored(queries, changed)
-            slots = cells.slots[cells.slots != NO_SLOT]
+            slots, revision = cells.slots[cells.slots != NO_SLOT], cells.revision
             return ScoredChanges(
                 cells,
                 self._cache.serials(queries),
                 tuple(
-                    CellScores(kept.query, kept.revision, kept.scores[slots], kept.cosines[slots])
+                    CellScores(kept.query, revision, kept.scores[slots], kept.cosines[slots])
                     for kept in found
                 ),
                 rank_limits(found[0].cosines) if found else NO_LIMITS,

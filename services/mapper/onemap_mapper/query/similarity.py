@@ -15,12 +15,11 @@ import torch
 from cachetools import LRUCache
 from torch import Tensor
 
-from onemap_mapper.belief.features import CellFeatures, SlotValues
+from onemap_mapper.belief.features import NOTHING_KNOWN, CellFeatures, SlotValues
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import RANKS, TextEmbeddings
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
-NOTHING_KNOWN = (-1, 0)  # before any revision, of no cell
 MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
 
 
@@ -238,43 +237,24 @@ class KeptScores:
 
     def __init__(self, query: TextQuery, serial: int) -> None:
         self.query, self.serial = query, serial
-        self.revision = NOTHING_KNOWN[0]
-        self._both = SlotValues(2, torch.device("cpu"))
-
-    @property
-    def known(self) -> tuple[int, int]:
-        """Of which revision of the map, and of how many first slots, they are."""
-        return self.revision, self._both.count
+        self.values = SlotValues(2, torch.device("cpu"))
 
     @property
     def scores(self) -> F32:
         """Scores (count,), not copied: valid until the next update."""
-        values: F32 = self._both.values[0].numpy()
+        values: F32 = self.values.values[0].numpy()
         return values
 
     @property
     def cosines(self) -> F32:
         """Cosines (count,), not copied: valid until the next update."""
-        values: F32 = self._both.values[1].numpy()
+        values: F32 = self.values.values[1].numpy()
         return values
-
-    def update(self, slots: I64 | slice, scores: Tensor, cosines: Tensor, of: Revision) -> None:
-        """Set scores and cosines (n,) of these slots; with them all are those of a revision."""
-        self._both.resize(of.count)
-        self.scores[slots], self.cosines[slots] = scores.cpu().numpy(), cosines.cpu().numpy()
-        self.revision = of.number
 
     def copied(self) -> CellScores:
         """Scores and cosines that no update changes."""
-        return CellScores(self.query, self.revision, self.scores.copy(), self.cosines.copy())
-
-
-@dataclass(frozen=True, slots=True)
-class Revision:
-    """A revision of a map, and how many slots it has."""
-
-    number: int
-    count: int
+        revision = self.values.revision
+        return CellScores(self.query, revision, self.scores.copy(), self.cosines.copy())
 
 
 class ScoreCache:
@@ -288,15 +268,7 @@ class ScoreCache:
         self._entries: LRUCache[str, KeptScores] = LRUCache(MAX_TEXTS)
         self._serial = 0  # of the newest query
         self._neutral: NeutralSums | None = None
-        self._norms = SlotNorms()
-
-    def scores(self, query: TextQuery, store: CellFeatures, revision: int) -> F32:
-        """Scores (count,) float32 of all slots at this revision of the map."""
-        return self.cell_scores(query, store, revision).scores
-
-    def cell_scores(self, query: TextQuery, store: CellFeatures, revision: int) -> CellScores:
-        """Scores and cosines of all slots at this revision of the map."""
-        return self.scores_of_all([query], store, revision)[0]
+        self._lengths: SlotValues | None = None  # of the features of all slots
 
     def scores_of_all(
         self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
@@ -318,15 +290,15 @@ class ScoreCache:
 
     def serials(self, queries: Sequence[TextQuery]) -> tuple[int, ...]:
         """Of the kept scores of the queries, 0 for none: the same as long as they are updated."""
-        entries = [self._entries.get(query.text) for query in queries]
-        return tuple(
-            0 if kept is None or not kept.query.scores_as(query) else kept.serial
-            for query, kept in zip(queries, entries, strict=True)
-        )
+        return tuple(kept.serial if kept else 0 for kept in map(self._kept, queries))
+
+    def _kept(self, query: TextQuery) -> KeptScores | None:
+        kept = self._entries.get(query.text)
+        return kept if kept is not None and kept.query.scores_as(query) else None
 
     def _entry(self, query: TextQuery) -> KeptScores:
-        kept = self._entries.get(query.text)
-        if kept is None or not kept.query.scores_as(query):
+        kept = self._kept(query)
+        if kept is None:
             self._serial += 1
             kept = KeptScores(query, self._serial)
         self._entries[query.text] = kept
@@ -334,7 +306,8 @@ class ScoreCache:
 
     def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
         """Ascending slots (n,) whose features scores of the queries, at present, would read."""
-        states = {self._norms.known} if queries else set()
+        lengths = self._lengths.known if self._lengths else NOTHING_KNOWN
+        states = {lengths} if queries else set()
         for known, group in self._groups(queries).items():
             states.add(known)
             if len(store.changed_since(*known)):
@@ -345,22 +318,17 @@ class ScoreCache:
         return store.changed_since(min(revisions), min(counts))
 
     def _sums_known(self, query: TextQuery) -> tuple[int, int]:
-        """As ``_known``, of the sums of its competing words."""
+        """Of which revision, and of how many first slots, its competing words are summed."""
         words, excluded = _competing(query)
         if self._neutral is None or not self._neutral.fits(words, query.temperature):
             return NOTHING_KNOWN
         return self._neutral.known(excluded)
 
-    def _known(self, query: TextQuery) -> tuple[int, int]:
-        """Of which revision, and of how many first slots, the query's scores are kept."""
-        kept = self._entries.get(query.text)
-        return NOTHING_KNOWN if kept is None or not kept.query.scores_as(query) else kept.known
-
     def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
         """Indices of the queries by the revision and the number of cells of their kept scores."""
         groups: dict[tuple[int, int], list[int]] = {}
-        for k, query in enumerate(queries):
-            groups.setdefault(self._known(query), []).append(k)
+        for k, kept in enumerate(map(self._kept, queries)):
+            groups.setdefault(kept.values.known if kept else NOTHING_KNOWN, []).append(k)
         return groups
 
     def _update(
@@ -377,7 +345,7 @@ class ScoreCache:
         where = place if isinstance(place, slice) else torch.from_numpy(place).to(store.device)
         texts = torch.stack([entry.query.concepts[0] for entry in entries])
         cosine = store.products(slots, texts)
-        cosine /= self._norms.of(store, revision)[where]  # in place: 32 MB for 32 texts
+        cosine /= self._lengths_of(store, revision)[where]  # in place: 32 MB for 32 texts
         for entry, own in zip(entries, cosine, strict=True):
             query = entry.query
             if query.calibrated and len(slots):
@@ -385,7 +353,22 @@ class ScoreCache:
                 values = shares(own, sums, query.temperature)
             else:
                 values = scores_of(own[:, None], query)
-            entry.update(place, values, own, Revision(revision, store.count))
+            entry.values.resize(store.count)
+            entry.scores[place], entry.cosines[place] = values.cpu().numpy(), own.cpu().numpy()
+            entry.values.revision = revision
+
+    def _lengths_of(self, store: CellFeatures, revision: int) -> Tensor:
+        """Lengths (count,) of the features, at least ``LEAST_NORM``; changed ones are computed."""
+        lengths = self._lengths = self._lengths or SlotValues(1, store.device)
+        if (revision, store.count) != lengths.known:
+            stale = store.changed_since(*lengths.known)
+            lengths.resize(store.count)
+            for chosen, features in store.chunks(stale):
+                index = torch.from_numpy(stale[chosen]).to(store.device)
+                norms = torch.linalg.vector_norm(features, dim=1)
+                lengths.values[0, index] = norms.clamp(min=LEAST_NORM)
+            lengths.revision = revision
+        return lengths.values[0]
 
     def _sums(self, query: TextQuery, store: CellFeatures, revision: int) -> Tensor:
         """What the words that compete with a text weigh in each cell (count,)."""
@@ -401,33 +384,3 @@ def _competing(query: TextQuery) -> tuple[Tensor, Tensor]:
         words = query.concepts[1:]
         return words, words.new_zeros(len(words))
     return query.neutral, query.excluded
-
-
-class SlotNorms:
-    """Lengths (count,) float32 of the features of all slots of one map, kept up to date."""
-
-    def __init__(self) -> None:
-        self._norms: SlotValues | None = None
-        self._revision = NOTHING_KNOWN[0]
-
-    @property
-    def known(self) -> tuple[int, int]:
-        """Of which revision, and of how many first slots, the lengths are."""
-        return self._revision, 0 if self._norms is None else self._norms.count
-
-    def of(self, store: CellFeatures, revision: int) -> Tensor:
-        """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed.
-
-        They are valid until the next call.
-        """
-        if self._norms is None:
-            self._norms = SlotValues(1, store.device)
-        if (revision, store.count) != self.known:
-            stale = store.changed_since(*self.known)
-            self._norms.resize(store.count)
-            for chosen, features in store.chunks(stale):
-                lengths = torch.linalg.vector_norm(features, dim=1)
-                index = torch.from_numpy(stale[chosen]).to(store.device)
-                self._norms.values[0, index] = lengths.clamp(min=LEAST_NORM)
-            self._revision = revision
-        return self._norms.values[0]

@@ -107,35 +107,6 @@ def _blames_a_text(problem: Exception) -> bool:
 MAX_IMAGES = 32  # a few KB each, as their scores are kept of so many texts
 
 
-class ImageCache:
-    """The most recently used queries by image. Thread-safe."""
-
-    def __init__(self, embed: Callable[[bytes], TextEmbeddings], device: torch.device) -> None:
-        self._embed = embed
-        self._device = device
-        self._lock = threading.Lock()
-        self._entries: LRUCache[str, Entry] = LRUCache(MAX_IMAGES)
-
-    def query(self, image: bytes) -> Entry:
-        """The text space and the query of an image; embeds it without holding the lock."""
-        name = f"image {hashlib.sha256(image).hexdigest()}"
-        with self._lock:
-            entry = self._entries.get(name)
-            entries = self._entries  # those of the present encoder
-        if entry is None:
-            made = self._embed(image)
-            query = replace(text_query(made, 0, self._device), text=name)  # scores are kept by it
-            entry = (made.text_space, query)
-            with self._lock:
-                entries[name] = entry
-        return entry
-
-    def clear(self) -> None:
-        """Drop all entries: the encoder changed."""
-        with self._lock:
-            self._entries = LRUCache(MAX_IMAGES)
-
-
 class MapQueries:
     """Queries for one map. Thread-safe.
 
@@ -146,13 +117,15 @@ class MapQueries:
         self, bus: Bus, device: torch.device, space: Callable[[], tuple[str, int]]
     ) -> None:
         self._texts = TextCache(lambda texts: embed_texts(bus, texts), device)
-        self._images = ImageCache(lambda image: embed_image(bus, image), device)
-        self._space = space
+        self._images: LRUCache[str, Entry] = LRUCache(MAX_IMAGES)
+        self._lock = threading.Lock()
+        self._bus, self._device, self._space = bus, device, space
 
     def clear(self) -> None:
         """Forget all embeddings: the encoder changed."""
         self._texts.clear()
-        self._images.clear()
+        with self._lock:
+            self._images = LRUCache(MAX_IMAGES)
 
     def of_text(self, text: str) -> TextQuery:
         """The query of a text; rejected if it is embedded in another space than the map."""
@@ -160,7 +133,17 @@ class MapQueries:
 
     def of_image(self, image: bytes) -> TextQuery:
         """The query of a PNG or JPEG; rejected as that of a text."""
-        return self._fitting(self._images.query(image), "images")
+        name = f"image {hashlib.sha256(image).hexdigest()}"
+        with self._lock:
+            entry = self._images.get(name)
+            images = self._images  # those of the present encoder
+        if entry is None:
+            made = embed_image(self._bus, image)  # without the lock
+            query = replace(text_query(made, 0, self._device), text=name)  # scores are kept by it
+            entry = (made.text_space, query)
+            with self._lock:
+                images[name] = entry
+        return self._fitting(entry, "images")
 
     def of_rivals(self, names: tuple[str, ...]) -> list[TextQuery]:
         """The queries of the names that the encoder can embed; the others are left out."""

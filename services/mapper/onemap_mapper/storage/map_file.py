@@ -3,34 +3,33 @@
 A file is written under a temporary name and renamed, so a crash leaves the previous one. A file
 that does not fit is rejected with one sentence, and nothing has changed.
 """
-# Touches files: what is written in one piece.
 
 from __future__ import annotations
 
 import json
-import os
 import re
-import secrets
 import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict, dataclass, fields, replace
 from math import prod
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
-from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
 from onemap_mapper.occupancy.evidence import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.query.regions import Extent, extent_band
+from onemap_mapper.storage.atomic_file import replacing
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_mapper.storage.snapshot import (
     ASSUMED,
     FORMAT,
@@ -39,89 +38,37 @@ from onemap_mapper.storage.snapshot import (
     MapFileError,
     MapHeader,
     MapSnapshot,
+    outline,
+    take,
 )
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.grid import MAX_CELLS
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS
 
-LEFTOVERS = ".*.part"
 
+def _add(
+    archive: zipfile.ZipFile,
+    name: str,
+    parts: Iterable[NDArray],
+    shape: tuple[int, ...],
+    dtype: np.dtype,
+) -> None:
+    """Write an array from its parts along the first axis.
 
-@contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file to write; at the end it takes the place of ``path`` as a whole, or not at all.
-
-    It is made under a name that nobody can guess and opened only if it is new, so that no link
-    put there is followed. File and folder are synchronised: the new file outlives a loss of power.
+    As ``numpy.savez`` does it, but it need never be in memory as a whole.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
-    try:
-        with temporary.open("xb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        _sync_folder(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def sweep_leftovers(folder: Path) -> int:
-    """Remove what writes that were cut off left in a folder; returns how many. Raises OSError."""
-    leftovers = list(folder.glob(LEFTOVERS))
-    for path in leftovers:
-        path.unlink(missing_ok=True)
-    return len(leftovers)
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-class NpzWriter:
-    """Writes uncompressed arrays into a file; a context manager that completes the archive."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._zip = zipfile.ZipFile(file, "w", zipfile.ZIP_STORED)
-
-    def __enter__(self) -> NpzWriter:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._zip.close()
-
-    def add(self, name: str, array: NDArray) -> None:
-        """Write a whole array."""
-        self.add_parts(name, array.shape, array.dtype, [array])
-
-    def add_parts(
-        self, name: str, shape: tuple[int, ...], dtype: DTypeLike, parts: Iterable[NDArray]
-    ) -> None:
-        """Write an array of this shape from its consecutive parts along the first axis.
-
-        Raises ValueError if they are not exactly that array.
-        """
-        dtype, written = np.dtype(dtype), 0
-        start = {"shape": shape, "fortran_order": False, "descr": dtype.str}
-        with self._zip.open(f"{name}.npy", "w", force_zip64=True) as entry:
-            np.lib.format.write_array_header_1_0(entry, start)
-            for part in parts:
-                if part.dtype != dtype:
-                    raise ValueError(f"{name} is {dtype}, but a part of it is {part.dtype}")
-                entry.write(np.ascontiguousarray(part).data)
-                written += part.size
-        if written != np.prod(shape, dtype=np.int64):
-            raise ValueError(f"{name} is {shape}, but its parts hold {written} values")
+    start = {"shape": shape, "fortran_order": False, "descr": dtype.str}
+    written = 0
+    with archive.open(name + MEMBER, "w", force_zip64=True) as entry:
+        np.lib.format.write_array_header_1_0(entry, start)
+        for part in parts:
+            if part.dtype != dtype:
+                raise ValueError(f"{name} is {dtype}, but a part of it is {part.dtype}")
+            entry.write(np.ascontiguousarray(part).data)
+            written += part.size
+    if written != prod(shape):
+        raise ValueError(f"{name} is {shape}, but its parts hold {written} values")
 
 
 MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
@@ -150,8 +97,8 @@ class Declared:
         return prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
-def check_identity(raw: object, name: str) -> None:
-    """Raise ``MapFileError`` unless a header is that of a map that can be read."""
+def _checked(raw: object, name: str) -> MapHeader:
+    """The header of a map that can be read; MapFileError for another."""
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapFileError(f"{name} is not a map of OneMap")
     if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
@@ -159,10 +106,7 @@ def check_identity(raw: object, name: str) -> None:
             f"{name} has format version {str(raw.get('version'))[:40]}; this program reads "
             f"{VERSION_WITHOUT_DROPS} and {VERSION}"
         )
-
-
-def check_header(header: MapHeader, name: str) -> None:
-    """Raise ``MapFileError`` unless every field has its type and fits into a message."""
+    header = MapHeader(**raw)
     for field in fields(MapHeader):
         value = getattr(header, field.name)
         fits = {
@@ -178,6 +122,7 @@ def check_header(header: MapHeader, name: str) -> None:
         )
     if header.dimension and not (header.encoder_id and header.text_space):
         raise MapFileError(f"{name} is damaged: it does not say which encoder made its features")
+    return header
 
 
 def _fits_a_message(text: str) -> bool:
@@ -240,49 +185,32 @@ def _layout(
     return layout
 
 
-def features_problem(features: NDArray) -> str:
-    """Which features (k, D) no map can hold; empty if there are none."""
-    return "" if np.isfinite(features).all() else "features that are not finite"
-
-
-def values_problem(snapshot: MapSnapshot) -> str:
-    """Which other values of a map no map can hold; empty if there are none."""
-    for part in ("confidence", "searched", "explored"):
-        values = getattr(snapshot, part)
-        if (
-            values is not None and not ((values >= 0) & (values <= MAX_CONFIDENCE)).all()
-        ):  # also refuses NaN
-            return f"{part} outside of 0 to {MAX_CONFIDENCE:g}"
-    evidence = snapshot.evidence
+def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
+    """Which values of a map, besides features, no map can hold."""
+    amounts = {name: getattr(snapshot, name) for name in ("confidence", "searched", "explored")}
+    seen = snapshot.seen
+    if seen is not None:
+        if not (np.abs(seen.poses) <= MAX_COORDINATE_M).all():  # also refuses NaN
+            yield "views from places that no map has"
+        if seen.best.size and not -1 <= seen.best.min() <= seen.best.max() < len(seen.poses):
+            yield "cells with views that are not there"
+        if seen.last_seen_ns.min(initial=0) < 0:
+            yield "times before 1970"
+        amounts["view_confidence"] = seen.confidence
+    for name, values in amounts.items():
+        if values is not None and not ((values >= 0) & (values <= MAX_CONFIDENCE)).all():
+            yield f"{name} outside of 0 to {MAX_CONFIDENCE:g}"
+    heights, evidence = snapshot.known_heights(), snapshot.evidence
+    if not ((heights >= 0) & (heights <= MAX_HEIGHT_SHARE)).all():
+        yield f"shares of height outside of 0 to {MAX_HEIGHT_SHARE:g}"
     if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
-        return f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
+        yield f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
     if snapshot.clear.size and snapshot.clear.max() > ASSUMED:
-        return f"clear that is none of 0 to {ASSUMED}"
-    for part in ("cells", "driving_cells"):
-        cells = getattr(snapshot, part)
+        yield f"clear that is none of 0 to {ASSUMED}"
+    for name in ("cells", "driving_cells"):
+        cells = getattr(snapshot, name)
         if len(np.unique(cells, axis=0)) != len(cells):
-            return f"{part} that are there twice"
-    return _heights_problem(snapshot.heights) or _seen_problem(snapshot.seen)
-
-
-def _heights_problem(heights: NDArray | None) -> str:
-    """What of the shares of height no map can hold; empty if there is nothing."""
-    if heights is None or ((heights >= 0) & (heights <= MAX_HEIGHT_SHARE)).all():
-        return ""
-    return f"shares of height outside of 0 to {MAX_HEIGHT_SHARE:g}"
-
-
-def _seen_problem(seen: SeenFrom | None) -> str:
-    """What of the views no map can hold; empty if there is nothing."""
-    if seen is None:
-        return ""
-    if not (np.abs(seen.poses) <= MAX_COORDINATE_M).all():  # also refuses NaN
-        return "views from places that no map has"
-    if seen.best.size and not -1 <= seen.best.min() <= seen.best.max() < len(seen.poses):
-        return "cells with views that are not there"
-    if not ((seen.confidence >= 0) & (seen.confidence <= MAX_CONFIDENCE)).all():
-        return f"view_confidence outside of 0 to {MAX_CONFIDENCE:g}"
-    return "times before 1970" if seen.last_seen_ns.min(initial=0) < 0 else ""
+            yield f"{name} that are there twice"
 
 
 SUFFIX = ".npz"
@@ -316,10 +244,9 @@ ARRAYS = (
 )
 OBJECTS = "objects"  # only in files of maps with found objects
 # Arrays that files of earlier releases do not have; earlier releases leave them unread.
-EXPLORED = "explored"
-HEIGHTS = "heights"
 SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
-ADDED = (EXPLORED, HEIGHTS, *SEEN)
+ADDED = ("explored", "heights", *SEEN)
+NOT_FINITE = "features that are not finite"
 
 
 class MapNotFound(MapFileError):
@@ -341,37 +268,39 @@ def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | 
     feature_parts: consecutive rows (k, D) of all features, where the snapshot has (0, D); its
     confidences are read after them.
     """
-    check_header(snapshot.header, "the map in memory")
-    with replacing(path) as file, NpzWriter(file) as archive:
-        archive.add(HEADER, np.array(json.dumps(asdict(snapshot.header))))
+    header = asdict(snapshot.header)
+    _checked(header, "the map in memory")
+    with replacing(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+
+        def add(name: str, array: NDArray) -> None:
+            _add(archive, name, [array], array.shape, array.dtype)
+
+        add(HEADER, np.array(json.dumps(header)))
         shape = (len(snapshot.cells), snapshot.header.dimension)
         parts = [snapshot.features] if feature_parts is None else feature_parts
-        archive.add_parts("features", shape, snapshot.features.dtype, map(_finite, parts))
-        if problem := values_problem(snapshot):
+        _add(archive, "features", map(_finite, parts), shape, snapshot.features.dtype)
+        if problem := next(_impossible(snapshot), ""):
             raise _unreadable(problem)
         for name, array in _arrays(snapshot).items():
-            archive.add(name, array)
+            add(name, array)
     return path.stat().st_size
 
 
 def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
     """The arrays of a file by name, without its features."""
-    arrays = {name: getattr(snapshot, name) for name in ARRAYS if name != "features"}
+    names = [*(name for name in ARRAYS if name != "features"), "explored", "heights"]
+    arrays = {name: getattr(snapshot, name) for name in names}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
-    if snapshot.explored is not None:
-        arrays[EXPLORED] = snapshot.explored
-    if snapshot.heights is not None:
-        arrays[HEIGHTS] = snapshot.heights
     if (seen := snapshot.seen) is not None:
         parts = (seen.poses, seen.best, seen.confidence, seen.last_seen_ns)
         arrays |= dict(zip(SEEN, parts, strict=True))
-    return arrays
+    return {name: array for name, array in arrays.items() if array is not None}
 
 
 def _finite(features: NDArray) -> NDArray:
-    if problem := features_problem(features):
-        raise _unreadable(problem)
+    if not np.isfinite(features).all():
+        raise _unreadable(NOT_FINITE)
     return features
 
 
@@ -389,15 +318,16 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
     require(path)
     with _opened(path) as archive:
         header = _header(archive, path)
-        check_arrays(_declared(archive), header, path.name, max_cells)
+        declared = {name: _declared(archive, name) for name in _names(archive)}
+        check_arrays(declared, header, path.name, max_cells)
         arrays = {name: archive[name] for name in _names(archive)}
         objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
         seen = [arrays.pop(name) for name in SEEN if name in arrays]
         snapshot = MapSnapshot(
             header, **arrays, objects=objects, seen=SeenFrom(*seen) if seen else None
         )
-        problem = features_problem(snapshot.features)
-        problem = problem or values_problem(snapshot)
+        finite = np.isfinite(snapshot.features).all()
+        problem = next(_impossible(snapshot), "") if finite else NOT_FINITE
     if problem:
         raise MapFileError(f"{path.name} is damaged: it holds {problem}")
     return snapshot
@@ -407,7 +337,7 @@ def read_header(path: Path) -> tuple[MapHeader, int]:
     """The checked header of a file and the number of its cells; its arrays are not read."""
     with _opened(path) as archive:
         header = _header(archive, path)
-        return header, _declared_array(archive, "cells").shape[0]
+        return header, _declared(archive, "cells").shape[0]
 
 
 def require(path: Path) -> None:
@@ -434,25 +364,17 @@ def _opened(path: Path) -> Iterator[Any]:
 
 def _header(archive: Any, path: Path) -> MapHeader:
     stored = archive.zip.getinfo(HEADER + MEMBER).file_size
-    declared = _declared_array(archive, HEADER)
+    declared = _declared(archive, HEADER)
     if max(stored, declared.nbytes) > MAX_HEADER_BYTES:
         raise MapFileError(f"{path.name} is damaged: its header has {stored} bytes")
-    raw = json.loads(str(archive[HEADER]))
-    check_identity(raw, path.name)
-    header = MapHeader(**raw)
-    check_header(header, path.name)
-    return header
-
-
-def _declared(archive: Any) -> dict[str, Declared]:
-    return {name: _declared_array(archive, name) for name in _names(archive)}
+    return _checked(json.loads(str(archive[HEADER])), path.name)
 
 
 def _names(archive: Any) -> tuple[str, ...]:
     return (*ARRAYS, *(name for name in ADDED if name in archive))
 
 
-def _declared_array(archive: Any, name: str) -> Declared:
+def _declared(archive: Any, name: str) -> Declared:
     """Type and shape of an array from the first bytes of its entry."""
     entry = archive.zip.getinfo(name + MEMBER)
     with archive.zip.open(entry) as file:
@@ -467,8 +389,91 @@ def _declared_array(archive: Any, name: str) -> Declared:
 
 
 def _object_bytes(archive: Any) -> bytes:
-    declared = _declared_array(archive, OBJECTS)
+    declared = _declared(archive, OBJECTS)
     if declared.compressed or declared.nbytes > MAX_OBJECT_BYTES:
         raise ValueError(f"its objects take {declared.nbytes} bytes")
     data: bytes = archive[OBJECTS].tobytes()
     return data
+
+
+PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
+ATTEMPTS = 3
+
+
+class CellsMoved(Exception):
+    """The cells of a map changed their slots while it was written, as when submaps move."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveMap:
+    """The map of a mapper. ``current`` gives it; it changes only while ``lock`` is held."""
+
+    lock: AbstractContextManager[object]
+    current: Callable[[], BeliefMap]
+
+    def write(
+        self,
+        path: Path,
+        *,
+        objects: ObjectMemory = NO_OBJECTS,
+        accept: Callable[[int], None] = lambda _nbytes: None,
+    ) -> int:
+        """Write the file atomically; returns its size in bytes, 0 and no file of an empty map.
+
+        A cell's feature and confidences are of one moment; two cells may be some frames apart.
+        If cells change their slots meanwhile, or another map takes the place, it begins again,
+        the last time from a copy of the whole. ``accept`` is given about how many bytes it will
+        be, and may raise. Raises OSError, MapFileError.
+        """
+        for _ in range(ATTEMPTS):
+            with self.lock:
+                belief = self.current()
+                content = replace(outline(belief), objects=objects)
+            if not content.header.dimension:
+                return 0
+            accept(content.nbytes)
+            try:
+                return write(content, path, self._feature_parts(belief, content))
+            except CellsMoved:
+                continue
+        with self.lock:
+            content = take(self.current(), objects)
+        return write(content, path) if content.header.dimension else 0
+
+    def whole(self) -> tuple[MapSnapshot, int]:
+        """A copy of one whole revision, and its number; frames wait for it."""
+        with self.lock:
+            belief = self.current()
+            return take(belief), belief.revision
+
+    def height_m(self, extent_m: Extent) -> tuple[float, ...]:
+        """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""
+        with self.lock:
+            return extent_band(self.current().shared_version(), extent_m)
+
+    def _feature_parts(self, belief: BeliefMap, content: MapSnapshot) -> Iterator[NDArray]:
+        """All features in parts, each valid until the next is asked for.
+
+        Sets the confidences of ``content`` to those of the same moment. There is one buffer for
+        all parts, because torch's allocations, which are aligned, leave gaps behind.
+        Raises ``CellsMoved`` if the features are not those of the content's cells.
+        """
+        store, count = belief.store, len(content.cells)
+        buffer = np.empty((min(PART, count), belief.dimension), content.features.dtype)
+        for first in range(0, count, PART):
+            part = slice(first, min(first + PART, count))
+            with self.lock:
+                if store.count < part.stop:
+                    raise CellsMoved
+                for rows, features in store.chunks(np.arange(part.start, part.stop)):
+                    buffer[rows] = to_host(features)
+                confidences = to_host(store.confidences(part))
+            copies = (content.confidence, content.searched, content.explored)
+            for copy, values in zip(copies, confidences[: len(copies)], strict=True):
+                if copy is not None:
+                    copy[part] = values
+            yield buffer[: part.stop - part.start]
+        with self.lock:
+            same = np.array_equal(store.cells[:count], content.cells)
+            if belief is not self.current() or not same:
+                raise CellsMoved

@@ -15,10 +15,10 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
-from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.messages import MapDigest
 

@@ -1,4 +1,4 @@
-"""The map as a sum of submaps: taking one out and putting it back, at its pose or at another."""
+"""Corrections of the pose: what a share put in and taken out leaves, and how submaps follow."""
 
 from __future__ import annotations
 
@@ -13,10 +13,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import SubmapParams, SubmapStore, occupancy_of, submap_of
+from onemap_mapper.belief.submaps import (
+    PlanarCorrection,
+    Submap,
+    SubmapParams,
+    SubmapStore,
+    correction_at,
+    moved_cells,
+    occupancy_of,
+    submap_of,
+)
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
+from onemap_mapper.session import PoseGraphFollower
 from onemap_shared.geometry import F16, F64, I64, pose_2d
+from onemap_shared.grid import GridSpec
 from onemap_shared.messages import FeatureField, PoseGraph
 from tests.mapper import scenes
 
@@ -171,29 +182,6 @@ def test_corrections_do_not_add_up(seed: int) -> None:
     assert follow(submaps, graph(fields, [STAY] * 4)) == 0
 
 
-def test_frames_go_on_between_two_moves() -> None:
-    fields = shown(3, 5)
-    message = graph(fields[:3], random_corrections(1, 3))
-    belief, submaps = made(fields[:3])
-    submaps.follow(message)
-    assert submaps.move_next()
-    for field in fields[3:]:
-        update = compute_update(field, belief.params)
-        belief.fuse(update)
-        submaps.add(update)
-    while submaps.move_next():
-        pass
-    submaps.close()
-    first, theirs = made(fields[:3])
-    follow(theirs, message)
-    for field in fields[3:]:
-        update = compute_update(field, first.params)
-        first.fuse(update)
-        theirs.add(update)
-    theirs.close()
-    assert_same(belief, first)
-
-
 def test_a_late_frame_is_moved_too() -> None:
     """Captured before the correction, computed after it."""
     # so far apart, also when corrected, that each counts as the most views
@@ -213,15 +201,6 @@ def test_a_late_frame_is_moved_too() -> None:
     )
     theirs.close()
     assert_same(belief, expected)
-
-
-def test_frames_from_one_place_share_a_submap() -> None:
-    near = [scenes.field(k, scenes.pose(0.1 * k)) for k in range(6)]
-    _, submaps = made(near, distance_m=0.35)
-    assert submaps.count == 2  # 0 to 0.3 m, 0.4 and 0.5 m
-    turning = [scenes.field(k, scenes.pose(yaw_rad=0.3 * k)) for k in range(6)]
-    _, submaps = made(turning, distance_m=5.0, turn_deg=45.0)
-    assert submaps.count == 2  # 0 to 0.6 rad, 0.9 to 1.5
 
 
 @pytest.mark.parametrize("limit", [{"count": 2}, {"memory_mb": 1}])
@@ -277,3 +256,149 @@ def test_a_reset_of_what_was_searched_holds_after_a_move() -> None:
 def _unit(features: np.ndarray) -> F16:
     unit: F16 = (features / np.linalg.norm(features, axis=-1, keepdims=True)).astype(np.float16)
     return unit
+
+
+POINTS = np.array([[0.0, 0.0], [1.5, -2.0], [-3.0, 4.0]])
+SECOND = 10**9
+START = 1_700_000_000 * SECOND
+
+
+def keyframe_graph(*corrected: F64) -> PoseGraph:
+    """Keyframes a second and a metre apart, with these poses now."""
+    published = [pose_2d(float(k), 0.0, 0.3 * k) for k in range(len(corrected))]
+    stamps = START + SECOND * np.arange(len(corrected))
+    last = int(stamps[-1]) + SECOND
+    return PoseGraph(1, last, stamps, np.stack(published), np.stack(corrected))
+
+
+def test_undoing_a_correction_gives_the_points_back() -> None:
+    correction = PlanarCorrection.about(POINTS[1], to_m=np.array([2.0, 0.5]), yaw_rad=0.7)
+    np.testing.assert_allclose(correction.apply(POINTS[1:2]), [[2.0, 0.5]], atol=1e-12)
+    np.testing.assert_allclose(correction.undo(correction.apply(POINTS)), POINTS, atol=1e-12)
+
+
+def test_between_keyframes_the_correction_changes_evenly() -> None:
+    message = keyframe_graph(pose_2d(0.0, 0.0, 0.0), pose_2d(1.0, 0.4, 0.5))
+    centre_m = np.array([0.5, 0.0])
+    half = correction_at(message, START + SECOND // 2, centre_m)
+    first = correction_at(message, START, centre_m)
+    second = correction_at(message, START + SECOND, centre_m)
+    assert half.yaw_rad == pytest.approx(0.1)
+    middle = (first.apply(centre_m[None]) + second.apply(centre_m[None])) / 2
+    np.testing.assert_allclose(half.apply(centre_m[None]), middle)
+
+
+SIZE_M = 0.1
+SQUARE = np.argwhere(np.ones((20, 30), bool)) - (4, 11)
+CENTRES = GridSpec(SIZE_M, (0, 0), (1, 1)).centres(SQUARE)
+
+
+def seen() -> tuple[BeliefMap, Submap]:
+    """A map of one frame, and its submap."""
+    belief = BeliefMap(scenes.params())
+    field = scenes.field(0, scenes.pose())
+    belief.fuse(compute_update(field, belief.params))
+    centre_m = field.T_map_camera[:2, 3]
+    return belief, submap_of(belief, field.stamp_ns, centre_m, torch.float16)
+
+
+@pytest.mark.parametrize("yaw_rad", [-0.4, 0.02, 1.0, np.pi])
+def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
+    correction = PlanarCorrection(yaw_rad, 0.37, -1.21)
+    cells, source = moved_cells(SQUARE, correction, SIZE_M)
+    assert len(np.unique(cells, axis=0)) == len(cells)
+    assert len(cells) == pytest.approx(len(SQUARE), rel=0.04)  # its area stays
+    off_m = (cells + 0.5) * SIZE_M - correction.apply(CENTRES[source])
+    assert np.linalg.norm(off_m, axis=1).max() <= SIZE_M / np.sqrt(2) + 1e-9
+    filled = np.zeros(np.ptp(cells, axis=0) + 1, bool)
+    filled[tuple((cells - cells.min(axis=0)).T)] = True
+    for row in filled:
+        inside = np.flatnonzero(row)
+        assert row[inside[0] : inside[-1] + 1].all()  # a convex shape: each row is one run
+
+
+def test_features_and_evidence_move_together() -> None:
+    _, submap = seen()
+    moved = submap.corrected(PlanarCorrection(0.0, 1.0, 0.0))
+    expected = moved.features.cells + (10, 0)
+    cells = moved.moved_features(SIZE_M).cells
+    np.testing.assert_array_equal(np.unique(cells, axis=0), np.unique(expected, axis=0))
+    assert len(moved.moved_occupancy(SIZE_M).cells) == len(submap.occupancy.cells)
+    assert not submap.without_searched().features.searched.any()
+
+
+FIELDS = [scenes.field(k, scenes.pose(0.2 * k)) for k in range(4)]
+EMPTY = PoseGraph(0, 0, np.zeros(0, np.int64), np.zeros((0, 4, 4)), np.zeros((0, 4, 4)))
+
+
+def following() -> PoseGraphFollower:
+    return PoseGraphFollower(shared=False, params=SubmapParams(distance_m=0.1))
+
+
+def moved_graph(fields: list[FeatureField], x_m: float = 0.5) -> PoseGraph:
+    """Everything lies ``x_m`` further along x."""
+    published = np.stack([field.T_map_camera for field in fields])
+    stamps = np.array([field.stamp_ns for field in fields])
+    return PoseGraph(1, int(stamps[-1]), stamps, published, pose_2d(x_m, 0.0, 0.0) @ published)
+
+
+def fed(
+    follower: PoseGraphFollower, belief: BeliefMap, fields: list[FeatureField]
+) -> PoseGraphFollower:
+    for field in fields:
+        update = compute_update(field, belief.params)
+        belief.fuse(update)
+        follower.record(update)
+    return follower
+
+
+def finish(follower: PoseGraphFollower) -> int:
+    """Work to the end; returns how many submaps were moved."""
+    moved = 0
+    while follower.busy:
+        moved += follower.work()
+    return moved
+
+
+def test_without_a_graph_nothing_is_kept() -> None:
+    follower = fed(following(), BeliefMap(MapParams()), FIELDS)
+    follower.reset_searched()
+    follower.replace(BeliefMap(MapParams()))
+    assert not follower.busy
+    assert follower.work() == 0
+    assert follower.metrics() == {}
+
+
+def test_an_empty_graph_announces_corrections() -> None:
+    follower, belief = following(), BeliefMap(MapParams())
+    follower.receive(EMPTY, belief)
+    assert follower.work() == 0
+    fed(follower, belief, FIELDS)
+    assert follower.metrics()["submaps"] == 4
+    assert follower.metrics()["submap_bytes"] > 0
+    x_m = belief.store.cells[:, 0].mean() * 0.1
+    follower.receive(moved_graph(FIELDS), belief)
+    assert finish(follower) == 4
+    assert belief.store.cells[:, 0].mean() * 0.1 == pytest.approx(x_m + 0.5)
+
+
+def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
+    follower, belief = following(), BeliefMap(MapParams())
+    follower.receive(EMPTY, belief)
+    fed(follower, belief, FIELDS)
+    now_s = iter(0.02 * k for k in range(100))
+    monkeypatch.setattr("onemap_mapper.session.time.monotonic", lambda: next(now_s))
+    follower.receive(moved_graph(FIELDS), belief)
+    assert [follower.work(), follower.busy] == [2, True]
+    assert [follower.work(), follower.busy] == [2, True]
+    assert [follower.work(), follower.busy] == [0, False]
+
+
+def test_a_correction_out_of_the_world_is_reported(caplog: pytest.LogCaptureFixture) -> None:
+    follower, belief = following(), BeliefMap(MapParams())
+    follower.receive(EMPTY, belief)
+    fed(follower, belief, FIELDS[:1])
+    follower.receive(moved_graph(FIELDS, x_m=5000.0), belief)
+    assert follower.busy
+    assert finish(follower) == 0
+    assert "did the pose jump" in caplog.text

@@ -1,18 +1,45 @@
-"""Follows the corrections of SLAM: keeps submaps and moves them in slices of limited time."""
+"""A map with what is derived from it, and how it follows the corrections of SLAM."""
 # Talks: moves submaps for a limited time, and logs.
 
 from __future__ import annotations
 
 import logging
 import time
+from contextlib import AbstractContextManager
+from uuid import uuid4
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
 from onemap_mapper.frame.update import FrameUpdate
+from onemap_mapper.query.replies import ViewReplies
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.verdicts import CoverageCache
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import PoseGraph
 
 LOG = logging.getLogger("onemap.mapper")
+
+
+class MapSession:
+    """One map, and what answers are made of; another map is another session.
+
+    lock: while it is held, the map changes. resumed: the map is that of a checkpoint, and no frame
+    was fused since. coverages: by the number of the robot.
+    """
+
+    def __init__(
+        self,
+        belief: BeliefMap,
+        lock: AbstractContextManager[object],
+        robots: int,
+        *,
+        resumed: bool = False,
+    ) -> None:
+        self.belief, self.resumed = belief, resumed
+        self.scores = MapScores(belief, lock)
+        self.views = ViewReplies(self.scores, uuid4().hex)
+        self.coverages = [CoverageCache(time.monotonic) for _ in range(robots)]
+
 
 SLICE_S = 0.05  # of moving between two frames, which come every 0.1 s or slower
 

@@ -5,20 +5,100 @@ own. The mapper's lock is held for a part of the map at a time, so that fusing w
 milliseconds.
 """
 # Talks: writes in a thread, and logs.
+# Touches files: checkpoints, and the world that they are of.
 
 from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import count
 from pathlib import Path
 
-from onemap_mapper import checkpoint_file
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.params import CheckpointParams
-from onemap_mapper.storage.live_map import LiveMap
-from onemap_mapper.storage.map_file import sweep_leftovers
-from onemap_mapper.storage.snapshot import MapFileError, restore
+from onemap_mapper.params import MapParams
+from onemap_mapper.storage import objects
+from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
+from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
+
+FOLDER = "checkpoints"  # inside the map folder, so that they are not listed as maps
+KEPT = 2  # so that one that cannot be read leaves another; numbered, as clocks may be set back
+INTERVAL_S = 15.0  # after which a changed map is written: what a crash loses at most
+# Changed cells after which it is written sooner: as many as ten frames of new floor change.
+MANY_CELLS = 20_000
+SOONER_S = INTERVAL_S / 3
+
+
+def write_next(folder: Path, to_file: Callable[[Path], object]) -> Path:
+    """Have ``to_file`` write the next checkpoint, then remove old ones; returns its path.
+
+    Raises what ``to_file`` raises; then the old ones stay.
+    """
+    known = all_of(folder)
+    path = folder / FOLDER / f"{_number(known[0]) + 1 if known else 1:08d}{SUFFIX}"
+    to_file(path)
+    for old in known[KEPT - 1 :]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
+    """The newest checkpoint that can be read, and why newer ones cannot, a sentence each."""
+    problems: list[str] = []
+    for path in all_of(folder):
+        try:
+            return read(path), problems
+        except MapFileError as problem:
+            problems.append(f"checkpoint {path} cannot be used: {problem}")
+    return None, problems
+
+
+def remove_all(folder: Path) -> None:
+    """Remove the checkpoints, because the map was replaced. Raises OSError."""
+    for path in all_of(folder):
+        path.unlink(missing_ok=True)
+
+
+def all_of(folder: Path) -> list[Path]:
+    """All checkpoints, the newest first."""
+    paths = (folder / FOLDER).glob(f"*{SUFFIX}")
+    return sorted((path for path in paths if path.stem.isdecimal()), key=_number, reverse=True)
+
+
+def _number(path: Path) -> int:
+    return int(path.stem)
+
+
+WORLD_FILE = "world.txt"
+ASIDE = "other_worlds"  # inside the map folder
+MAX_WORLD_CHARS = 400
+
+
+def read_world(folder: Path) -> str:
+    """The world of what the folder holds; empty if that is not known, as of earlier releases."""
+    try:
+        return (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")[:MAX_WORLD_CHARS]
+    except OSError:
+        return ""
+
+
+def write_world(folder: Path, world: str) -> None:
+    """Raises OSError."""
+    with replacing(folder / WORLD_FILE) as file:
+        file.write(world.encode())
+
+
+def set_aside(folder: Path) -> Path:
+    """Move what the folder holds into a new folder beside it, which is returned; raises OSError."""
+    kept = [*all_of(folder), folder / objects.FILE_NAME, folder / WORLD_FILE]
+    aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
+    aside.mkdir(parents=True)
+    for path in filter(Path.exists, kept):
+        path.rename(aside / path.name)
+    return aside
+
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -26,8 +106,8 @@ LOG = logging.getLogger("onemap.mapper")
 class Checkpoints:
     """The checkpoints of one mapper."""
 
-    def __init__(self, folder: Path, params: CheckpointParams, live: LiveMap) -> None:
-        self._folder, self._params, self._live = folder, params, live
+    def __init__(self, folder: Path, live: LiveMap) -> None:
+        self._folder, self._live = folder, live
         self._writer = ThreadPoolExecutor(1, "checkpoint")
         self._writing: Future[None] | None = None
         self._saved_revision = 0
@@ -43,13 +123,11 @@ class Checkpoints:
         Raises what the last one raised unexpectedly.
         """
         since_s = now_s - self._saved_s
-        if self._busy() or not self._params.checkpoint_interval_s:
-            return
-        if not self._params.may_be_due(since_s):
+        if self._busy() or since_s < SOONER_S:
             return
         with self._live.lock:
             changed = self._changed_cells()
-        if self._params.is_due(since_s, changed):
+        if changed and (since_s >= INTERVAL_S or changed >= MANY_CELLS):
             self._saved_s = now_s
             self._writing = self._writer.submit(self._write)
 
@@ -64,8 +142,7 @@ class Checkpoints:
     def close(self) -> None:
         """Wait for a checkpoint that is being written; write the newest state."""
         self._writer.shutdown()
-        if self._params.checkpoint_interval_s:
-            self._write()
+        self._write()
 
     def _busy(self) -> bool:
         """Whether one is being written."""
@@ -90,7 +167,7 @@ class Checkpoints:
         if not changed:
             return
         try:
-            checkpoint_file.write(self._folder, self._live.write)
+            write_next(self._folder, self._live.write)
         except (OSError, MapFileError) as problem:
             self._report(f"cannot write a checkpoint: {problem}; a restart loses the map")
             return
@@ -103,7 +180,7 @@ class Checkpoints:
 
     def _remove(self) -> None:
         try:
-            checkpoint_file.remove_all(self._folder)
+            remove_all(self._folder)
         except OSError as problem:
             self._report(f"cannot remove old checkpoints: {problem}; a restart resumes an old map")
 
@@ -113,14 +190,9 @@ class Checkpoints:
         self.problem = problem
 
 
-def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
-    """The map of the newest checkpoint that fits the configuration; what does not is logged.
-
-    None without ``resume``; the mapper removes them with the first frame, if it is of their world.
-    """
-    if not params.resume:
-        return None
-    content, problems = checkpoint_file.newest(folder)
+def resumed(folder: Path, params: MapParams) -> BeliefMap | None:
+    """The map of the newest checkpoint that fits the configuration; what does not is logged."""
+    content, problems = newest(folder)
     for problem in problems:
         LOG.error("%s", problem)
     if content is None:
@@ -138,7 +210,7 @@ def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
 
 def sweep(folder: Path) -> None:
     """Remove what cut off writes of an earlier mapper left, of maps and of checkpoints."""
-    for each in (folder, folder / checkpoint_file.FOLDER):
+    for each in (folder, folder / FOLDER):
         try:
             count = sweep_leftovers(each)
         except OSError as problem:

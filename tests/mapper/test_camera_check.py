@@ -1,21 +1,30 @@
-"""The lowest level surface of one image: floors and tables count, walls and noise do not."""
+"""The diagnostics of the camera: level surfaces, the floor over several views, what is reported."""
 
 from __future__ import annotations
+
+from math import radians
 
 import numpy as np
 import pytest
 
 from onemap_mapper.frame import camera_check
-from onemap_mapper.frame.camera_check import LevelSurface, lowest_level_surface
+from onemap_mapper.frame.camera_check import (
+    CameraPose2D,
+    DepthDiagnostics,
+    FloorMonitor,
+    FloorState,
+    LevelSurface,
+    lowest_level_surface,
+)
 from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.robots import SILENT_AFTER_S, MapperTelemetry
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64
+from onemap_shared.transport import Counters
 from tests.mapper import scenes
 
 SIZE = (240, 320)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.radians(79.0))
-TABLE = scenes.Box((0.3, -2.5, 0.5), (3.0, 2.5, 0.55))
-CABINET = scenes.Box((0.8, -2.0, 0.0), (1.4, 2.0, 2.2))
 
 
 def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
@@ -61,15 +70,6 @@ def test_a_wrong_angle_of_the_camera_tilts_the_floor_by_it(axis: int, error_deg:
     assert np.degrees(surface.tilt_rad) == pytest.approx(abs(error_deg), rel=0.07)
 
 
-def test_the_floor_is_found_below_a_table() -> None:
-    table = scenes.Box((0.8, -0.4, 0.5), (1.6, 0.4, 0.55))
-    assert height_in(depth_of(table)) == pytest.approx(0.0, abs=0.01)
-
-
-def test_a_table_that_fills_the_view_is_what_is_seen() -> None:
-    assert height_in(depth_of(TABLE)) == pytest.approx(0.55, abs=0.01)
-
-
 @pytest.mark.parametrize("noise_m", [0.0, 0.01])
 def test_noise_that_grows_with_the_square_of_the_distance_leaves_the_floor(noise_m: float) -> None:
     depth_m = depth_of()
@@ -112,3 +112,97 @@ def test_impossible_images_and_cameras_are_no_crash(size: tuple[int, int], focal
     cloud = PointCloud.of(depth_m, intrinsics=camera, T_map_camera=scenes.pose())
     surface = lowest_level_surface(cloud)
     assert surface is None or np.isfinite([surface.height_m, surface.tilt_rad]).all()
+
+
+FLOOR = LevelSurface(0.01, radians(0.5))
+TABLE_TOP = LevelSurface(0.45, radians(0.5))
+
+
+def turning(surface: LevelSurface, degrees: int, *, at_s: float = 0.0) -> FloorMonitor:
+    """Turned on the spot, with a reading at every degree."""
+    monitor = FloorMonitor()
+    for degree in range(degrees + 1):
+        here = CameraPose2D(0.0, 0.0, radians(degree))
+        monitor = monitor.with_surface(surface, here, at_s + 0.01 * degree)
+    return monitor
+
+
+def state(monitor: FloorMonitor, now_s: float = 5.0) -> FloorState:
+    return monitor.assessment(now_s).state
+
+
+def test_one_view_of_the_floor_outweighs_all_tables() -> None:
+    monitor = turning(TABLE_TOP, 180).with_surface(FLOOR, CameraPose2D(0.0, 0.0, radians(-90)), 4.0)
+    assert state(monitor) is FloorState.CONSISTENT
+
+
+def test_tables_of_different_heights_do_not_agree() -> None:
+    monitor = FloorMonitor()
+    for k, height_m in enumerate([0.2, 0.3, 0.4, 0.5, 0.6, 0.55]):
+        here = CameraPose2D(0.0, 0.0, radians(60 * k))
+        monitor = monitor.with_surface(LevelSurface(height_m, 0.0), here, float(k))
+    assert state(monitor, 6.0) is FloorState.UNKNOWN
+
+
+def test_a_tilt_is_reported_though_the_height_depends_on_the_distance() -> None:
+    monitor = FloorMonitor()
+    for k in range(6):
+        tilted = LevelSurface(-0.05 * k, radians(5.0))
+        monitor = monitor.with_surface(tilted, CameraPose2D(0.0, 0.0, radians(60 * k)), float(k))
+    assessment = monitor.assessment(6.0)
+    assert assessment.state is FloorState.INCONSISTENT
+    assert "5.0 degrees" in assessment.problem
+
+
+AHEAD = CameraPose2D(0.0, 0.0, 0.0)
+GOOD = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
+
+
+def fed(*depths: DepthDiagnostics, every_s: float = 0.2) -> MapperTelemetry:
+    telemetry = MapperTelemetry()
+    for k, depth in enumerate(depths):
+        telemetry.record_fused(now_s=k * every_s, update_ms=7.0, depth=depth)
+    return telemetry
+
+
+@pytest.mark.parametrize(
+    ("depth", "sentence"),
+    [
+        (DepthDiagnostics(0.0, 0.0, AHEAD), "all zero"),
+        (DepthDiagnostics(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
+    ],
+)
+def test_bad_depth_is_reported_but_frames_are_fused(depth: DepthDiagnostics, sentence: str) -> None:
+    telemetry = fed(depth)
+    assert sentence in telemetry.problem(0.5)
+    assert telemetry.ready(0.5)
+
+
+def reported(height_m: float) -> list[DepthDiagnostics]:
+    """Frames of a robot that turns by 180 degrees and sees the floor at this height."""
+    headings = [radians(45 * k) for k in range(5)]
+    surface = LevelSurface(height_m, 0.0)
+    return [DepthDiagnostics(0.9, 0.0, CameraPose2D(0.0, 0.0, h), surface) for h in headings]
+
+
+def test_a_wrong_floor_is_reported_as_sentence_and_metrics() -> None:
+    telemetry = fed(*reported(-0.3))
+    assert "z = -0.30 m" in telemetry.problem(2.0)
+    assert telemetry.ready(2.0)
+    metrics = telemetry.metrics(2.0, Counters())
+    assert metrics["floor_height_m"] == pytest.approx(-0.3)
+    assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
+
+
+def test_silence_and_rejected_frames_are_reported() -> None:
+    telemetry = MapperTelemetry()
+    assert "no frame has arrived" in telemetry.problem(0.0)
+    assert not telemetry.ready(0.0)
+    telemetry = fed(GOOD)
+    assert "no frame for" in telemetry.problem(SILENT_AFTER_S + 1)
+    assert not telemetry.ready(SILENT_AFTER_S + 1)
+    telemetry.record_rejected("another encoder")
+    assert telemetry.problem(0.1) == "another encoder"
+    assert not telemetry.ready(0.1)
+    telemetry.record_fused(now_s=0.2, update_ms=1.0, depth=GOOD)
+    assert telemetry.ready(0.3)

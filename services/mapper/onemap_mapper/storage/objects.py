@@ -1,13 +1,30 @@
-"""The objects that were found, as they are kept with the map, and their form on disk."""
+"""The found objects: what is kept of them, their form on disk, and who answers for them."""
+# Talks: answers the bus's threads.
+# Touches files: found objects.
 
 from __future__ import annotations
 
+import logging
+import secrets
 import struct
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import hypot, inf
+from pathlib import Path
 
-from onemap_shared.messages import KeptObject, ObjectFind, ObjectList, PicturedObject
+from onemap_mapper.storage.atomic_file import replacing
+from onemap_shared import keys
+from onemap_shared.messages import (
+    KeptObject,
+    ObjectFind,
+    ObjectId,
+    ObjectList,
+    ObjectListRequest,
+    PicturedObject,
+)
 from onemap_shared.names import same_name
+from onemap_shared.transport import RequestRejected, Server
 from onemap_shared.wire import Packet, decode, encode
 
 # A find of the same name within this distance along the floor is the same object seen again. The
@@ -157,3 +174,146 @@ def _first_time(find: ObjectFind, object_id: str) -> KeptObject:
 def _again(known: KeptObject, find: ObjectFind) -> KeptObject:
     newest = _first_time(find, known.object_id)
     return replace(newest, times_found=known.times_found + 1, first_found_ns=known.first_found_ns)
+
+
+FILE_NAME = "objects.bin"  # without the suffix of a map, so it is not listed as one
+SET_ASIDE = "objects.bin.unreadable"
+
+
+def write_objects(folder: Path, memory: ObjectMemory) -> None:
+    """Write the file atomically; without objects, delete it. Raises OSError."""
+    path = folder / FILE_NAME
+    if memory.objects:
+        with replacing(path) as file:
+            file.write(to_bytes(memory))
+    else:
+        path.unlink(missing_ok=True)
+
+
+def read_objects(folder: Path) -> tuple[ObjectMemory, str]:
+    """The objects, and why there are none, in one sentence, if the file cannot be read.
+
+    Such a file is set aside: renamed, so that the next write does not replace it.
+    """
+    path = folder / FILE_NAME
+    try:
+        return from_bytes(path.read_bytes()), ""
+    except FileNotFoundError:
+        return NO_OBJECTS, ""
+    except (OSError, ValueError) as problem:
+        return NO_OBJECTS, f"the found objects are lost: {problem}; {_set_aside(path)}"
+
+
+def _set_aside(path: Path) -> str:
+    try:
+        path.replace(path.with_name(SET_ASIDE))
+    except OSError as problem:
+        return f"{path} cannot be renamed either: {problem.strerror}"
+    return f"{path} is now {SET_ASIDE}"
+
+
+LOG = logging.getLogger("onemap.mapper")
+
+HeightOf = Callable[[tuple[float, float, float, float]], tuple[float, ...]]
+
+ID_BYTES = 4  # random, so that a browser never takes an old picture for that of a new object
+
+
+class ObjectKeeper:
+    """The memory of found objects, its file and its procedures.
+
+    ``announce`` is called after every change, without the keeper's lock; ``height_of`` says
+    between which heights an object of this extent lies.
+    """
+
+    def __init__(
+        self,
+        bus: Server,
+        folder: Path,
+        announce: Callable[[], None],
+        height_of: HeightOf,
+    ) -> None:
+        self._folder, self._announce = folder, announce
+        self._height_of = height_of
+        self._lock = threading.Lock()  # changing memory and file is read, compute, write
+        found, problem = read_objects(folder)
+        self._memory = found.limited()
+        if problem:
+            LOG.error("%s", problem)
+        self._problem = ""
+        bus.serve(keys.MAP_REMEMBER, self.remember)
+        bus.serve(keys.MAP_OBJECTS, self.list_objects)
+        bus.serve(keys.MAP_OBJECT, self.get)
+        bus.serve(keys.MAP_FORGET, self.forget)
+
+    @property
+    def memory(self) -> ObjectMemory:
+        """All objects, a value."""
+        return self._memory
+
+    @property
+    def problem(self) -> str:
+        """Why the objects cannot be written, in one sentence; empty if they can."""
+        return self._problem
+
+    def remember(self, find: ObjectFind) -> KeptObject:
+        """Keep a find; returns the object that it is."""
+        new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
+        memory = self._change(lambda memory: memory.with_find(find, new_id, height_m))
+        known = memory.same_object(find)
+        assert known is not None  # it was just put there
+        LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])
+        return known.kept
+
+    def list_objects(self, _request: ObjectListRequest) -> ObjectList:
+        """All objects without their pictures."""
+        return self._memory.listed()
+
+    def get(self, request: ObjectId) -> PicturedObject:
+        """One object with its picture."""
+        known = self._memory.get(request.object_id)
+        if known is None:
+            raise RequestRejected(
+                "unknown_object",
+                f"there is no object {request.object_id!r}: GET /v1/objects lists what was found",
+            )
+        return known
+
+    def forget(self, request: ObjectId) -> KeptObject:
+        """Remove an object, as one that was found wrongly; returns what it was."""
+        known = self.get(request).kept
+        self._change(lambda memory: memory.without(known.object_id))
+        LOG.info("forgot %s at (%.2f, %.2f)", known.name, *known.position_m[:2])
+        return known
+
+    def replace(self, objects: ObjectMemory) -> None:
+        """Keep these objects instead, because the map is another one."""
+
+        def exchange(memory: ObjectMemory) -> ObjectMemory:
+            if not (memory.objects or objects.objects):
+                return memory
+            return replace(objects, version=memory.version + 1).limited()
+
+        self._change(exchange)
+
+    def _change(self, update: Callable[[ObjectMemory], ObjectMemory]) -> ObjectMemory:
+        """Apply a change and write the file; a failed write is reported, the change stays."""
+        with self._lock:
+            before, self._memory = self._memory, update(self._memory)
+            memory = self._memory
+            if memory is not before:
+                self._write(memory)
+        if memory is not before:
+            self._announce()
+        return memory
+
+    def _write(self, memory: ObjectMemory) -> None:
+        try:
+            write_objects(self._folder, memory)
+            self._problem = ""
+        except OSError as problem:
+            self._problem = (
+                f"cannot write the found objects to {self._folder}: {problem.strerror}; a restart "
+                "of the mapper loses them"
+            )
+            LOG.error("%s", self._problem)

@@ -1,0 +1,312 @@
+"""The saved maps of a folder, on the bus: listed, deleted, merged into the map in use.
+
+A merged map is of the same frame, or of one that is known in ours. Features are fused as those of
+frames, weighted by the inverse of their variance, and evidence of obstacles is added, so that it
+does not matter which map came first: up to rounding, and up to the bounds of the evidence where
+more than two maps disagree about a voxel.
+"""
+# Talks: answers on the bus, and logs.
+# Touches files: maps.
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from onemap_mapper.belief.cells import FeatureShare
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import PlanarCorrection, moved_cells
+from onemap_mapper.belief.tiles import MapTooLarge
+from onemap_mapper.belief.version import FrameHistory
+from onemap_mapper.belief.view_log import SeenFrom
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.occupancy.evidence import OccupancyUpdate
+from onemap_mapper.storage.map_file import SUFFIX, MapNotFound, map_path, read, read_header, require
+from onemap_mapper.storage.objects import ObjectKeeper, ObjectMemory
+from onemap_mapper.storage.snapshot import (
+    ASSUMED,
+    VERSION_WITHOUT_DROPS,
+    EncoderMismatch,
+    MapFileError,
+    MapSnapshot,
+)
+from onemap_mapper.transfers import to_device
+from onemap_shared import keys
+from onemap_shared.geometry import I64
+from onemap_shared.messages import (
+    MAX_FILE_TEXT_CHARS,
+    MAX_LISTED_MAPS,
+    KeptObject,
+    MapFile,
+    MapList,
+    MapListRequest,
+    MapMerge,
+    MapSummary,
+    ObjectFind,
+    PicturedObject,
+    SavedMap,
+)
+from onemap_shared.transport import RequestRejected, Server
+
+
+class QuotaExceeded(ValueError):
+    """The saved maps would take more than they may; the text says what to do."""
+
+
+def check_quota(path: Path, nbytes: int, quota_mb: int) -> None:
+    """Raise ``QuotaExceeded`` if a file of about ``nbytes`` at ``path`` is too much.
+
+    A file that it replaces does not count.
+    """
+    others = (each for each in path.parent.glob(f"*{SUFFIX}") if each != path)
+    used = sum(_size(each) for each in others) + nbytes
+    if used > quota_mb * 10**6:
+        raise QuotaExceeded(
+            f"the saved maps would take {used / 1e6:.0f} MB, more than map_quota_mb, {quota_mb}: "
+            "delete one, GET /v1/maps lists them"
+        )
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:  # deleted meanwhile
+        return 0
+
+
+def saved_maps(folder: Path) -> MapList:
+    """The maps of ``folder``, newest first; a damaged one is listed with its problem."""
+    found: list[tuple[int, Path]] = []
+    for path in folder.glob(f"*{SUFFIX}"):
+        with suppress(FileNotFoundError, MapFileError):  # deleted meanwhile; no name of a map
+            if map_path(folder, path.name).is_file():
+                found.append((-path.stat().st_mtime_ns, path))
+    maps = []
+    for _, path in sorted(found)[:MAX_LISTED_MAPS]:
+        with suppress(FileNotFoundError):
+            maps.append(describe(path))
+    return MapList(tuple(maps), max(len(found) - MAX_LISTED_MAPS, 0))
+
+
+def saved_map(folder: Path, name: str) -> SavedMap:
+    """The map of this name; raises ``MapNotFound``, or ``MapFileError`` for another name."""
+    path = map_path(folder, name)
+    require(path)
+    return describe(path)
+
+
+def delete(folder: Path, name: str) -> SavedMap:
+    """Delete the file of this name; returns what it was. Raises as ``saved_map``, and OSError."""
+    described = saved_map(folder, name)
+    map_path(folder, name).unlink()
+    return described
+
+
+def describe(path: Path) -> SavedMap:
+    """What is known of a file without reading its arrays."""
+    entry = path.stat()
+    stem = path.name.removesuffix(SUFFIX)
+    name = path.name if stem.endswith(SUFFIX) else stem  # "x" for x.npz, not "x.npz" for x.npz.npz
+    try:
+        header, cells = read_header(path)
+        return SavedMap(
+            name,
+            entry.st_size,
+            entry.st_mtime_ns,
+            encoder_id=header.encoder_id,
+            text_space=header.text_space,
+            cell_size_m=header.cell_size_m,
+            cells_observed=cells,
+            frames_fused=header.frames_fused,
+        )
+    except ValueError as problem:  # of the file, or of a text that is too long for the message
+        reason = str(problem)[:MAX_FILE_TEXT_CHARS]
+        return SavedMap(name, entry.st_size, entry.st_mtime_ns, problem=reason)
+
+
+LOG = logging.getLogger("onemap.mapper")
+
+Edit = Callable[[Callable[[BeliefMap], None]], MapSummary]
+
+
+@contextmanager
+def refusing(doing: str) -> Iterator[None]:
+    """What goes wrong with a map's file, as a refusal that names what was being done."""
+    try:
+        yield
+    except MapNotFound as problem:
+        raise RequestRejected("unknown_map", str(problem)) from problem
+    except EncoderMismatch as problem:
+        raise RequestRejected("encoder_mismatch", str(problem)) from problem
+    except QuotaExceeded as problem:
+        raise RequestRejected("storage", str(problem)) from problem
+    except OSError as problem:
+        raise RequestRejected("storage", f"cannot {doing}: {problem.strerror}") from problem
+
+
+class SavedMaps:
+    """Answers about the files of the map folder.
+
+    ``edit`` applies a change to the map in use, with its lock held, and announces it.
+    """
+
+    def __init__(
+        self, bus: Server, config: MapperConfig, objects: ObjectKeeper, edit: Edit
+    ) -> None:
+        self._config, self._objects, self._edit = config, objects, edit
+        bus.serve(keys.MAP_LIST, self.list_maps)
+        bus.serve(keys.MAP_DELETE, self.delete_map)
+        bus.serve(keys.MAP_MERGE, self.merge)
+
+    def list_maps(self, request: MapListRequest) -> MapList:
+        """The saved maps, or the one of the request's name."""
+        if not request.name:
+            return saved_maps(self._config.map_folder)
+        with refusing(f"read map {request.name}"):
+            return MapList((saved_map(self._config.map_folder, request.name),))
+
+    def delete_map(self, request: MapFile) -> SavedMap:
+        """Delete a saved map; the map in memory stays."""
+        with refusing(f"delete map {request.name}"):
+            deleted = delete(self._config.map_folder, request.name)
+        LOG.info("deleted map %s", request.name)
+        return deleted
+
+    def merge(self, request: MapMerge) -> MapSummary:
+        """Fuse a saved map into the map in use; a rejected one changes nothing."""
+        path = map_path(self._config.map_folder, request.name)
+        moved = PlanarCorrection(request.yaw_rad, request.x_m, request.y_m)
+        with refusing(f"read {path}"):
+            content = read(path, max_cells=self._config.map.max_cells)
+            size = path.stat().st_size
+            summary = self._edit(lambda belief: merge_into(belief, content, moved))
+        ours = self._objects.memory
+        self._objects.replace(merged_objects(ours, content.objects, moved))
+        LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)
+        return replace(summary, path=str(path), file_bytes=size)
+
+
+def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
+    """Fuse a snapshot, moved by ``moved`` into the frame of the map, into that map.
+
+    A moved cell takes the content of the one in which its centre lay. Raises ``EncoderMismatch``,
+    or ``MapFileError`` for another grid or a map that becomes too large, before any change.
+    """
+    _check(belief, taken)
+    header = taken.header
+    cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
+    share = _features(taken, cells, source)
+    device = belief.params.torch_device
+    occupancy = _occupancy(taken, moved, device)
+    try:
+        every = torch.cat([to_device(share.cells, device), occupancy.cells])
+        driving = belief.grow(every)[len(share.cells) :]
+    except MapTooLarge as problem:
+        raise MapFileError(f"the maps together are too large: {problem}") from problem
+    if header.dimension > 0:
+        if belief.dimension == 0:
+            belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
+        belief.put_in(share)
+        if taken.seen is not None:
+            belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
+    belief.fuse_occupancy(occupancy, driving)
+    belief.assume_free(driving[occupancy.blind])
+    belief.frames_fused += header.frames_fused
+    before = belief.history().stamp_ns
+    if before < header.stamp_ns and belief.frames_fused == header.frames_fused:  # it was empty
+        belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
+
+
+def merged_objects(
+    ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarCorrection
+) -> ObjectMemory:
+    """Our found objects and those of theirs that are none of ours, at their places in our frame."""
+    objects = list(ours.objects)
+    for entry in theirs.objects:
+        kept = _moved_object(entry.kept, moved)
+        if ours.same_object(_as_find(kept)) is None:
+            known = {each.kept.object_id for each in objects}
+            if kept.object_id in known:  # both began from one file
+                continue
+            objects.append(PicturedObject(kept, entry.picture))
+    objects.sort(key=lambda entry: entry.kept.last_seen_ns)
+    return replace(ours, objects=tuple(objects)).limited()
+
+
+def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
+    header, params = taken.header, belief.params
+    ours = (belief.encoder_id, belief.text_space, belief.dimension)
+    theirs = (header.encoder_id, header.text_space, header.dimension)
+    if belief.dimension and header.dimension and ours != theirs:
+        raise EncoderMismatch(
+            f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels), the "
+            f"saved one those of {theirs[0]} ({theirs[1]}, {theirs[2]} channels): only maps of "
+            "one encoder can be merged"
+        )
+    if header.version == VERSION_WITHOUT_DROPS or params.grid != (
+        header.cell_size_m,
+        header.obstacle_min_height_m,
+        header.obstacle_max_height_m,
+    ):
+        raise MapFileError(
+            "the saved map has another cell size or other obstacle heights, or is of a release "
+            "without drops: load and save it with the present configuration first"
+        )
+
+
+def _features(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:
+    """The features of world cells (n, 2), each from the cell of this index (n,)."""
+    explored = taken.confidence if taken.explored is None else taken.explored
+    confidence, seen = (
+        torch.from_numpy(values[source].astype(np.float64))
+        for values in (taken.confidence, explored)
+    )
+    features = torch.from_numpy(np.asarray(taken.features)[source])
+    searched = torch.zeros_like(confidence)
+    heights = taken.known_heights()[source]
+    return FeatureShare(cells, features, confidence, searched, seen, heights)
+
+
+def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
+    """The same views from the places of the camera in our frame."""
+    yaw_rad = (seen.poses[:, 2] + moved.yaw_rad + np.pi) % (2 * np.pi) - np.pi
+    return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
+
+
+def _occupancy(
+    taken: MapSnapshot, moved: PlanarCorrection, device: torch.device
+) -> OccupancyUpdate:
+    driving_cells = taken.driving_cells.astype(np.int64)
+    cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
+    assumed = taken.clear[source] == ASSUMED
+    clear = (taken.clear[source] > 0) & ~assumed
+    evidence = taken.evidence[source]
+    return OccupancyUpdate.of_arrays(cells, evidence, clear, assumed, device=device)
+
+
+def _moved_object(kept: KeptObject, moved: PlanarCorrection) -> KeptObject:
+    """The object at its place in the other frame; its extent is the box around the moved one."""
+    x_min, y_min, x_max, y_max = kept.extent_m
+    corners = np.array([(x, y) for x in (x_min, x_max) for y in (y_min, y_max)])
+    corners = moved.apply(corners)
+    (x, y), (low, high) = (
+        moved.apply(np.array([kept.position_m[:2]]))[0],
+        (corners.min(axis=0), corners.max(axis=0)),
+    )
+    return replace(
+        kept,
+        position_m=(float(x), float(y), kept.position_m[2]),
+        extent_m=(float(low[0]), float(low[1]), float(high[0]), float(high[1])),
+    )
+
+
+def _as_find(kept: KeptObject) -> ObjectFind:
+    return ObjectFind(
+        kept.name, kept.position_m, kept.extent_m, kept.score, kept.last_seen_ns, kept.search_id
+    )

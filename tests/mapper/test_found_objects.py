@@ -1,0 +1,220 @@
+"""Found objects: what is the same object, their form on disk, and who answers for them."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import suppress
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.storage import objects
+from onemap_mapper.storage.objects import (
+    FILE_NAME,
+    NO_OBJECTS,
+    ObjectKeeper,
+    ObjectMemory,
+    from_bytes,
+    read_objects,
+    to_bytes,
+)
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import KeptObject, ObjectFind, ObjectId, ObjectListRequest
+from onemap_shared.transport import RemoteError
+from tests.mapper.finds import PICTURE, object_find
+
+
+def remembered(*finds: ObjectFind) -> ObjectMemory:
+    """The memory after these finds, with ids 0, 1, 2."""
+    memory = NO_OBJECTS
+    for new_id, find in zip(count(), finds, strict=False):
+        memory = memory.with_find(find, str(new_id))
+    return memory
+
+
+def names(memory: ObjectMemory) -> list[str]:
+    return [kept.name for kept in memory.listed().objects]
+
+
+def test_a_find_nearby_is_the_object_seen_again() -> None:
+    again = object_find(
+        "The  Bed", 0.6, 0.0, stamp_ns=200, search_id="s2", picture=b"new", score=0.7
+    )
+    memory = remembered(object_find("bed"), object_find("sofa"), again)
+    assert names(memory) == ["The Bed", "sofa"]
+    kept = memory.listed().objects[0]
+    assert (kept.object_id, kept.times_found, kept.search_id) == ("0", 2, "s2")
+    assert (kept.position_m, kept.extent_m) == ((0.6, 0.0, 0.4), (-0.4, -1.0, 1.6, 1.0))
+    assert (kept.first_found_ns, kept.last_seen_ns, kept.score) == (100, 200, 0.7)
+    known = memory.get("0")
+    assert known is not None
+    assert known.picture == b"new"
+
+
+def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    finds = [object_find("chair", 5.0 * n, 0.0) for n in range(4)]
+    again = object_find("chair", 5.0, 0.0, stamp_ns=300)  # the second: now the newest
+    monkeypatch.setattr(objects, "MAX_OBJECTS", 3)
+    memory = remembered(*finds[:3], again, finds[3])
+    assert [kept.object_id for kept in memory.listed().objects] == ["4", "1", "2"]
+    assert memory.listed().left_out == memory.left_out == 1
+
+
+finds = st.builds(
+    object_find,
+    st.sampled_from(["bed", "Sofa", "tea  pot", "Küche"]),
+    st.floats(-50, 50),
+    st.floats(-50, 50),
+    stamp_ns=st.integers(0, 2**63 - 1),
+    picture=st.binary(max_size=50),
+    box_px=st.sampled_from([(), (0.0, 1.5, 2.0, 3.0)]),
+)
+
+
+@given(st.lists(finds, max_size=8))
+def test_what_is_written_is_read(found: list[ObjectFind]) -> None:
+    memory = replace(remembered(*found), left_out=7)
+    assert from_bytes(to_bytes(memory)) == memory
+
+
+@given(st.data())
+def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
+    """Whatever a byte is replaced by: a memory or a ValueError."""
+    saved = bytearray(to_bytes(remembered(object_find("bed"), object_find("sofa"))))
+    place = data.draw(st.integers(0, len(saved) - 1))
+    saved[place] = data.draw(st.integers(0, 255))
+    with suppress(ValueError):
+        assert len(from_bytes(bytes(saved)).objects) <= 2
+
+
+def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
+    (entry,) = remembered(object_find("bed")).objects
+    twice = ObjectMemory((entry, entry))
+    with pytest.raises(ValueError, match="same id"):
+        to_bytes(twice)
+    with pytest.raises(ValueError, match="pictures have 12 bytes, expected 9"):
+        to_bytes(ObjectMemory((replace(entry, kept=replace(entry.kept, picture_bytes=9)),)))
+    with pytest.raises(ValueError, match="negative"):
+        to_bytes(ObjectMemory(version=-1))
+
+
+def test_a_file_that_cannot_be_renamed_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / FILE_NAME).write_bytes(b"nothing")
+
+    def refuse(*_arguments: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    memory, problem = read_objects(tmp_path)
+    assert memory == NO_OBJECTS
+    assert problem.endswith("cannot be renamed either: Permission denied")
+
+
+HEIGHT_M = (0.3, 0.7)
+
+
+class Kept:
+    """A keeper on a bus, and one who asks it."""
+
+    def __init__(self, folder: Path) -> None:
+        router = MemoryRouter()
+        self.announced: list[int] = []
+        self.keeper = ObjectKeeper(
+            router.bus("mapper"), folder, self._announce, lambda _extent_m: HEIGHT_M
+        )
+        self.client = router.bus()
+
+    def _announce(self) -> None:
+        self.announced.append(self.keeper.memory.version)
+
+    def remember(self, name: str, x_m: float = 0.0, stamp_ns: int = 100) -> KeptObject:
+        find = object_find(name, x_m, stamp_ns=stamp_ns)
+        return self.client.call(keys.MAP_REMEMBER, find)
+
+    def names(self) -> list[str]:
+        listed = self.client.call(keys.MAP_OBJECTS, ObjectListRequest())
+        return [kept.name for kept in listed.objects]
+
+
+def test_a_find_is_kept_listed_shown_and_forgotten(tmp_path: Path) -> None:
+    kept = Kept(tmp_path)
+    bed, sofa = kept.remember("bed"), kept.remember("sofa")
+    assert len(bed.object_id) == 8
+    assert bed.height_m == HEIGHT_M
+    assert bed.object_id != sofa.object_id
+    assert kept.names() == ["sofa", "bed"]
+    shown = kept.client.call(keys.MAP_OBJECT, ObjectId(bed.object_id))
+    assert (shown.kept, shown.picture) == (bed, PICTURE)
+    assert kept.client.call(keys.MAP_FORGET, ObjectId(bed.object_id)) == bed
+    assert kept.names() == ["sofa"]
+    assert kept.announced == [1, 2, 3]
+
+
+@pytest.mark.parametrize("procedure", [keys.MAP_OBJECT, keys.MAP_FORGET])
+def test_an_unknown_object_is_refused(
+    tmp_path: Path, procedure: keys.Procedure[ObjectId, object]
+) -> None:
+    with pytest.raises(RemoteError, match="no object 'nix'") as refusal:
+        Kept(tmp_path).client.call(procedure, ObjectId("nix"))
+    assert refusal.value.code == "unknown_object"
+
+
+def test_objects_survive_a_restart_with_their_version(tmp_path: Path) -> None:
+    before = Kept(tmp_path)
+    bed = before.remember("bed")
+    before.remember("sofa")
+    after = Kept(tmp_path)
+    assert after.names() == ["sofa", "bed"]
+    assert after.keeper.memory == before.keeper.memory
+    again = after.remember("bed", 0.5, stamp_ns=300)
+    assert (again.object_id, again.times_found) == (bed.object_id, 2)
+
+
+def test_other_objects_take_their_place(tmp_path: Path) -> None:
+    kept = Kept(tmp_path)
+    kept.keeper.replace(NO_OBJECTS)
+    assert kept.announced == []  # as empty as before
+    kept.remember("bed")
+    other = NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
+    kept.keeper.replace(other)
+    assert kept.names() == Kept(tmp_path).names() == ["sofa"]
+    kept.keeper.replace(NO_OBJECTS)
+    assert kept.names() == []
+    assert not (tmp_path / FILE_NAME).exists()
+    assert kept.announced == [1, 2, 3]
+
+
+def test_an_unreadable_file_is_one_sentence_in_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / FILE_NAME).write_bytes(b"nothing")
+    with caplog.at_level(logging.ERROR, "onemap.mapper"):
+        kept = Kept(tmp_path)
+    assert kept.names() == []
+    (record,) = caplog.records
+    assert "the found objects are lost" in record.getMessage()
+
+
+def test_a_full_disk_is_a_problem_and_no_loss_in_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = Kept(tmp_path)
+
+    def full(*_arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("onemap_mapper.storage.objects.write_objects", full)
+        kept.remember("bed")
+    assert kept.names() == ["bed"]
+    assert "No space left on device; a restart of the mapper loses them" in kept.keeper.problem
+    kept.remember("sofa")
+    assert kept.keeper.problem == ""
+    assert Kept(tmp_path).names() == ["sofa", "bed"]

@@ -1,0 +1,104 @@
+"""Occupancy and heights by torch, against the compiled loops; where in height a match lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import settings
+
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.occupancy.floor import floor_points
+from onemap_mapper.occupancy.heights import (
+    LEVELS,
+    cell_heights,
+    device_heights,
+    height_band,
+)
+from onemap_mapper.occupancy.host import few_alike, occupancy_update
+from onemap_mapper.occupancy.on_device import device_floor, device_flying_pixels, device_occupancy
+from onemap_shared.geometry import F32
+from onemap_shared.grid import world_cells
+from tests.mapper import scenes
+from tests.mapper.frames import IMAGES, clouds, seen
+from tests.mapper.scenes import Box
+
+PARAMS = scenes.params()
+
+
+@IMAGES
+@settings(max_examples=30, deadline=None)
+def test_occupancy_by_torch_is_that_of_the_compiled_loops(
+    seed: int, world: tuple[Box, ...], far_m: float, missing: float
+) -> None:
+    host, device = clouds(*seen(seed, world, far_m, missing))
+    planes = (device.x_m, device.y_m, device.z_m)
+    np.testing.assert_array_equal(torch.stack(planes, dim=-1), host.points_m)
+    np.testing.assert_array_equal(device_flying_pixels(device.depth_m), few_alike(host.depth_m))
+    floor, expected_floor = device_floor(device, PARAMS), floor_points(host, PARAMS)
+    for name in ("seen", "drops", "blind"):
+        np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
+    found, expected = device_occupancy(device, PARAMS), occupancy_update(host, PARAMS)
+    for name in ("cells", "evidence", "clear", "blind"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
+@IMAGES
+@settings(max_examples=15, deadline=None)
+def test_heights_are_those_of_numpy(
+    seed: int, world: tuple[Box, ...], far_m: float, missing: float
+) -> None:
+    rng, (depth, T) = np.random.default_rng(seed), seen(seed, world, far_m, missing)
+    host, device = clouds(depth, T)
+    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
+    variance[rng.random(depth.shape) < 0.1] = np.inf
+    params = scenes.params(compiled=False)
+    cells = np.unique(world_cells(host.points_m.reshape(-1, 3), params.cell_size_m), axis=0)
+    cells = cells[rng.permutation(len(cells))[: rng.integers(0, len(cells) + 1)]]
+    found = device_heights(device, torch.from_numpy(variance), torch.from_numpy(cells), params)
+    np.testing.assert_allclose(found, cell_heights(host, variance, cells, params), atol=1e-6)
+
+
+FLOOR, SEAT, TOP, ABOVE = 0, 2, 4, 5  # levels: up to 0.1, 0.3 to 0.5, 0.7 to 0.9, 0.9 to 1.1 m
+
+
+def at(**shares: float) -> F32:
+    """Shares (1, LEVELS) by the name of a level."""
+    row = np.zeros((1, LEVELS), np.float32)
+    for name, share in shares.items():
+        row[0, globals()[name.upper()]] = share
+    return row
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_shares_say_how_high_the_pixels_of_a_cell_are(compiled: bool) -> None:
+    shelf = scenes.Box((1.5, -0.5, 0.0), (2.5, 0.5, 0.76))
+    params = scenes.params(compiled=compiled)
+    field = scenes.field(0, scenes.pose(), boxes=(*scenes.ROOM, shelf))
+    update = compute_update(field, params)
+    heights, cells = update.heights.numpy(), update.cells.numpy()
+    total = heights.sum(axis=1)
+    known = total > 0
+    assert known.mean() > 0.5
+    np.testing.assert_allclose(total[known], 1.0, atol=1e-5)
+    centre = (cells + 0.5) * params.cell_size_m
+    on_shelf = known & (np.abs(centre - (1.8, 0.0)) < (0.2, 0.3)).all(axis=1)
+    assert (heights[on_shelf, TOP] > 0.99).all()
+    in_front = known & (np.abs(centre - (1.9, -1.2)) < (0.2, 0.3)).all(axis=1)
+    assert (heights[in_front, FLOOR] == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("inside", "around", "band"),
+    [
+        (at(top=0.6, above=0.4), at(top=1.0), (0.9, 1.1)),  # on a table
+        (at(top=0.5, floor=0.5), at(top=0.9, floor=0.1), (0.0, 0.1)),  # under it
+        (at(top=0.7, floor=0.3), at(floor=1.0), (0.7, 0.9)),  # the table
+        (at(floor=1.0), at(floor=1.0), (0.0, 0.1)),  # a rug
+        (at(seat=0.5, top=0.5), np.zeros((0, LEVELS), np.float32), (0.3, 0.9)),  # all of the map
+    ],
+)
+def test_a_match_lies_where_its_cells_differ_from_those_beside(
+    inside: F32, around: F32, band: tuple[float, float]
+) -> None:
+    np.testing.assert_allclose(height_band(inside, np.ones(1, np.float32), around), band, atol=1e-6)
