@@ -8,8 +8,10 @@ import pytest
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import (
+    DEGRADED,
+    DOWN,
+    OK,
     PIPELINE_STAGES,
-    ServiceCondition,
     assess_service,
     assess_services,
     find_pipeline_fault,
@@ -39,7 +41,7 @@ def test_nothing_is_wrong_when_all_is_well() -> None:
         "simulator",
     ]
     for report in assess_services(state, 10.0):
-        assert report.condition is ServiceCondition.OK
+        assert report.condition == OK
         assert report.problem == ""
 
 
@@ -47,7 +49,7 @@ def test_nothing_is_wrong_when_all_is_well() -> None:
 def test_a_killed_service_is_named_with_the_command_that_starts_it(service: str) -> None:
     state = well(10.0).with_alive(SERVICES - {service}, 10.5)
     report = assess_service(service, state, 10.0)
-    assert report.condition is ServiceCondition.DOWN
+    assert report.condition == DOWN
     assert not report.ready
     assert f"onemap {service}" in report.problem
 
@@ -87,7 +89,7 @@ def test_two_processes_of_one_role_are_said_and_nothing_is_ready(
     assert fault.detail.startswith(f"2 processes are the {role} (")
     assert fault.detail.endswith("): their messages mix; stop all but one of them.")
     (report,) = (each for each in assess_services(state, 10.0) if each.name == role)
-    assert (report.condition, report.problem) == (ServiceCondition.DEGRADED, fault.detail)
+    assert (report.condition, report.problem) == (DEGRADED, fault.detail)
 
 
 def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
@@ -102,7 +104,7 @@ def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
 def test_services_of_two_versions_are_named() -> None:
     beat = replace(fakes.heartbeat("planner", 2), version="9.9")
     report = assess_service("planner", well(10.0).with_message(beat, 10.0), 10.0)
-    assert report.condition is ServiceCondition.DEGRADED
+    assert report.condition == DEGRADED
     assert report.version == "9.9"
     assert report.problem.startswith("The planner runs version 9.9, the gateway ")
 
@@ -121,7 +123,7 @@ def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
 
 def test_a_service_that_falls_silent_hangs_and_must_not_be_started_twice() -> None:
     report = assess_service("mapper", well(10.0), 14.0)
-    assert report.condition is ServiceCondition.DOWN
+    assert report.condition == DOWN
     assert report.problem == (
         "The mapper has not been heard for 4 s: its process hangs or its link is down; restart it "
         "rather than start a second one."
@@ -134,7 +136,7 @@ def test_a_token_that_outlives_the_heartbeat_is_of_a_process_that_hangs(
 ) -> None:
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 10.0 + lost_after_s)
     report = assess_service("mapper", state, 18.0)
-    assert report.condition is ServiceCondition.DOWN
+    assert report.condition == DOWN
     assert report.problem.startswith("The mapper has not been heard for 8 s: its process hangs")
     assert report.problem == hung_problem("mapper", state, 18.0)
     fault = find_pipeline_fault(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
@@ -153,38 +155,38 @@ def test_a_restarted_service_without_heartbeat_neither_hangs_nor_is_down() -> No
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 12.5).with_alive(SERVICES, 20.0)
     report = assess_service("mapper", state, 21.0)
     assert (report.condition, report.problem) == (
-        ServiceCondition.DEGRADED,
+        DEGRADED,
         "The mapper has just started.",
     )
     state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
-    assert assess_service("mapper", state, 22.0).condition is ServiceCondition.OK
+    assert assess_service("mapper", state, 22.0).condition == OK
 
 
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 1), 17.0)
     report = assess_service("mapper", state, 17.0)
-    assert report.condition is ServiceCondition.DOWN
+    assert report.condition == DOWN
     assert "stood still for 7 s" in report.problem
 
 
 def test_a_problem_of_its_own_is_passed_on() -> None:
     beat = fakes.heartbeat("mapper", 2, ready=False, problem="no text encoder")
     report = assess_service("mapper", well(10.0).with_message(beat, 10.0), 10.0)
-    assert report.condition is ServiceCondition.DEGRADED
+    assert report.condition == DEGRADED
     assert report.problem == "No text encoder."
 
 
 def test_not_ready_without_a_reason_is_said_so() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 2, ready=False), 10.0)
     report = assess_service("mapper", state, 10.0)
-    assert report.condition is ServiceCondition.DEGRADED
+    assert report.condition == DEGRADED
     assert "does not say why" in report.problem
 
 
 def test_a_robot_without_odometry_is_degraded() -> None:
     state = LiveState().with_message(fakes.rgbd(), 1.0)
     robot = assess_services(state, 1.0)[0]
-    assert robot.condition is ServiceCondition.DEGRADED
+    assert robot.condition == DEGRADED
     assert "odometry" in robot.problem
 
 

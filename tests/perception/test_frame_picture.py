@@ -36,16 +36,6 @@ def detections() -> Detections:
     )
 
 
-def test_the_target_is_shown_as_it_was_seen() -> None:
-    shown = with_picture(detections(), SHOWN.rgb, "Red")
-    image = decoded(shown.picture)
-    assert image.shape == SHOWN.rgb.shape
-    x0, y0, x1, y1 = (int(side) for side in shown.boxes_px[0])
-    np.testing.assert_allclose(image[y0 + 4 : y1 - 4, x0 + 4 : x1 - 4].mean((0, 1)), (200, 0, 0),
-                               atol=15)  # fmt: skip
-    assert shown.picture_scale == 1.0
-
-
 def test_without_the_target_there_is_no_picture() -> None:
     rivals = detections()
     assert with_picture(rivals, SHOWN.rgb, "blue") is rivals

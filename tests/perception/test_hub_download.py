@@ -60,15 +60,6 @@ def test_a_file_arrives_whole_under_its_digest(hub: LocalHub) -> None:
     assert [path.name for path in blob(file).parent.iterdir()] == [file.digest]
 
 
-def test_a_file_that_is_here_is_not_fetched_again(hub: LocalHub) -> None:
-    listing, file = listed()
-    download(listing, file, lambda _: None)
-    arrived: list[int] = []
-    download(listing, file, arrived.append)
-    assert arrived == [SIZE]
-    assert served(hub).ranges == [0]
-
-
 def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
     served(hub).breaks_at = 2_000_000
     listing, file = listed()
@@ -82,18 +73,6 @@ def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
     assert served(hub).ranges[asked:] == [2_000_000]
     assert arrived[0] == 2_000_000
     assert blob(file).read_bytes() == served(hub).content
-
-
-def test_a_server_that_cannot_continue_sends_all_again(hub: LocalHub) -> None:
-    served(hub).breaks_at = 1_000_000
-    listing, file = listed()
-    with pytest.raises(ModelError):
-        download(listing, file, lambda _: None)
-    served(hub).breaks_at, served(hub).ignores_ranges = None, True
-    arrived: list[int] = []
-    download(listing, file, arrived.append)
-    assert blob(file).read_bytes() == served(hub).content
-    assert sum(arrived) == SIZE
 
 
 def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.machinery
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 import torch
@@ -31,20 +29,6 @@ USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
 }
 
 
-class Refuses:
-    """Importing the library raises what a torchvision of another torch does."""
-
-    def __init__(self, library: str) -> None:
-        self._library = library
-
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> importlib.machinery.ModuleSpec | None:
-        if name.split(".", maxsplit=1)[0] == self._library:
-            raise RuntimeError("operator torchvision::nms does not exist\nand more")
-        return None
-
-
 def without(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Forget that the library was imported."""
     for name in list(sys.modules):
@@ -64,15 +48,3 @@ def test_a_missing_library_is_an_error_with_the_command_to_install_it(
     ) as error:
         make(tmp_path)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("backend", USERS)
-def test_a_torchvision_for_another_torch_is_an_error(
-    backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    library, make = USERS[backend]
-    without(library, monkeypatch)
-    monkeypatch.setattr(sys, "meta_path", [Refuses(library), *sys.meta_path])
-    sentence = r"torchvision::nms does not exist\): install the torchvision that was built for"
-    with pytest.raises(BackendError, match=sentence):
-        make(tmp_path)

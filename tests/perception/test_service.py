@@ -7,24 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import OutOfDeviceMemoryError
 from onemap_perception.feature_field import VarianceParams
-from onemap_perception.service import Perception, PerceptionComponents, build
+from onemap_perception.service import Perception, PerceptionComponents
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     Detections,
-    FrameReceipt,
     ImageRequest,
     SearchState,
     SearchStatus,
     TextRequest,
 )
-from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from tests.perception.encoders.test_images import png
 from tests.perception.slow_detector import SlowDetector
@@ -64,27 +61,6 @@ class World:
 @pytest.fixture
 def world() -> World:
     return World()
-
-
-def test_a_frame_becomes_a_field(world: World) -> None:
-    world.camera.put(frame(7))
-    world.service.step(0.0)
-    field = world.fields.take(0.0)
-    assert field is not None
-    assert (field.sequence, field.stamp_ns, field.encoder_id) == (7, 1_000_000_007, "toy")
-    assert field.features.shape == (4, 6, 3)
-    assert np.isfinite(field.variance).all()
-    assert world.detections.take(0.0) is None  # nobody searches
-
-
-def test_every_frame_that_is_taken_has_a_receipt(world: World) -> None:
-    receipts = world.router.bus("robot").subscribe(keys.RGBD_RECEIPTS)
-    for sequence in (1, 2):
-        world.camera.put(frame(sequence))
-    world.service.step(0.0)
-    assert receipts.take(0.0) == FrameReceipt(2, frame(2).stamp_ns)
-    world.service.step(0.0)
-    assert receipts.take(0.0) is None
 
 
 def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: World) -> None:
@@ -181,14 +157,6 @@ def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(worl
     assert world.service.health().problem == ""
 
 
-def test_a_missing_encoder_is_one_sentence(tmp_path: object) -> None:
-    config = PerceptionConfig.model_validate(
-        {"encoder": {"backend": "mini", "folder": str(tmp_path)}}
-    )
-    with pytest.raises(StartError, match=r"the encoder's weights .*mini\.onnx are missing"):
-        build(MemoryRouter().bus(), config)
-
-
 def test_a_full_device_is_counted_and_the_service_lives(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -259,15 +227,6 @@ def test_the_map_does_not_wait_for_a_slow_detector() -> None:
     again = world.release()
     assert again is not None
     assert again.sequence == 4
-    world.service.close()
-
-
-def test_detections_of_an_earlier_target_are_not_published() -> None:
-    world = SlowWorld()
-    world.show(1)
-    world.planner.put(replace(SEARCH, state=SearchState.CANCELLED))
-    assert world.release() is None
-    assert world.metric("detect_ms") > 0
     world.service.close()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from onemap_shared import keys
-from onemap_shared.access_control import LOCAL, access_control
+from onemap_shared.access_control import access_control
 from onemap_shared.keys import ROLES
 
 
@@ -35,15 +35,6 @@ def test_what_is_not_allowed_is_refused() -> None:
     names = [rule["id"] for rule in section["rules"]]
     assert len(names) == len(set(names))
     assert all(rule["key_exprs"] for rule in section["rules"])
-
-
-def test_a_role_is_a_certificate_and_tcp_is_this_machine() -> None:
-    subjects = {subject["id"]: subject for subject in access_control()["subjects"]}
-    assert set(subjects) == {LOCAL, *ROLES}
-    assert subjects.pop(LOCAL) == {"id": LOCAL, "link_protocols": ["tcp"]}
-    for role, subject in subjects.items():
-        assert subject["cert_common_names"] == [role]
-        assert subject["link_protocols"] == ["tls"]
 
 
 def test_only_the_planner_commands_and_only_the_robot_reports() -> None:

@@ -18,7 +18,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.bus import open_bus
+from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
@@ -316,35 +316,6 @@ def test_a_restarted_router_brings_everything_back(router: Router) -> None:
     there.close()
 
 
-def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
-    """``alive`` learns it a moment later: too late for who must not be the second."""
-    first = join(router, "mapper")
-    for number in range(20):
-        bus = open_bus(BusConfig(connect=(router.endpoint,)), "up", f"u{number}", threading.Event())
-        assert bus is not None
-        processes = bus.processes()
-        assert {service for service, _ in processes} == {"mapper", "up"}
-        assert ("up", f"u{number}") in processes
-        bus.close()
-    first.close()
-
-
-def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) -> None:
-    here, there = buses
-    together = threading.Barrier(3)
-    parallel = replace(keys.MAP_SAVE, parallel=3)
-
-    def handler(request: m.MapFile) -> m.MapSummary:
-        together.wait(PATIENCE_S)
-        return summary(request.name)
-
-    there.serve(parallel, handler)
-    eventually(lambda: "mapper" in here.alive() or None)
-    with ThreadPoolExecutor(3) as pool:
-        asked = [pool.submit(here.call, parallel, m.MapFile(f"m{i}"), 10.0) for i in range(3)]
-        assert [each.result(20) for each in asked] == [summary(f"m{i}") for i in range(3)]
-
-
 def test_frames_wait_for_receipts_and_travel_compressed(router: Router) -> None:
     link = LinkParams(compression="lossless", window=1)
     robot, perception = join(router, "robot", link=link), join(router, "perception")
@@ -416,3 +387,72 @@ def test_a_process_serves_under_the_keys_of_a_second_robot(buses: tuple[Bus, Bus
     own.close()
     eventually(lambda: other.members() == frozenset() or None)
     other.close()
+
+
+__all__ = ["router"]  # the fixture
+
+
+def candidate(router: Router, service: str, instance: str) -> ZenohBus:
+    """A process that is connected and not yet announced."""
+    config = BusConfig(connect=(router.endpoint,))
+    bus = open_bus(config, service, instance, threading.Event(), announce=False)
+    assert bus is not None
+    return bus
+
+
+@pytest.mark.parametrize(("first", "second"), [("planner", "planner"), ("replay", "simulator")])
+def test_a_role_is_taken_until_its_process_leaves(router: Router, first: str, second: str) -> None:
+    a, b = candidate(router, first, "a"), candidate(router, second, "b")
+    assert b.processes() == frozenset()
+    assert a.claim() == ()
+    assert b.claim() == (f"{first} a",)
+    eventually(lambda: a.members() == {(first, "a")} or None)
+    a.close()
+    eventually(lambda: b.claim() == () or None)
+    eventually(lambda: b.members() == {(second, "b")} or None)
+    b.close()
+
+
+def test_without_a_router_nobody_can_be_asked(router: Router) -> None:
+    bus = candidate(router, "planner", "a")
+    router.kill()
+    with pytest.raises(ConnectionError, match="the router does not answer"):
+        bus.claim()
+    router.start()
+    eventually(lambda: claimed(bus))
+    bus.close()
+
+
+def claimed(bus: ZenohBus) -> bool | None:
+    try:
+        return True if bus.claim() == () else None
+    except ConnectionError:
+        return None
+
+
+def test_of_many_that_claim_a_role_at_once_at_most_one_gets_it(router: Router) -> None:
+    buses = [candidate(router, "mapper", str(number)) for number in range(4)]
+    with ThreadPoolExecutor(len(buses)) as pool:
+        for _ in range(5):
+            won = [others == () for others in pool.map(ZenohBus.claim, buses)]
+            assert sum(won) <= 1
+            if any(won):
+                break
+    for bus in buses:
+        bus.close()
+
+
+def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    together = threading.Barrier(3)
+    parallel = replace(keys.MAP_SAVE, parallel=3)
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        together.wait(PATIENCE_S)
+        return summary(request.name)
+
+    there.serve(parallel, handler)
+    eventually(lambda: "mapper" in here.alive() or None)
+    with ThreadPoolExecutor(3) as pool:
+        asked = [pool.submit(here.call, parallel, m.MapFile(f"m{i}"), 10.0) for i in range(3)]
+        assert [each.result(20) for each in asked] == [summary(f"m{i}") for i in range(3)]

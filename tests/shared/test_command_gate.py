@@ -68,12 +68,3 @@ def test_a_command_made_on_old_odometry_brakes(age_s: float, linear: float) -> N
         assert allowed.moves != old
         assert gate.late == old
     assert gate.echo(10.0) == ("a", 3)  # so that the planner can measure its loop
-
-
-def test_a_planner_of_an_earlier_release_is_followed() -> None:
-    gate = CommandGate()
-    for sequence in (4, 4, 2):
-        gate, allowed = received(gate, VelocityCommand(sequence, 5, 0.5, 0.0))
-        assert allowed is not None
-    assert gate.echo(10.0) == ("", 2)
-    assert received(gate, command(1))[1] is None  # beside it, another one is not

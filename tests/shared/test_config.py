@@ -52,16 +52,6 @@ def test_defaults_apply_without_a_file() -> None:
     assert sample == Sample()
 
 
-def test_a_service_reads_its_own_section_and_the_common_ones(tmp_path: Path) -> None:
-    file = write(
-        tmp_path,
-        "bus: {connect: [tcp/10.0.0.2:7447]}\nmapper: {cell_size_m: 0.05}\nplanner: {other: 1}\n",
-    )
-    bus, _, sample = load(file, "mapper", Sample)
-    assert bus.connect == ("tcp/10.0.0.2:7447",)
-    assert sample.cell_size_m == 0.05
-
-
 BAD_FILES = {
     "unknown section": ("maper: {}", "section 'maper' is unknown; did you mean 'mapper'"),
     "far from any": ("zzz: {}", "valid are bus, log"),
@@ -202,9 +192,3 @@ def test_no_error_shows_a_secret(text: str, tmp_path: Path) -> None:
         section(read(write(tmp_path, text), {}), "gateway", Locked)
     assert "hunter2" not in str(told.value)
     assert "hunter2" not in "".join(traceback.format_exception(told.value))
-
-
-def test_a_long_wrong_value_is_cut() -> None:
-    with pytest.raises(ConfigError) as told:
-        section({"mapper": {"cell_size_m": "9" * 5000 + "x"}}, "mapper", Sample)
-    assert len(str(told.value)) < 400

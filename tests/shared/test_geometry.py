@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_shared.camera import Intrinsics, ray_directions, unproject, unproject_to_map
 from onemap_shared.geometry import (
     camera_mount,
     check_rigid,
@@ -14,6 +17,7 @@ from onemap_shared.geometry import (
     wrap_angle,
     yaw_of,
 )
+from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
 
 angles = st.floats(-20, 20)
 coordinates = st.floats(-100, 100)
@@ -63,3 +67,99 @@ def test_what_is_not_a_rigid_transform_is_refused(case: str) -> None:
     T, reason = NOT_RIGID[case]
     with pytest.raises(ValueError, match=reason):
         check_rigid(T, "T_map_camera")
+
+
+origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
+shapes = st.tuples(st.integers(0, 400), st.integers(0, 400))
+sizes = st.sampled_from([0.05, 0.1, 0.25, 1.0])
+grids = st.builds(GridSpec, sizes, origins, shapes)
+coordinates = st.floats(-200, 200)
+corners = st.floats(-100, 100)  # 16 million cells of 0.05 m
+
+
+@given(grids, st.integers(-600, 600), st.integers(-600, 600))
+def test_a_cell_contains_its_own_centre(grid: GridSpec, ix: int, iy: int) -> None:
+    cell = np.array([ix, iy])
+    np.testing.assert_array_equal(grid.cells(grid.centres(cell)), cell)
+
+
+@given(grids, coordinates, coordinates)
+def test_cells_agree_with_the_obvious_floor(grid: GridSpec, x: float, y: float) -> None:
+    obvious = [
+        math.floor(x / grid.cell_size_m) - grid.origin_cell[0],
+        math.floor(y / grid.cell_size_m) - grid.origin_cell[1],
+    ]
+    assert grid.cells(np.array([x, y])).tolist() == obvious
+
+
+def test_world_cells_are_computed_in_the_precision_of_the_points() -> None:
+    point = np.array([0.7, -0.7], np.float32)
+    assert world_cells(point, 0.1).tolist() == [7, -7]  # in float64 0.7 of float32 is in cell 6
+
+
+@given(sizes, corners, corners, corners, corners)
+def test_covering_contains_both_corners(
+    size: float, x0: float, y0: float, x1: float, y1: float
+) -> None:
+    lower, upper = (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1))
+    grid = GridSpec.covering(size, lower, upper)
+    assert grid.contains(grid.cells(np.array([lower, upper]))).all()
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf")])
+def test_impossible_cell_sizes_are_refused(size: float) -> None:
+    with pytest.raises(ValueError, match="cell_size_m"):
+        GridSpec(size, (0, 0), (1, 1))
+
+
+def test_no_grid_is_larger_than_memory_allows() -> None:
+    assert GridSpec(0.1, (0, 0), (MAX_CELLS, 1)).shape == (MAX_CELLS, 1)
+    with pytest.raises(GridTooLarge, match="did the pose jump"):
+        GridSpec(0.1, (0, 0), (MAX_CELLS, 2))
+    with pytest.raises(GridTooLarge, match="900001 x 900001 cells"):
+        GridSpec.covering(0.1, (0.0, 0.0), (9e4, 9e4))
+
+
+CAMERA = Intrinsics(11.0, 13.0, 4.2, 3.1)
+
+
+@given(st.integers(1, 7), st.integers(1, 9), st.floats(0.1, 50))
+def test_unprojected_points_project_back_to_their_pixel(h: int, w: int, depth_m: float) -> None:
+    intrinsics = Intrinsics(11.0, 13.0, w / 2, h / 2)
+    points = unproject(np.full((h, w), depth_m, np.float32), intrinsics)
+    u = points[..., 0] / points[..., 2] * intrinsics.fx + intrinsics.cx - 0.5
+    v = points[..., 1] / points[..., 2] * intrinsics.fy + intrinsics.cy - 0.5
+    np.testing.assert_allclose(u, np.broadcast_to(np.arange(w), (h, w)), atol=1e-4)
+    np.testing.assert_allclose(v, np.broadcast_to(np.arange(h)[:, None], (h, w)), atol=1e-4)
+
+
+@given(st.integers(1, 7), st.integers(5, 20), st.integers(5, 20))
+def test_a_strided_image_keeps_the_rays_of_its_pixels(n: int, h: int, w: int) -> None:
+    full = ray_directions(CAMERA, w, h)[::n, ::n]
+    strided = ray_directions(CAMERA.strided(n), full.shape[1], full.shape[0])
+    np.testing.assert_allclose(strided, full, atol=1e-5)
+
+
+@given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-4, 4), st.floats(-0.5, 1.0))
+def test_unprojecting_to_the_map_is_unprojecting_and_transforming(
+    x: float, y: float, yaw: float, pitch: float
+) -> None:
+    T_map_camera = pose_2d(x, y, yaw) @ camera_mount(0.1, 1.0, pitch)
+    depth_m = np.linspace(0, 8, 6 * 9, dtype=np.float32).reshape(6, 9)
+    slow = transform(T_map_camera, unproject(depth_m, CAMERA).astype(np.float64))
+    fast = unproject_to_map(depth_m, CAMERA, T_map_camera)
+    assert fast.dtype == np.float32
+    np.testing.assert_allclose(fast, slow, atol=1e-4)
+
+
+@pytest.mark.parametrize("values", [(0, 1, 1, 1), (1, -1, 1, 1), (1, 1, float("nan"), 1)])
+def test_impossible_intrinsics_are_refused(values: tuple[float, float, float, float]) -> None:
+    with pytest.raises(ValueError, match="focal lengths"):
+        Intrinsics(*values)
+
+
+@pytest.mark.parametrize("camera", [Intrinsics(1e-3, 9, 4, 3), Intrinsics(9, 9, 4, 1e6)])
+def test_a_camera_that_sees_kilometres_aside_is_refused(camera: Intrinsics) -> None:
+    CAMERA.check_image(9, 6)
+    with pytest.raises(ValueError, match="aside at 1 m"):
+        camera.check_image(9, 6)

@@ -46,18 +46,3 @@ def test_kinds_do_not_silence_each_other(lines: Callable[[], list[str]]) -> None
         LOG.warning(f"{stream}: refused %s", "a")
         LOG.warning(f"{stream}: refused %s", "b")
     assert lines() == ["odometry: refused a", "rgbd: refused a"]
-
-
-def test_information_and_errors_pass_failures_with_a_traceback_do_not(
-    lines: Callable[[], list[str]],
-) -> None:
-    for _ in range(3):
-        LOG.info("it is up")
-        LOG.error("cannot write")
-    assert len(lines()) == 6
-    for _ in range(3):
-        try:
-            raise ValueError("no")
-        except ValueError:
-            LOG.exception("a call failed")
-    assert lines().count("a call failed") == 1

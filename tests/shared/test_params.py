@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
+from importlib.metadata import metadata
+from pathlib import Path
 
 import pytest
 from pydantic import Field, SecretStr, ValidationError
 
 from onemap_shared.params import Params, is_secret, masked
-from onemap_shared.services import ALL
+from onemap_shared.services import (
+    ALL,
+    doubled,
+    doubled_sentence,
+)
 
 
 class Sample(Params):
@@ -27,11 +34,6 @@ def declared() -> list[type[Params]]:
         found += [child for child in children if child.__module__.startswith("onemap_")]
         left += children
     return [kind for kind in found if not kind.__subclasses__()]
-
-
-def test_parameters_cannot_be_changed() -> None:
-    with pytest.raises(ValidationError, match="frozen"):
-        Sample().size_m = 2.0
 
 
 @pytest.mark.parametrize(
@@ -70,3 +72,28 @@ def test_secrets_are_masked_at_any_depth() -> None:
         "a": [{"look_token": "***", "b": 1}],
         "token": "***",
     }
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_service_has_a_module_to_run_and_an_extra_that_installs_it() -> None:
+    extras = metadata("onemap").get_all("Provides-Extra") or []
+    for service in ALL:
+        assert importlib.util.find_spec(f"{service.module}.__main__"), service
+        assert service.extra in extras, service
+
+
+def test_every_service_folder_is_listed() -> None:
+    packages = {path.name for path in (ROOT / "services").glob("*/onemap_*")}
+    assert packages == {service.module.split(".")[0] for service in ALL}
+
+
+def test_two_processes_of_one_role_are_named() -> None:
+    members = {("planner", "a"), ("mapper", "b"), ("gateway", "c"), ("gateway", "d"), ("up", "e")}
+    assert doubled(members) == {}
+    twice = doubled({*members, ("planner", "f"), ("simulator", "g"), ("robot", "h")})
+    assert twice == {"robot": ("robot h", "simulator g"), "planner": ("planner a", "planner f")}
+    assert doubled_sentence("robot", twice["robot"]) == (
+        "2 processes are the robot (robot h, simulator g): their messages mix"
+    )

@@ -1,12 +1,10 @@
 from __future__ import annotations
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_shared.rates import WINDOW_S, RateMeter, mean_rate_hz
+from onemap_shared.rates import WINDOW_S, RateMeter
 
 
 def metered(times_s: list[float]) -> RateMeter:
@@ -35,9 +33,3 @@ def test_a_stalled_stream_s_rate_falls_to_nothing() -> None:
 def test_silence_is_counted_from_the_newest_event_or_the_start() -> None:
     assert RateMeter().silent_s(4.0, since_s=1.0) == 3.0
     assert metered([0.0, 2.0]).silent_s(100.0, since_s=0.0) == 98.0
-
-
-def test_a_counter_s_mean_rate_needs_two_readings() -> None:
-    assert mean_rate_hz([10, 30], [1.0, 5.0]) == 5.0
-    assert math.isnan(mean_rate_hz([10], [1.0]))
-    assert math.isnan(mean_rate_hz([10, 11], [1.0, 1.0]))

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from onemap_shared import keys
-from onemap_shared.runner import SWITCH_S
+from onemap_shared import keys, runner
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.runner import SWITCH_S, is_starting, long_start
 from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, router
 
 __all__ = ["router"]  # the fixture
@@ -195,14 +196,6 @@ def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) ->
         assert "Traceback" not in stderr
 
 
-def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) -> None:
-    process = start(router.endpoint, "unable now")
-    _, stderr = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1
-    assert "the port is in use" in stderr
-    assert "Traceback" not in stderr
-
-
 def test_a_bad_configuration_exits_with_2_and_no_traceback() -> None:
     process = start("tcp/127.0.0.1:1", ONEMAP__MAPPER__MOOD="1")
     _, stderr = process.communicate(timeout=PATIENCE_S)
@@ -260,11 +253,36 @@ def test_systemd_is_asked_for_more_time_until_there_is_a_router(tmp_path: Path) 
         process.communicate(timeout=PATIENCE_S)
 
 
-def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(router: Router) -> None:
-    process = start(router.endpoint)
-    assert process.stderr is not None
-    eventually(lambda: "is up" in process.stderr.readline() or None)  # type: ignore[union-attr]
-    process.send_signal(signal.SIGABRT)
-    _, stderr = process.communicate(timeout=PATIENCE_S)
-    assert "Fatal Python error: Aborted" in stderr
-    assert 'File "' in stderr
+PATIENCE_S = 60.0
+WHAT = "compiling the map's kernels"
+
+
+def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "HEARTBEAT_S", 0.01)
+    router = MemoryRouter()
+    beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)
+    with long_start(router.bus("mapper"), "mapper", WHAT, 45.0):
+        first, second = beats.take(PATIENCE_S), beats.take(PATIENCE_S)
+    assert first is not None
+    assert second is not None
+    assert (first.ready, first.problem, is_starting(first)) == (
+        False,
+        f"{WHAT}: 0 of about 45 s",
+        True,
+    )
+    assert second.progress > first.progress
+    assert second.metrics["start_s"] >= first.metrics["start_s"]
+    while beats.take(0.0) is not None:
+        pass
+    assert beats.take(0.1) is None  # over with the block
+
+
+def test_systemd_is_asked_for_more_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(path))
+        listener.settimeout(PATIENCE_S)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(path))
+        with long_start(MemoryRouter().bus("mapper"), "mapper", WHAT, 45.0):
+            told = listener.recv(1000).decode()
+    assert told == f"EXTEND_TIMEOUT_USEC=30000000\nSTATUS={WHAT}"

@@ -94,14 +94,6 @@ def test_the_network_is_asked_for_the_names_it_supports() -> None:
     assert not detector.reads_features
 
 
-def test_without_a_supported_name_the_network_does_not_run() -> None:
-    network = FixedBoxes()
-    detector = BoxDetector(network, CocoParams())
-    assert detector.detect(noise(), names("unicorn")) == ()
-    assert detector.detect(noise(), names()) == ()
-    assert network.asked == []
-
-
 class Unwhole:
     """A model class of transformers whose checkpoint lacks two tensors."""
 
@@ -142,9 +134,3 @@ def test_each_name_goes_to_one_detector_and_the_best_come_first() -> None:
     assert [each.name for each in found] == ["unicorn", "tv", "cup"]
     assert [each.scale for each in found] == ["open", "closed", "closed"]
     assert routed.detector_id == "closed+open"
-
-
-def test_a_detector_without_a_name_does_not_run() -> None:
-    closed, open_vocabulary = OneEach("closed", 0.5, ("tv",)), OneEach("open", 0.8)
-    RoutedDetector(closed, open_vocabulary).detect(noise(), names("tv"))
-    assert open_vocabulary.asked == []

@@ -64,16 +64,6 @@ def test_cosines_with_texts_of_the_span_stay() -> None:
     assert np.ptp(cosines(full, ["x"])) > 0.2  # they do differ
 
 
-def test_texts_and_neutral_words_are_unit_rows_with_their_calibration() -> None:
-    full, projected = PlanarEncoder(), ProjectedEncoder(PlanarEncoder(), WORDS, 4)
-    before, after = full.embed_text(["x", "yy"]), projected.embed_text(["x", "yy"])
-    for rows in (after.embeddings, after.neutral):
-        assert rows.shape[1] == 4
-        np.testing.assert_allclose(np.linalg.norm(rows, axis=1), 1, atol=1e-5)
-    assert after.temperature == before.temperature
-    assert (after.floor, after.texts) == (before.floor, before.texts)
-
-
 @pytest.mark.parametrize("channels", [1, DIMENSION + 1])
 def test_impossible_numbers_of_channels_are_refused(channels: int) -> None:
     with pytest.raises(EncoderError, match=f"channels is {channels}; this encoder has 24"):
@@ -103,10 +93,3 @@ class PlanarImages(PlanarEncoder):
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
         return self.embed_text(["image"])
-
-
-def test_an_image_is_projected_as_a_text_is() -> None:
-    projected = ProjectedEncoder(PlanarImages(), WORDS, SPAN + 1)
-    query, text = projected.embed_image(IMAGE), projected.embed_text(["image"])
-    np.testing.assert_array_equal(query.embeddings, text.embeddings)
-    assert query.text_space == projected.text_space

@@ -11,7 +11,7 @@ from safetensors.torch import load_file, save_file
 
 from onemap_perception.encoders.params import Tipsv2Params
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.tipsv2 import block_of_values, read_model
+from onemap_perception.encoders.tipsv2 import read_model
 from onemap_perception.encoders.torch_encoder import TorchEncoder
 from onemap_perception.factory import make_encoder
 from tests.perception.tiny import EMBED_DIM, tipsv2_folder
@@ -27,16 +27,6 @@ def encoder(folder: Path) -> TorchEncoder:
     encoder = make_encoder(Tipsv2Params(model=str(folder), long_side_px=56))
     assert isinstance(encoder, TorchEncoder)
     return encoder
-
-
-def test_a_token_alone_attends_to_itself(folder: Path) -> None:
-    model, _ = read_model(folder)
-    block = model.vision_model.encoder.layer[-1]
-    alone = torch.rand(3, 1, EMBED_DIM)
-    with torch.inference_mode():
-        torch.testing.assert_close(block_of_values(block, alone), block(alone))
-        two = torch.rand(1, 2, EMBED_DIM)
-        assert not torch.allclose(block_of_values(block, two), block(two))
 
 
 def test_features_cover_the_image(encoder: TorchEncoder) -> None:

@@ -44,12 +44,6 @@ def write(folder: Path, words: Sequence[str], rows: np.ndarray) -> None:
     np.savez(folder / "words.npz", words=np.array(words), embeddings=rows)
 
 
-def test_a_loaded_table_has_unit_rows(tmp_path: Path) -> None:
-    write(tmp_path, WORDS, (3 * ROWS).astype(np.float16))
-    loaded = load_table(tmp_path)
-    np.testing.assert_allclose(loaded.embed(WORDS), ROWS)
-
-
 def test_damaged_tables_are_refused_with_their_path(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"cannot read the word table .*words\.npz"):
         load_table(tmp_path)

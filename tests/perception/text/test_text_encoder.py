@@ -12,24 +12,6 @@ from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_shared.geometry import F32
 
 
-def test_the_least_recently_used_text_is_evicted() -> None:
-    asked: list[str] = []
-
-    def embed(prompts: Sequence[str]) -> F32:
-        asked.extend(prompts)
-        return np.array([[len(p), 1.0] for p in prompts], np.float32)
-
-    texts = CachedTextEncoder(embed, prompt="see {}", capacity=2)
-    texts(["a", "b"])
-    texts(["a"])
-    texts(["c"])  # b is the oldest now
-    asked.clear()
-    texts(["a", "c"])
-    assert asked == []
-    texts(["b"])
-    assert asked == ["see b"]
-
-
 def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
     asked: list[str] = []
     together = threading.Barrier(4)

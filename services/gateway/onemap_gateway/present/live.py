@@ -30,7 +30,7 @@ def live_document(
         "path": _path(state, now_s),
         "search": search_snapshot(search, now_ns).model_dump(mode="json") if search else None,
         "services": [
-            {"name": r.name, "condition": str(r.condition), "problem": r.problem}
+            {"name": r.name, "condition": r.condition, "problem": r.problem}
             for r in assess_services(state, now_s)
         ],
         "latencies": [each.model_dump() for each in stage_latencies(state.latencies)],

@@ -16,7 +16,7 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from onemap_gateway.bus.live_state import BOUNDS_S, FrameLatencies, LiveState
-from onemap_gateway.present.service_status import ServiceCondition, assess_services
+from onemap_gateway.present.service_status import DOWN, assess_services
 from onemap_shared.transport import Counters
 
 MEDIA_TYPE = "text/plain; version=0.0.4; charset=utf-8"
@@ -62,7 +62,7 @@ def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) 
         "onemap_heartbeat_age_seconds", "Since the last heartbeat.", labels=["service"]
     )
     for report in assess_services(state, now_s):
-        up.add_metric([report.name], float(report.condition is not ServiceCondition.DOWN))
+        up.add_metric([report.name], float(report.condition != DOWN))
         if report.heartbeat_age_s is not None:
             age.add_metric([report.name], report.heartbeat_age_s)
     yield from (up, age)

@@ -15,7 +15,6 @@ from onemap.replies import (
     ObjectOutcome,
     Reply,
     SearchSnapshot,
-    ServiceHealth,
     StageLatency,
     StreamHealth,
     SystemStatus,
@@ -134,7 +133,7 @@ def system_status(
     return SystemStatus(
         ready=fault is None,
         problem=fault.detail if fault else "",
-        services=tuple(reply_of(ServiceHealth, each) for each in assess_services(state, now_s)),
+        services=tuple(assess_services(state, now_s)),
         streams=tuple(
             reply_of(
                 StreamHealth,

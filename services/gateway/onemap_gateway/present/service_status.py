@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from enum import Enum
+from dataclasses import dataclass
 
+from onemap.replies import ServiceHealth
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
 from onemap_shared.services import SERVICES, STAGES, doubled_sentence, installed_version
 from onemap_shared.supervisor import start_command
@@ -27,32 +26,11 @@ def start_hint(service: str) -> str:
     return f"start it with '{start_command(service)}', or see 'onemap status'"
 
 
-class ServiceCondition(str, Enum):
-    """Whether a service, or the robot, works."""
-
-    OK = "ok"
-    DEGRADED = "degraded"  # runs, but does not do all of its work
-    DOWN = "down"
-
-    def __str__(self) -> str:
-        return self.value
+OK, DEGRADED, DOWN = "ok", "degraded", "down"  # degraded: runs, but does not do all of its work
+Assessment = tuple[str, str]  # a condition, and what is wrong in a sentence, empty if nothing is
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceStatus:
-    """One service, or the robot, as the gateway sees it; ``problem`` is empty if there is none."""
-
-    name: str
-    condition: ServiceCondition
-    problem: str = ""
-    alive: bool = False
-    ready: bool = False
-    heartbeat_age_s: float | None = None
-    metrics: Mapping[str, float] = field(default_factory=dict)
-    version: str = ""
-
-
-def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
+def assess_services(state: LiveState, now_s: float) -> list[ServiceHealth]:
     """The robot, the services that every search needs, and any other service on the bus."""
     heard = (state.alive | state.heartbeats.keys()) & set(SERVICES) - set(PIPELINE_STAGES)
     return [
@@ -62,32 +40,26 @@ def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
     ]
 
 
-def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
+def assess_service(name: str, state: LiveState, now_s: float) -> ServiceHealth:
     """One service, judged by its liveliness token and its heartbeat."""
-    if not state.connected:
-        return ServiceStatus(name, ServiceCondition.DOWN, hung_problem(name, state, now_s))
-    alive = name in state.alive
     record = state.heartbeats.get(name)
-    if record is None and alive:
-        return ServiceStatus(
-            name, ServiceCondition.DEGRADED, f"{sentence_subject(name)} has just started.", alive
-        )
-    if record is None:
-        start = start_hint(name)
-        return ServiceStatus(
-            name, ServiceCondition.DOWN, f"{sentence_subject(name)} is not running: {start}."
-        )
     condition, problem = _assess(name, state, record, now_s)
-    heartbeat = record.heartbeat
-    return ServiceStatus(
+    health = ServiceHealth(
         name=name,
         condition=condition,
         problem=problem,
-        alive=alive,
-        ready=heartbeat.ready and condition is not ServiceCondition.DOWN,
-        heartbeat_age_s=now_s - record.arrived_s,
-        metrics=heartbeat.metrics,
-        version=heartbeat.version,
+        alive=state.connected and name in state.alive,
+    )
+    if record is None or not state.connected:
+        return health
+    heartbeat = record.heartbeat
+    return health.model_copy(
+        update={
+            "ready": heartbeat.ready and condition != DOWN,
+            "heartbeat_age_s": now_s - record.arrived_s,
+            "metrics": heartbeat.metrics,
+            "version": heartbeat.version,
+        }
     )
 
 
@@ -134,26 +106,24 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
 
 
 def _assess(
-    name: str, state: LiveState, record: HeartbeatRecord, now_s: float
-) -> tuple[ServiceCondition, str]:
-    silent_s, hangs_s = now_s - record.arrived_s, now_s - record.advanced_s
+    name: str, state: LiveState, record: HeartbeatRecord | None, now_s: float
+) -> Assessment:
+    subject = sentence_subject(name)
     if hung := hung_problem(name, state, now_s):
-        return ServiceCondition.DOWN, hung
+        return DOWN, hung
     if name not in state.alive:
-        start = start_hint(name)
-        return (
-            ServiceCondition.DOWN,
-            f"{sentence_subject(name)} stopped {silent_s:.0f} s ago: {start}.",
-        )
+        silent_s = now_s - record.arrived_s if record else 0.0
+        ended = f"stopped {silent_s:.0f} s ago" if record else "is not running"
+        return DOWN, f"{subject} {ended}: {start_hint(name)}."
+    if record is None:
+        return DEGRADED, f"{subject} has just started."
+    silent_s, hangs_s = now_s - record.arrived_s, now_s - record.advanced_s
     if several := doubled_problem(name, state):
-        return ServiceCondition.DEGRADED, several
+        return DEGRADED, several
     if silent_s <= HEARTBEAT_TIMEOUT_S and hangs_s > PROGRESS_TIMEOUT_S:
-        return (
-            ServiceCondition.DOWN,
-            f"{sentence_subject(name)} runs but has stood still for {hangs_s:.0f} s.",
-        )
+        return DOWN, f"{subject} runs but has stood still for {hangs_s:.0f} s."
     problem = _degraded_reason(name, record, silent_s)
-    return ServiceCondition.DEGRADED if problem else ServiceCondition.OK, problem
+    return DEGRADED if problem else OK, problem
 
 
 def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str:
@@ -173,21 +143,23 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
     return ""
 
 
-def assess_robot(state: LiveState, now_s: float) -> ServiceStatus:
+def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
     """The robot (simulator, replay or a driver), judged by the streams that it publishes."""
-    if not state.connected:
-        return ServiceStatus("robot", ServiceCondition.DOWN, hung_problem("robot", state, now_s))
     alive = state.frame is not None and state.frame.age_s(now_s) <= STREAM_TIMEOUT_S
-    if not alive:
-        return ServiceStatus(
-            "robot", ServiceCondition.DOWN, _silence_detail("camera frame", state.frame, now_s)
-        )
-    if state.odometry is None or state.odometry.age_s(now_s) > STREAM_TIMEOUT_S:
+    alive = alive and state.connected
+    condition, problem = DEGRADED, ""
+    if not state.connected:
+        condition, problem = DOWN, hung_problem("robot", state, now_s)
+    elif not alive:
+        condition, problem = DOWN, _silence_detail("camera frame", state.frame, now_s)
+    elif state.odometry is None or state.odometry.age_s(now_s) > STREAM_TIMEOUT_S:
         problem = _silence_detail("odometry", state.odometry, now_s)
-        return ServiceStatus("robot", ServiceCondition.DEGRADED, problem, alive=True)
-    if several := doubled_problem("robot", state):
-        return ServiceStatus("robot", ServiceCondition.DEGRADED, several, alive=True)
-    return ServiceStatus("robot", ServiceCondition.OK, alive=True, ready=True)
+    else:
+        problem = doubled_problem("robot", state)
+        condition = DEGRADED if problem else OK
+    return ServiceHealth(
+        name="robot", condition=condition, problem=problem, alive=alive, ready=condition == OK
+    )
 
 
 def _silence_detail(what: str, stream: LatestMessage | None, now_s: float) -> str:
@@ -213,14 +185,11 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
     by_name = {status.name: status for status in assess_services(state, now_s)}
     if fresh:  # a stage that is down stops the frames soon; a degraded one does not
-        down = (
-            by_name[name]
-            for name in PIPELINE_STAGES[1:]
-            if by_name[name].condition is ServiceCondition.DOWN
-        )
-        return next((PipelineFault(status.name, status.problem) for status in down), None)
+        stages = (by_name[name] for name in PIPELINE_STAGES[1:])
+        down = (PipelineFault(each.name, each.problem) for each in stages if each.condition == DOWN)
+        return next(down, None)
     for name in PIPELINE_STAGES[:-1]:
-        if by_name[name].condition is not ServiceCondition.OK:
+        if by_name[name].condition != OK:
             return PipelineFault(name, by_name[name].problem)
     since = "yet" if state.last_fused_s is None else f"for {now_s - state.last_fused_s:.0f} s"
     return PipelineFault(
