@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from math import isfinite
-from types import TracebackType
-from typing import Any, Protocol
+from typing import Any
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -89,21 +90,17 @@ def progress_of(
     )
 
 
-class ProgressView(Protocol):
-    """Displays a wait or a running search of each robot; a context manager."""
+class ProgressView(AbstractContextManager["ProgressView"]):
+    """Displays a wait or a running search of each robot."""
 
-    def __enter__(self) -> ProgressView: ...
+    def __exit__(self, *_: object) -> None:
+        """End the display."""
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
-
+    @abstractmethod
     def wait(self, elapsed_s: float, what: str) -> None:
         """Show why there is no progress yet."""
 
+    @abstractmethod
     def show(self, progress: SearchProgress) -> None:
         """Show the state of the search."""
 
@@ -113,24 +110,13 @@ def progress_view(console: Console) -> ProgressView:
     return LiveView(console) if console.is_terminal else LineView(console)
 
 
-class LineView:
+class LineView(ProgressView):
     """Prints a line at every change of state of a robot and every five seconds."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._last: dict[str, tuple[object, ...]] = {}  # by the robot's name
         self._due_s: dict[str, float] = {}
-
-    def __enter__(self) -> LineView:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        return
 
     def wait(self, elapsed_s: float, what: str) -> None:
         """See ``ProgressView``."""
@@ -155,7 +141,7 @@ class LineView:
         self._console.print(f"{elapsed_s:6.1f} s  {robot}{text}", soft_wrap=True)
 
 
-class LiveView:
+class LiveView(ProgressView):
     """A panel for each robot, redrawn in place."""
 
     def __init__(self, console: Console) -> None:
@@ -163,16 +149,12 @@ class LiveView:
         self._live = Live(console=console, refresh_per_second=4, transient=True)
 
     def __enter__(self) -> LiveView:
-        self._live.__enter__()
+        self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._live.__exit__(kind, problem, trace)
+    def __exit__(self, *_: object) -> None:
+        """End the display."""
+        self._live.stop()
 
     def wait(self, elapsed_s: float, what: str) -> None:
         """See ``ProgressView``."""

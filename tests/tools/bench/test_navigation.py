@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from onemap_shared.geometry import pose_2d
-from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
+from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.stairwell import Opening, with_stairwell
@@ -76,7 +76,10 @@ SECTIONS = {
 def setup(
     method: MethodName, features: FeaturesName = "simulated", limit_s: float = 20.0
 ) -> EpisodeSetup:
-    return EpisodeSetup(0, SystemConfig.read(None, 2, "training"), method, features, 2, limit_s)
+    options = NavigationBench(
+        method=method, features=features, objects_per_episode=2, limit=limit_s
+    )
+    return EpisodeSetup(0, SystemConfig.read(None, 2, "training"), options)
 
 
 def room() -> Scene:
@@ -101,7 +104,7 @@ def test_the_options_name_every_episode() -> None:
     assert [each.config.simulator.seed for each in made] == [1, 3, 5]
     assert [each.index for each in made] == [0, 1, 2]
     assert {each.config.simulator.people.count for each in made} == {2}
-    assert {(each.order, each.stairwells) for each in made} == {(SearchOrder.ANY, 2)}
+    assert {each.options for each in made} == {options}
     assert apartment_seeds(3, 3, "all") == (3, 4, 5)
     assert apartment_seeds(3, 3, "even") == (4, 6, 8)
     assert apartment_seeds(4, 2, "odd") == (5, 7)
@@ -247,10 +250,11 @@ def test_every_method_runs_an_episode(method: MethodName) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "changes", [{"features": "uncalibrated"}, {"features": "mini"}, {"order": SearchOrder.ANY}]
+    "changes", [{"features": "uncalibrated"}, {"features": "mini"}, {"order": "any"}]
 )
 def test_every_kind_of_features_and_order_runs_an_episode(changes: dict[str, Any]) -> None:
-    record = run_episode(replace(setup("onemap", limit_s=3.0), **changes))
+    made = setup("onemap", limit_s=3.0)
+    record = run_episode(replace(made, options=replace(made.options, **changes)))
     assert record.trajectory[0] == pytest.approx(record.start[:2])
     assert len(record.objects) == 2
 
@@ -288,8 +292,13 @@ def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object(seed
 
 @pytest.mark.slow
 def test_an_episode_records_its_stairwells() -> None:
-    opened = replace(setup("oracle"), objects=3, stairwells=2)
-    record, plain = run_episode(opened), run_episode(replace(opened, stairwells=0))
+    made = setup("oracle")
+    record, plain = (
+        run_episode(
+            replace(made, options=replace(made.options, objects_per_episode=3, stairwells=wells))
+        )
+        for wells in (2, 0)
+    )
     assert len(record.stairwells) == len(drawn(2)[3]) > 0
     assert not plain.stairwells
     assert record.start == plain.start

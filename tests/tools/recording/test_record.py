@@ -34,9 +34,8 @@ from onemap_shared.messages import (
 from onemap_shared.transport import Bus, Counters, RequestRejected, Subscription
 from onemap_tools.cli.app import app
 from onemap_tools.recording import record as module
-from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader, BagWriter
+from onemap_tools.recording.bag_file import FRAMES_HELD, BagError, BagMessage, BagReader, BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
-from onemap_tools.recording.topics import FRAMES_HELD
 from tests.gateway import fakes
 from tests.mapper import scenes
 from tests.tools.cli.commands import error_of

@@ -32,10 +32,17 @@ from onemap_shared.messages import (
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_USAGE_ERROR
 from onemap_tools.recording import replay as command
-from onemap_tools.recording.bag_file import BagError, BagReader, BagWriter, is_ros2
+from onemap_tools.recording.bag_file import (
+    DIGESTS,
+    FIELDS,
+    REVISIONS,
+    BagError,
+    BagReader,
+    BagWriter,
+    is_ros2,
+)
 from onemap_tools.recording.replay import StepKind, map_steps
 from onemap_tools.recording.ros2_frames import Ros2Bag, read_topics
-from onemap_tools.recording.topics import DIGESTS, FIELDS, REVISIONS
 from tests.perception.toy import ColourEncoder
 from tests.ros2.robot_messages import camera_info, compressed, image, transforms
 from tests.shared.samples import SAMPLES

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -137,180 +137,147 @@ def _warning(sentence: str, remedy: str) -> Finding:
     return Finding(Severity.WARNING, sentence, remedy)
 
 
-def check_services(observed: Observations) -> list[Finding]:
+def check_services(observed: Observations) -> Iterator[Finding]:
     """Services that do not run, hang, are not ready or run twice."""
-    findings = [_absent(name, observed) for name in CORE if name not in observed.alive]
-    findings += [
-        _error(
+    for name in CORE:
+        if name not in observed.alive:
+            yield _absent(name, observed)
+    for role, names in observed.doubled.items():
+        yield _error(
             f"{doubled_sentence(role, names)}.",
             "Stop all but one of them, or give each robot a bus.namespace of its own.",
         )
-        for role, names in observed.doubled.items()
-    ]
     for name in sorted({process.service for process in observed.processes}):
         processes = [process for process in observed.processes if process.service == name]
         if len(processes) > 1 and role_of(name) not in observed.doubled:
-            findings.append(
-                _error(
-                    f"{len(processes)} processes say that they are the {name}: their messages mix.",
-                    "Stop all but one of them.",
-                )
+            yield _error(
+                f"{len(processes)} processes say that they are the {name}: their messages mix.",
+                "Stop all but one of them.",
             )
-        findings += [finding for process in processes for finding in _unhealthy(process)]
-    return findings
+        for process in processes:
+            yield from _unhealthy(process)
 
 
 def _absent(name: str, observed: Observations) -> Finding:
     """A service that is not connected: it ended, or it hangs by the gateway's metrics."""
     metric = f"hung_{name}_s"
     silent_s = next((p.metrics[metric] for p in observed.processes if metric in p.metrics), None)
-    if silent_s is not None:
-        return _error(
-            f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
-            "down.",
-            "Restart it rather than start a second one; look at its log first.",
-        )
-    return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
+    if silent_s is None:
+        return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
+    return _error(
+        f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
+        "down.",
+        "Restart it rather than start a second one; look at its log first.",
+    )
 
 
-def _unhealthy(process: ProcessHealth) -> list[Finding]:
+def _unhealthy(process: ProcessHealth) -> Iterator[Finding]:
     if not process.advanced:
-        return [
-            _error(
-                f"The {process.service} runs but its main loop stands still.",
-                "Look at its log, then restart it.",
-            )
-        ]
-    if process.problem or not process.ready:
+        yield _error(
+            f"The {process.service} runs but its main loop stands still.",
+            "Look at its log, then restart it.",
+        )
+    elif process.problem or not process.ready:
         reason = process.problem or "it does not say why"
         make = _warning if process.ready else _error
         remedy = REMEDIES.get(process.service, "Look at its log.")
-        return [make(f"The {process.service} is not well: {reason}.", remedy)]
-    return []
+        yield make(f"The {process.service} is not well: {reason}.", remedy)
 
 
-def check_streams(observed: Observations) -> list[Finding]:
+def check_streams(observed: Observations) -> Iterator[Finding]:
     """Streams without messages, with old messages or with messages that cannot be decoded."""
-    findings = []
     for stream in observed.streams:
+        name, source = stream.name, stream.source
         if stream.count == 0 and stream.refused == 0:
-            findings.append(
-                _error(
-                    f"Nothing arrives on {stream.name} from the {stream.source}.",
-                    f"See whether the {stream.source} runs, and under the same bus namespace.",
-                )
+            yield _error(
+                f"Nothing arrives on {name} from the {source}.",
+                f"See whether the {source} runs, and under the same bus namespace.",
             )
         if stream.refused:
-            findings.append(
-                _error(
-                    f"{stream.refused} messages on {stream.name} could not be read, the last "
-                    f"because: {stream.last_problem}.",
-                    f"Send it as docs/messages.md describes; if the {stream.source} is OneMap's "
-                    "own, run the same version there and here.",
-                )
+            yield _error(
+                f"{stream.refused} messages on {name} could not be read, the last "
+                f"because: {stream.last_problem}.",
+                f"Send it as docs/messages.md describes; if the {source} is OneMap's "
+                "own, run the same version there and here.",
             )
         # The mapper announces a map again, with the same frame, when a layer is reset.
-        if stream.source != "mapper" and stream.disordered >= FEW_DISORDERED:
-            findings.append(
-                _error(
-                    f"{stream.disordered} of {stream.count} messages on {stream.name} have no "
-                    "higher number than the one before: several processes send them.",
-                    f"Run one {stream.source} on these keys; its driver must count its messages.",
-                )
+        if source != "mapper" and stream.disordered >= FEW_DISORDERED:
+            yield _error(
+                f"{stream.disordered} of {stream.count} messages on {name} have no "
+                "higher number than the one before: several processes send them.",
+                f"Run one {source} on these keys; its driver must count its messages.",
             )
         if stream.age_s is not None and stream.age_s > OLD_S:
-            findings.append(
-                _error(
-                    f"What arrives on {stream.name} is {stream.age_s:.1f} s old.",
-                    f"The {stream.source} is too slow, or its clock is behind: see its metrics "
-                    "with 'onemap status'.",
-                )
+            yield _error(
+                f"What arrives on {name} is {stream.age_s:.1f} s old.",
+                f"The {source} is too slow, or its clock is behind: see its metrics "
+                "with 'onemap status'.",
             )
-    return findings
 
 
-def check_clocks(observed: Observations) -> list[Finding]:
+def check_clocks(observed: Observations) -> Iterator[Finding]:
     """Machines whose clocks disagree."""
-    findings = []
     for process in observed.processes:
         if abs(process.clock_offset_s) > CLOCK_TOLERANCE_S:
             way = "ahead of" if process.clock_offset_s > 0 else "behind"
-            findings.append(
-                _error(
-                    f"The {process.service}'s clock is {abs(process.clock_offset_s):.1f} s {way} "
-                    "this machine's.",
-                    "Synchronise both machines (chrony or NTP): the age of a message is the "
-                    "difference of their clocks.",
-                )
+            yield _error(
+                f"The {process.service}'s clock is {abs(process.clock_offset_s):.1f} s {way} "
+                "this machine's.",
+                "Synchronise both machines (chrony or NTP): the age of a message is the "
+                "difference of their clocks.",
             )
     for stream in observed.streams:
         if stream.age_s is not None and stream.age_s < -CLOCK_TOLERANCE_S:
-            findings.append(
-                _error(
-                    f"Stamps on {stream.name} lie {-stream.age_s:.1f} s in the future.",
-                    "Synchronise the robot's clock with this machine's (chrony or NTP).",
-                )
+            yield _error(
+                f"Stamps on {stream.name} lie {-stream.age_s:.1f} s in the future.",
+                "Synchronise the robot's clock with this machine's (chrony or NTP).",
             )
-    return findings
 
 
-def check_depth(observed: Observations) -> list[Finding]:
+def check_depth(observed: Observations) -> Iterator[Finding]:
     """Depth images without returns or in another unit than millimetres."""
     depth = observed.depth
     if depth is None:
-        return []
+        return
     if depth.valid < 1 - NO_RETURN_FRACTION:
-        return [
-            _error(
-                f"Only {depth.valid:.0%} of the depth pixels hold a return.",
-                "Check that the depth stream is on, aligned to colour, and not covered.",
-            )
-        ]
-    if depth.near > 0.5:
-        return [
-            _error(
-                f"Most depth is nearer than {NEAR_M * 100:.0f} cm.",
-                "Depth must be in millimetres: metres or raw units were sent, or the lens is "
-                "covered.",
-            )
-        ]
-    if depth.median_m > FAR_M:
-        return [
-            _error(
-                f"The median depth is {depth.median_m:.0f} m, more than any room.",
-                "Depth must be in millimetres: a finer unit (0.1 mm) was sent.",
-            )
-        ]
-    return []
+        yield _error(
+            f"Only {depth.valid:.0%} of the depth pixels hold a return.",
+            "Check that the depth stream is on, aligned to colour, and not covered.",
+        )
+    elif depth.near > 0.5:
+        yield _error(
+            f"Most depth is nearer than {NEAR_M * 100:.0f} cm.",
+            "Depth must be in millimetres: metres or raw units were sent, or the lens is covered.",
+        )
+    elif depth.median_m > FAR_M:
+        yield _error(
+            f"The median depth is {depth.median_m:.0f} m, more than any room.",
+            "Depth must be in millimetres: a finer unit (0.1 mm) was sent.",
+        )
 
 
-def check_floor(observed: Observations) -> list[Finding]:
+def check_floor(observed: Observations) -> Iterator[Finding]:
     """Extrinsics by which the floor is not at z = 0, from the mapper's metrics."""
     mapper = next((p.metrics for p in observed.processes if "floor_viewpoints" in p.metrics), None)
     if mapper is None:
-        return []
+        return
     viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
     if "floor_wrong" not in mapper:
-        return [
-            Finding(
-                Severity.NOTE,
-                f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}.",
-                "Drive or turn the robot: the lowest surface in one view may be a table.",
-            )
-        ]
-    if not mapper["floor_wrong"]:
-        return []
-    return [
-        _error(
+        yield Finding(
+            Severity.NOTE,
+            f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}.",
+            "Drive or turn the robot: the lowest surface in one view may be a table.",
+        )
+    elif mapper["floor_wrong"]:
+        yield _error(
             f"The mapper sees the floor at z = {mapper['floor_height_m']:.2f} m, tilted by "
             f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}.",
             "Check T_map_camera: camera frame x right, y down, z forward; map z up, floor at "
             "z = 0.",
         )
-    ]
 
 
-def check_encoders(observed: Observations) -> list[Finding]:
+def check_encoders(observed: Observations) -> Iterator[Finding]:
     """Features, map and texts of different encoders."""
     encoders = {
         "camera features": observed.field_encoder,
@@ -318,68 +285,52 @@ def check_encoders(observed: Observations) -> list[Finding]:
         "texts": observed.text_encoder,
     }
     known = {what: encoder for what, encoder in encoders.items() if encoder and any(encoder)}
-    if len(set(known.values())) <= 1:
-        return []
-    parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
-    return [
-        _error(
+    if len(set(known.values())) > 1:
+        parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
+        yield _error(
             f"Encoders differ: {parts}.",
             "Clear the map ('onemap map clear') or load one that was made with this encoder.",
         )
-    ]
 
 
-def check_map(observed: Observations) -> list[Finding]:
+def check_map(observed: Observations) -> Iterator[Finding]:
     """A map that receives no frames, stays empty or does not grow."""
     growth = observed.map
     if growth is None:
-        return []
+        return
     if growth.frames[1] == growth.frames[0]:
-        return [
-            _error(
-                f"No frame reached the map in {observed.duration_s:.0f} s.",
-                "Follow the frames: robot, perception, mapper; the first silent one is it.",
-            )
-        ]
-    if growth.cells[1] == 0 and growth.frames[1] >= FEW_FRAMES:
-        return [
-            _error(
-                f"{growth.frames[1]} frames were fused and the map is still empty.",
-                "All points are out of the mapper's height or depth range: check extrinsics "
-                "and depth scale.",
-            )
-        ]
-    if growth.cells[1] == growth.cells[0] and observed.motion.driven > COMMAND_EPSILON:
-        return [
-            _warning(
-                "The robot drives and the map does not grow.",
-                "Fine where all is mapped already; otherwise check that the pose changes too.",
-            )
-        ]
-    return []
+        yield _error(
+            f"No frame reached the map in {observed.duration_s:.0f} s.",
+            "Follow the frames: robot, perception, mapper; the first silent one is it.",
+        )
+    elif growth.cells[1] == 0 and growth.frames[1] >= FEW_FRAMES:
+        yield _error(
+            f"{growth.frames[1]} frames were fused and the map is still empty.",
+            "All points are out of the mapper's height or depth range: check extrinsics and depth "
+            "scale.",
+        )
+    elif growth.cells[1] == growth.cells[0] and observed.motion.driven > COMMAND_EPSILON:
+        yield _warning(
+            "The robot drives and the map does not grow.",
+            "Fine where all is mapped already; otherwise check that the pose changes too.",
+        )
 
 
-def check_driving(observed: Observations) -> list[Finding]:
+def check_driving(observed: Observations) -> Iterator[Finding]:
     """A robot that does not follow commands, or that has collided."""
-    findings = []
     if observed.motion.commanded > COMMAND_EPSILON and observed.motion.driven <= COMMAND_EPSILON:
-        findings.append(
-            _error(
-                "The planner commands motion and the robot stands still.",
-                "Release the emergency stop; see that the robot's driver obeys the velocity topic.",
-            )
+        yield _error(
+            "The planner commands motion and the robot stands still.",
+            "Release the emergency stop; see that the robot's driver obeys the velocity topic.",
         )
     if observed.motion.collided:
-        findings.append(
-            _warning(
-                "The robot touches an obstacle.",
-                "Give the planner the robot's true radius; it backs off by itself.",
-            )
+        yield _warning(
+            "The robot touches an obstacle.",
+            "Give the planner the robot's true radius; it backs off by itself.",
         )
-    return findings
 
 
-CHECKS: tuple[Callable[[Observations], list[Finding]], ...] = (
+CHECKS = (
     check_services,
     check_streams,
     check_clocks,

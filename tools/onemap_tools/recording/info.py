@@ -9,8 +9,7 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
-from onemap_tools.recording.bag_file import BagMessage, BagReader
-from onemap_tools.recording.topics import DIGESTS, QUERIES, REVISIONS
+from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagMessage, BagReader
 
 
 @dataclass(slots=True)

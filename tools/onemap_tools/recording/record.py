@@ -34,8 +34,16 @@ from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.recording.bag_file import BagError, BagWriter
-from onemap_tools.recording.topics import DIGESTS, EMBEDDINGS, IMAGES, OTHERS, VIEWS, key_of
+from onemap_tools.recording.bag_file import (
+    DIGESTS,
+    EMBEDDINGS,
+    IMAGES,
+    OTHERS,
+    VIEWS,
+    BagError,
+    BagWriter,
+    key_of,
+)
 
 CONNECT_S = 5.0
 SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded

@@ -40,8 +40,7 @@ from onemap_shared.messages import (
     TextEmbeddings,
 )
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
-from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader, is_ros2
-from onemap_tools.recording.topics import (
+from onemap_tools.recording.bag_file import (
     DIGESTS,
     EMBEDDINGS,
     FIELDS,
@@ -49,6 +48,10 @@ from onemap_tools.recording.topics import (
     POSE_GRAPHS,
     QUERIES,
     REVISIONS,
+    BagError,
+    BagMessage,
+    BagReader,
+    is_ros2,
 )
 
 if TYPE_CHECKING:

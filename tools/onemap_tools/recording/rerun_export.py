@@ -28,9 +28,16 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
-from onemap_tools.recording.bag_file import BagError, BagMessage, BagReader
+from onemap_tools.recording.bag_file import (
+    FRAMES,
+    IMAGES,
+    OTHERS,
+    VIEWS,
+    BagError,
+    BagMessage,
+    BagReader,
+)
 from onemap_tools.recording.map_colours import belief_rgba, occupancy_rgba, similarity_rgba
-from onemap_tools.recording.topics import FRAMES, IMAGES, OTHERS, VIEWS
 
 Entity: TypeAlias = tuple[str, Any]
 

@@ -273,7 +273,8 @@ def setup(tmp_path: Path) -> HabitatSetup:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     config = SystemConfig.read(None, 1, "training")
-    return HabitatSetup(config, "onemap", "paper", tmp_path, 40.0, CAMERA)
+    options = HabitatBench(episodes=tmp_path, scenes=tmp_path, out=tmp_path, limit=40.0)
+    return HabitatSetup(options, config, CAMERA)
 
 
 def run_episode(
@@ -316,7 +317,7 @@ def test_a_sofa_is_found_where_habitat_has_it(
 def test_an_episode_repeats_itself_and_ends_in_time(
     setup: HabitatSetup, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    short = replace(setup, limit_s=4.0)
+    short = replace(setup, options=replace(setup.options, limit=4.0))
     first, second = (run_episode(short, monkeypatch, "tv_monitor", "sofa") for _ in range(2))
     assert first == second
     assert [item.name for item in first.objects] == ["television", "sofa"]

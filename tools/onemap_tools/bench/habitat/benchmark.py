@@ -25,7 +25,7 @@ def setup_of(options: HabitatBench) -> HabitatSetup:
     if options.method == "oracle":  # needs the simulator's ground truth
         raise ValueError("--method oracle runs in generated apartments only: choose another")
     config = SystemConfig.read(options.config, *NO_APARTMENT)
-    return HabitatSetup(config, options.method, options.success, options.scenes, options.limit)
+    return HabitatSetup(options, config)
 
 
 def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:

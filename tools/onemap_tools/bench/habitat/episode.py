@@ -53,7 +53,7 @@ from onemap_tools.bench.navigation.episode import (
 )
 from onemap_tools.bench.navigation.methods import planner_config, search_method
 from onemap_tools.bench.navigation.records import EpisodeRecord
-from onemap_tools.bench.options import MethodName, SuccessRule
+from onemap_tools.bench.options import HabitatBench, SuccessRule
 from onemap_tools.demo.summary import ObjectSummary
 
 MAX_STEP_S = 0.05  # at 0.7 m/s 35 mm: an arc is that near to its chord
@@ -214,13 +214,10 @@ def horizontal_m(box: AnnotatedBox, place: Point) -> float:
 
 @dataclass(frozen=True, slots=True)
 class HabitatSetup:
-    """How episodes are run. scenes: folder of all scenes; limit_s: simulated seconds per object."""
+    """How episodes are run: as the command has it, with the services' configuration."""
 
+    options: HabitatBench
     config: SystemConfig
-    method: MethodName
-    rule: SuccessRule
-    scenes: Path
-    limit_s: float
     agent: AgentParams = field(default_factory=AgentParams)
 
 
@@ -235,25 +232,26 @@ class EpisodeRun:
         setup: HabitatSetup,
         perception: PerceptionPipeline,
     ) -> None:
+        options = setup.options
         self._episode, self._setup, self._world = episode, setup, world
-        world.open(setup.scenes / episode.scene, setup.scenes / episode.scene_config)
+        world.open(options.scenes / episode.scene, options.scenes / episode.scene_config)
         world.place(episode.start, episode.rotation)
         boxes = world.boxes()
         self._words = tuple(
             WORDS.get(category, category.replace("_", " ")) for category in episode.objects
         )
         self._truth = [
-            CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes, setup.rule)
+            CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes, options.success)
             for name in episode.objects
         ]
         self._robot = HabitatRobot(world, setup.agent)
         simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
-        planner = planner_config(setup.config.planner, setup.limit_s)
+        planner = planner_config(setup.config.planner, options.limit)
         self._simulation = LockstepSimulation(
             self._robot,
             replace(setup.config, simulator=simulator, planner=planner),
             perception,
-            method=search_method(setup.method, setup.config.mapper.cell_size_m),
+            method=search_method(options.method, setup.config.mapper.cell_size_m),
             watch=self._watch,
         )
         self._counts = FrameCounts(())
@@ -262,7 +260,7 @@ class EpisodeRun:
     def run(self) -> EpisodeRecord:
         """Search and judge; ``wall_s`` stays 0."""
         (x, y), yaw = self._robot.xy, yaw_of(self._robot.odometry())
-        limit_s = self._setup.limit_s * len(self._words) * OVERALL_LIMIT
+        limit_s = self._setup.options.limit * len(self._words) * OVERALL_LIMIT
         search = self._simulation.search(self._words, limit_s)
         missing = [not_sought(word) for word in self._words[len(search.results) :]]
         return EpisodeRecord(

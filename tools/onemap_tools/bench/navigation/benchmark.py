@@ -12,7 +12,6 @@ from typing import Any
 
 import torch
 
-from onemap_shared.messages import SearchOrder
 from onemap_simulator.config import SimulatorConfig
 from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
@@ -86,38 +85,20 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
         )
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
     return tuple(
-        EpisodeSetup(
-            index,
-            _sections(options, seed),
-            options.method,
-            options.features,
-            options.objects_per_episode,
-            options.limit,
-            SearchOrder(options.order),
-            options.stairwells,
-        )
-        for index, seed in enumerate(seeds)
+        EpisodeSetup(index, _sections(options, seed), options) for index, seed in enumerate(seeds)
     )
 
 
 def described(options: NavigationBench) -> dict[str, Any]:
     """The options as a JSON object, with the settings of the services."""
+    document = asdict(options)
+    for name in ("workers", "out", "beside", "config"):  # what says nothing of the task
+        del document[name]
+    if wells := document.pop("stairwells"):
+        document["stairwells_per_episode"] = wells
     config = _sections(options, options.seed)
-    wells = {"stairwells_per_episode": options.stairwells} if options.stairwells else {}
-    return {
-        "method": options.method,
-        "features": options.features,
-        "errors": options.errors,
-        **wells,
-        "episodes": options.episodes,
-        "seed": options.seed,
-        "apartments": options.apartments,
-        "style": options.style,
-        "objects_per_episode": options.objects_per_episode,
-        "limit_s": options.limit,
-        "order": options.order,
-        "config": config.document("simulator", "perception", "mapper", "planner"),
-    }
+    sections = config.document("simulator", "perception", "mapper", "planner")
+    return {**document, "limit_s": document.pop("limit"), "config": sections}
 
 
 def _sections(options: NavigationBench, seed: int) -> SystemConfig:

@@ -45,7 +45,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedEncoder,
     SimulatedFeatureParams,
 )
-from onemap_tools.bench.options import FeaturesName, MethodName
+from onemap_tools.bench.options import NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result
 
@@ -59,17 +59,11 @@ OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limi
 
 @dataclass(frozen=True, slots=True)
 class EpisodeSetup:
-    """config: its simulator has the apartment's seed and style; limit_s: simulated seconds per
-    object; stairwells: openings in the floor, at most."""
+    """One episode of a run; the configuration's simulator has the apartment's seed and style."""
 
     index: int
     config: SystemConfig
-    method: MethodName
-    features: FeaturesName
-    objects: int
-    limit_s: float
-    order: SearchOrder = SearchOrder.GIVEN
-    stairwells: int = 0
+    options: NavigationBench
 
 
 @dataclass(slots=True)
@@ -84,38 +78,30 @@ class FrameCounts:
 
 def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     """Run the episode in simulated time; ``wall_s`` stays 0."""
-    scene, truth, episode = drawn_episode(setup)
-    simulator = setup.config.simulator
-    openings = draw_openings(scene, truth, episode, simulator, setup.stairwells)
+    simulator, options = setup.config.simulator, setup.options
+    scene = generate_apartment(simulator.seed, STYLES[simulator.style])
+    truth = scene_truth(scene, simulator)
+    episode = draw_episode(
+        scene,
+        truth,
+        seed=simulator.seed,
+        objects=options.objects_per_episode,
+        radius_m=simulator.robot.radius_m,
+        height_m=simulator.robot.height_m,
+    )
+    openings = draw_openings(scene, truth, episode, simulator, options.stairwells)
     if openings:
         scene = reduce(with_stairwell, openings, scene)
         truth = scene_truth(scene, simulator)
     record = EpisodeRecord(
         setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0, stairwells=openings
     )
-    if setup.method == "oracle":
+    if options.method == "oracle":
         speed_mps = setup.config.planner.drive.max_linear_mps
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
         time_s = sum(item.time_s for item in objects)
         return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
     return _search(replace(scene, start=episode.start), truth, episode, setup, record)
-
-
-def drawn_episode(setup: EpisodeSetup) -> tuple[Scene, SceneTruth, NavigationEpisode]:
-    """The apartment of the setup, its ground truth, and what to do in it."""
-    simulator = setup.config.simulator
-    scene = generate_apartment(simulator.seed, STYLES[simulator.style])
-    robot = simulator.robot
-    truth = scene_truth(scene, simulator)
-    episode = draw_episode(
-        scene,
-        truth,
-        seed=simulator.seed,
-        objects=setup.objects,
-        radius_m=robot.radius_m,
-        height_m=robot.height_m,
-    )
-    return scene, truth, episode
 
 
 def _search(
@@ -130,18 +116,20 @@ def _search(
         scene = with_person(scene)
     labels = LabelRenderer(scene)
     counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))
-    robot = SimulatedRobot(scene, config.simulator, None if setup.features == "mini" else labels)
+    robot = SimulatedRobot(
+        scene, config.simulator, None if setup.options.features == "mini" else labels
+    )
     simulation = LockstepSimulation(
         robot,
         config,
         perception(scene, setup, config),
-        method=search_method(setup.method, config.mapper.cell_size_m),
+        method=search_method(setup.options.method, config.mapper.cell_size_m),
         watch=lambda frame, found: _count(
             counts, labels, simulation, (frame, robot.truth_of(frame)), found
         ),
     )
-    limit_s = setup.limit_s * len(episode.objects) * OVERALL_LIMIT
-    search = simulation.search(episode.objects, limit_s, setup.order)
+    limit_s = setup.options.limit * len(episode.objects) * OVERALL_LIMIT
+    search = simulation.search(episode.objects, limit_s, SearchOrder(setup.options.order))
     results = true_results(search.results, simulation.ends)
     return replace(
         record,
@@ -179,20 +167,20 @@ def true_results(
 def system_config(setup: EpisodeSetup) -> SystemConfig:
     """The configuration of the episode: frame rate, camera, and the method's planner."""
     simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
-    if setup.features != "mini":
+    if setup.options.features != "mini":
         width, height = SIMULATED_CAMERA_PX
         camera = simulator.camera.model_copy(update={"width": width, "height": height})
         simulator = simulator.model_copy(update={"camera": camera})
-    planner = planner_config(setup.config.planner, setup.limit_s)
+    planner = planner_config(setup.config.planner, setup.options.limit)
     return replace(setup.config, simulator=simulator, planner=planner)
 
 
 def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionPipeline:
     """The configured perception, or the simulated one with the errors of the apartment's seed."""
-    if setup.features == "mini":
+    if setup.options.features == "mini":
         return PerceptionPipeline(config.perception)
     seed = config.simulator.seed
-    calibrated = setup.features == "simulated"
+    calibrated = setup.options.features == "simulated"
     params = SimulatedFeatureParams() if calibrated else UNCALIBRATED
     encoder = SimulatedEncoder(scene, SHIPPED, params, np.random.default_rng((seed, 1)))
     detector = SimulatedDetector(scene, SimulatedDetectorParams(), seed)
