@@ -1,7 +1,7 @@
 """The mapper on the bus: fuses the newest field, answers requests about the map.
 
 One lock protects the map. A frame's update is computed without it, only fusing holds it; text
-embeddings are fetched without it, and ``map_scores`` says how texts are scored without it.
+embeddings are fetched without it, and ``query.scores`` says how texts are scored without it.
 """
 
 from __future__ import annotations
