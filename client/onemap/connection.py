@@ -88,14 +88,6 @@ class InvalidSetting(OneMapError, ValueError):
     """An address, a token, a place or the name of a map that cannot be used."""
 
 
-def problem_error(status: int, document: object, otherwise: str) -> OneMapError:
-    """The error for a reply with this body; ``otherwise`` is said if it has no ``detail``."""
-    problem = document if isinstance(document, dict) else {}
-    detail = problem.get("detail")
-    sentence = detail if isinstance(detail, str) and detail else otherwise
-    return OneMapError(sentence, status=status, document=problem)
-
-
 @dataclass(frozen=True, slots=True)
 class Retry:
     """How an interrupted event stream is opened again: after ``first_s``, then twice that, ...
@@ -162,7 +154,10 @@ class Connection:
         try:
             return parse(reply.json())
         except (ValueError, TypeError, KeyError, AttributeError) as problem:
-            raise self._foreign(reply.status_code) from problem
+            raise OneMapError(
+                f"{self.url} answers, but not like OneMap's gateway: is another program there?",
+                status=reply.status_code,
+            ) from problem
 
     def download(self, path: str, *, timeout_s: float = 0.0) -> bytes:
         """The content at a path."""
@@ -211,12 +206,6 @@ class Connection:
                 self.url,
             ) from problem
 
-    def _foreign(self, status: int) -> OneMapError:
-        return OneMapError(
-            f"{self.url} answers, but not like OneMap's gateway: is another program there?",
-            status=status,
-        )
-
 
 def checked_url(url: str) -> httpx.URL:
     """Parse the URL of a gateway; InvalidSetting if it is not an http(s) URL with a host."""
@@ -237,8 +226,11 @@ def _refusal(reply: httpx.Response) -> OneMapError:
         document = reply.json()
     except ValueError:
         document = None
-    otherwise = f"{reply.request.url} answers {reply.status_code} {reply.reason_phrase}."
-    return problem_error(reply.status_code, document, otherwise)
+    problem = document if isinstance(document, dict) else {}
+    detail = problem.get("detail")
+    if not isinstance(detail, str) or not detail:
+        detail = f"{reply.request.url} answers {reply.status_code} {reply.reason_phrase}."
+    return OneMapError(detail, status=reply.status_code, document=problem)
 
 
 @dataclass(frozen=True, slots=True)

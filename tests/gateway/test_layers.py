@@ -10,7 +10,7 @@ import onemap_gateway
 PACKAGE = Path(onemap_gateway.__file__).parent
 MAY_IMPORT = {
     "bus": {"bus"},
-    "present": {"bus.latency", "bus.live_state", "present"},
+    "present": {"bus.live_state", "present"},
     "http": {"bus", "present", "http", "config"},
 }
 

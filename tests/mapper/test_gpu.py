@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from onemap_mapper import preparation as gpu
+from onemap_mapper import warm_up as gpu
 from onemap_shared.runner import StartError
 
 

@@ -15,11 +15,11 @@ import pytest
 import torch
 
 from onemap_mapper import jit
-from onemap_mapper import preparation as module
+from onemap_mapper import warm_up as module
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.preparation import warm_up
+from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.runner import is_starting

@@ -1,6 +1,8 @@
 """One robot of a map on the bus: its keys, the order of its frames, and what is said of them.
 
 Several robots may share a map. What one of them sends late, or not at all, concerns that robot.
+Late frames are told by their sequence, because a robot's clock may be set back; and of a robot
+that counts anew elsewhere the poses may be in another frame of reference.
 """
 # Talks: a robot of the map on the bus.
 

@@ -1,7 +1,7 @@
 """The mapper on the bus: fuses the newest field, answers requests about the map.
 
 One lock protects the map. A frame's update is computed without it, only fusing holds it; text
-embeddings are fetched without it, and ``map_scores`` says how texts are scored without it.
+embeddings are fetched without it, and ``query.scores`` says how texts are scored without it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ import torch
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
-from onemap_mapper.preparation import prepare, resolved_device
 from onemap_mapper.query.replies import (
     answered,
     judged,
@@ -44,6 +43,7 @@ from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper
 from onemap_mapper.storage.snapshot import digest_of, restore
+from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (

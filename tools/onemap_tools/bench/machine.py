@@ -6,10 +6,12 @@ import os
 import resource
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
+
+if TYPE_CHECKING:  # planning is measured without torch
+    import torch
 
 Clock = Callable[[], float]  # seconds
 
@@ -18,6 +20,7 @@ def wall_clock(device: torch.device) -> Clock:
     """The time at which all is done that was asked of a device: a GPU only takes orders."""
     if device.type != "cuda":
         return time.perf_counter
+    import torch
 
     def done_s() -> float:
         torch.cuda.synchronize(device)
@@ -54,14 +57,15 @@ def spread_ms(times_ms: Sequence[float], prefix: str = "") -> dict[str, float]:
 
 
 def machine_facts(device: torch.device | None = None) -> dict[str, Any]:
-    """Threads, cores and load; of a GPU its name, and the most memory that tensors took."""
+    """Cores and load; of torch its threads; of a GPU its name and the most that tensors took."""
     facts: dict[str, Any] = {
-        "threads": torch.get_num_threads(),
         "cores": len(os.sched_getaffinity(0)),
         "load_average": round(os.getloadavg()[0], 2),
     }
     if device is not None:
-        facts["device"] = str(device)
+        import torch
+
+        facts |= {"device": str(device), "threads": torch.get_num_threads()}
         if device.type == "cuda":
             facts["device_name"] = torch.cuda.get_device_name(device)
             facts["peak_device_bytes"] = torch.cuda.max_memory_allocated(device)

@@ -78,6 +78,7 @@ def run(options: PerceptionBench, _tell: Callable[[str], None]) -> dict[str, Any
         "frames": options.frames,
         "results": results,
         **machine_facts(),
+        "threads": torch.get_num_threads(),
         "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else "",
     }
 

@@ -17,7 +17,7 @@ from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.phases import EventStamp, Exploring
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import F32, U8, Bool, Velocity2d
+from onemap_shared.geometry import Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
 from onemap_tools.bench.machine import machine_facts, spread_ms
@@ -35,19 +35,15 @@ SPEED_MPS = 0.4  # at which the robot follows its path
 
 def run(options: PlanningBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     """Plan in a building of each size; processor time in milliseconds."""
-    sizes_m = options.size or SIZES_M
-    return {
-        "benchmark": "planning",
-        "steps": options.steps,
-        "results": [_time_steps(size_m, options.steps) for size_m in sizes_m],
-        **machine_facts(),
-    }
+    rows = [_time_steps(size_m, options.steps) for size_m in options.size or SIZES_M]
+    return {"benchmark": "planning", "steps": options.steps, "results": rows, **machine_facts()}
 
 
 def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
     params = PlannerConfig()
     view = building_view(size_m, np.random.default_rng(SEED))
-    pose = _start(view)
+    middle_m = (view.grid.shape[0] // 2 // ROOM_CELLS + 0.5) * ROOM_CELLS * CELL_M
+    pose = Pose2d(middle_m, middle_m, 0.0)  # in a room in the middle of the building
     search = new_search("benchmark", (view.text,), EventStamp(0.0, 0.0, pose.xy, 0.0), 0)
     state = PlannerState(replace(search, phase=Exploring()))
     times_ms = []
@@ -68,12 +64,8 @@ def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
         times_ms.append((time.process_time() - started) * 1e3)
         pose = _moved(pose, decision, SPEED_MPS / params.plan_hz)
     counted = times_ms[WARM_UP:]
-    return {
-        "size_m": size_m,
-        "known_m2": round(state.known_m2),
-        **spread_ms(counted, "cpu_"),
-        "cpu_mean_ms": round(float(np.mean(counted)), 3),
-    }
+    facts = {"size_m": size_m, "known_m2": round(state.known_m2)}
+    return {**facts, **spread_ms(counted, "cpu_"), "cpu_mean_ms": round(float(np.mean(counted)), 3)}
 
 
 def building_view(size_m: int, rng: np.random.Generator) -> SearchView:
@@ -83,12 +75,15 @@ def building_view(size_m: int, rng: np.random.Generator) -> SearchView:
     """
     cells = round(size_m / CELL_M)
     seen = _seen(cells, rng)
-    occupancy = np.where(_walls(cells), Occupancy.OCCUPIED, Occupancy.FREE).astype(np.uint8)
+    along = np.arange(cells) % ROOM_CELLS
+    wall, door = along == 0, np.abs(along - ROOM_CELLS // 2) <= DOOR_CELLS // 2
+    walls = (wall[:, None] & ~door) | (wall & ~door[:, None])
+    occupancy = np.where(walls, Occupancy.OCCUPIED, Occupancy.FREE).astype(np.uint8)
     occupancy[~seen] = Occupancy.UNKNOWN
     noise = ndimage.gaussian_filter(rng.standard_normal((cells, cells)), 5)
     explored = seen & (ndimage.gaussian_filter(rng.standard_normal((cells, cells)), 10) > -0.02)
-    layers: U8 = (seen * int(Layer.OBSERVED) | explored * int(Layer.EXPLORED)).astype(np.uint8)
-    similarity: F32 = (np.clip(noise / noise.max(), 0.0, 1.0) ** 4).astype(np.float32)
+    layers = seen * int(Layer.OBSERVED) | explored * int(Layer.EXPLORED)
+    similarity = np.clip(noise / noise.max(), 0.0, 1.0) ** 4
     rank = noise.ravel().argsort().argsort().reshape(cells, cells) / cells**2
     return SearchView(
         text="bed",
@@ -97,17 +92,10 @@ def building_view(size_m: int, rng: np.random.Generator) -> SearchView:
         stamp_ns=1,
         grid=GridSpec(CELL_M, (0, 0), (cells, cells)),
         occupancy=occupancy,
-        layers=layers,
+        layers=layers.astype(np.uint8),
         similarity=np.where(seen, similarity, np.nan).astype(np.float32),
         guidance=np.where(seen, 1 + 254 * rank, 0).astype(np.uint8),
     )
-
-
-def _walls(cells: int) -> Bool:
-    along = np.arange(cells) % ROOM_CELLS
-    wall, door = along == 0, np.abs(along - ROOM_CELLS // 2) <= DOOR_CELLS // 2
-    walls: Bool = (wall[:, None] & ~door) | (wall & ~door[:, None])
-    return walls
 
 
 def _seen(cells: int, rng: np.random.Generator) -> Bool:
@@ -117,12 +105,6 @@ def _seen(cells: int, rng: np.random.Generator) -> Bool:
     rooms[middle], rooms[:, middle] = True, True
     seen: Bool = rooms[room[:, None], room]
     return seen
-
-
-def _start(view: SearchView) -> Pose2d:
-    """In the middle of a room in the middle of the building."""
-    middle = (view.grid.shape[0] // 2 // ROOM_CELLS + 0.5) * ROOM_CELLS * CELL_M
-    return Pose2d(middle, middle, 0.0)
 
 
 def _moved(pose: Pose2d, decision: Decision | None, distance_m: float) -> Pose2d:

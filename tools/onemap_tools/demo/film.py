@@ -155,16 +155,8 @@ def object_lines(report: dict[str, Any]) -> list[tuple[str, tuple[int, int, int]
 def encode(pictures: Sequence[Image.Image], durations: Sequence[int], ending: str) -> bytes:
     """The file of an animation that repeats."""
     buffer = io.BytesIO()
-    first, *others = pictures
-    first.save(
-        buffer,
-        FORMATS[ending],
-        save_all=True,
-        append_images=others,
-        duration=list(durations),
-        loop=0,
-        quality=75,
-    )
+    options = {"append_images": pictures[1:], "duration": list(durations), "loop": 0, "quality": 75}
+    pictures[0].save(buffer, FORMATS[ending], save_all=True, **options)
     return buffer.getvalue()
 
 

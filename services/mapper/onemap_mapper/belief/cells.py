@@ -1,9 +1,13 @@
 """The belief of every observed cell: its feature and its three confidences.
 
-Cells are packed in order of first observation ("slots"), so memory is proportional to the
-observed area. Features lie in blocks, so that growing never copies them. All that is kept of a
-slot is on the device of the map, so that a frame, which is computed there, brings nothing back.
-Slots are given as numbers on the host or the device.
+Fusion is Eqs. bayes1-3 with the confidence c = 1 / sigma^2. The printed equations weight features
+by their variance, the released code and this module by its inverse: certain observations count
+more. The result is the confidence-weighted mean of all observations, in whatever order they come.
+
+Cells are packed in order of first observation ("slots"), so memory is proportional to the observed
+area. Features lie in blocks, so that growing never copies them. All that is kept of a slot is on
+the device of the map, so that a frame, which is computed there, brings nothing back. Slots are
+given as numbers on the host or the device.
 """
 
 from __future__ import annotations

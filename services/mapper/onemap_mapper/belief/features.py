@@ -1,7 +1,13 @@
-"""Reads the features of a map: scalar products with texts, and the features themselves.
+"""Features of a map: fused in place, read for scalar products with texts.
 
-A table shares the memory of the map's blocks, so that making one copies nothing, or it is a copy
-of some cells. While frames are fused, rows of a shared one may be half written: whoever reads it
+Kernels convert float16 in registers. Rounding to float16 is by chance, so that changes smaller than
+its steps are not lost: a cell that has been seen for long moves by a few thousandths of the way to
+what it shows now, often less than half a step, and rounded to the nearest it would stop. A value is
+rounded up as often as it lies near its upper neighbour. The chance is a hash of the cell's
+confidence, which grows with each view: the same frames give the same map.
+
+A table shares the memory of the map's blocks, so that making one copies nothing, or it is a copy of
+some cells. While frames are fused, rows of a shared one may be half written: whoever reads it
 without the map's lock computes the cells anew that have changed since.
 """
 
@@ -120,7 +126,7 @@ def half_products(table_bits: U16, vector: F32, out: F32) -> None:
 def fuse_half_rows(  # noqa: PLR0917 (compiled code takes no keywords)
     table_bits: U16, rows: I64, features: F32, chosen: I64, K: F32, seed: I64
 ) -> None:
-    """Move table[rows[k]] (., D) as ``fuse_rows``, rounded as ``stochastic_rounding.rounded``.
+    """Move table[rows[k]] (., D) as ``fuse_rows``, rounded as ``rounded`` does.
 
     table_bits: the float16 table's bits; features (n, D), chosen (k,), K (n,), seed (n,).
     """

@@ -1,6 +1,6 @@
 """The belief map: per cell a fused feature with its confidence, and the occupancy.
 
-``frame_update.compute_update`` computes a frame's update without the map;
+``frame.update.compute_update`` computes a frame's update without the map;
 ``BeliefMap.fuse`` fuses it. Only the frame's cells are written.
 
 All that is kept of a cell is on the device of the map, in layers by rows of its tiles and in the

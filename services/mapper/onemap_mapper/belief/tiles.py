@@ -27,7 +27,7 @@ from onemap_shared.messages import TILE_CELLS
 
 @compiled
 def tile_rows(cells: I64, directory: I64, origin: I64, side: int) -> I64:
-    """Rows (n,) of world cells (n, 2), as ``tiles.rows_by_torch``; -1: no tile.
+    """Rows (n,) of world cells (n, 2), as ``rows_by_torch``; -1: no tile.
 
     directory (nx, ny): the number of each tile, -1 = none; origin (2,): tile of its [0, 0]; side:
     cells along the edge of a tile.
@@ -235,7 +235,11 @@ class TileLayer:
 
 
 class ChangeLog:
-    """The changes of one map, on its device; rows are those of its ``TileIndex``."""
+    """When each cell of a map last changed in what a view of it shows, on the map's device.
+
+    Changes are counted; each cell keeps the number of its newest one, and each tile the newest of
+    its cells. So what changed since is found by looking at the tiles that did, not at the map.
+    """
 
     def __init__(self, device: torch.device = CPU) -> None:
         self.number = 0  # of the newest change

@@ -1,4 +1,4 @@
-"""A whole revision of a map without its features: what replies say beside scores."""
+"""A whole revision of a map without its features, and what is remembered of a robot's frames."""
 
 from __future__ import annotations
 

@@ -1,7 +1,11 @@
-"""From where every cell of a map was seen best, and when last.
+"""How much a frame counts, from where every cell was seen best, and when last.
 
-A view is a place of the camera; frames from nearly the same place are one. Cells that were not
-seen since the log began, as those of a map of an old file, have no view.
+Keyframes: were every frame counted for what was explored and searched, a place would be explored
+four times as fast at 8 Hz as at 2 Hz, from the same views, and by a robot that merely stands there.
+Features are fused from every frame all the same: their noise averages out.
+
+A view is a place of the camera; frames from nearly the same place are one. Cells that were not seen
+since the log began, as those of a map of an old file, have no view.
 """
 
 from __future__ import annotations

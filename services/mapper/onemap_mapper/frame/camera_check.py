@@ -1,4 +1,14 @@
-"""Diagnostics of one depth image: the sensor and its mounting."""
+"""Diagnostics of the sensor and its mounting: does the floor lie at z = 0?
+
+The lowest level surface of an image: it is divided into tiles and a plane is fitted to each, in
+inverse depth: a plane is n . (P - camera) = 1, so 1/depth = n . d is linear in the pixel's
+direction d, which is (P - camera) / depth, and the noise of a depth camera, which grows with the
+square of the distance, is the same for all pixels. Tiles that face up and touch each other at one
+height make a surface. Walls, fronts of furniture, ramps and noise make none.
+
+It may be a bed or a table. Only a surface on which several viewpoints agree shows that
+T_map_camera is wrong; a floor near z = 0 in any of them shows that it is right.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +32,7 @@ from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
 def tile_sums(
     depth_m: F32, points_m: F32, camera_m: F64, side: int, range_m: tuple[float, float]
 ) -> F64:
-    """Per tile of side x side pixels (rows, columns, 14): of ``level_surface._sums``.
+    """Per tile of side x side pixels (rows, columns, 14): the sums of ``_Sums``.
 
     With the direction d = (point - camera) / depth and q = 1 / depth of pixels in range: the upper
     half of the sum of d d^T (6), the sums of d q (3), of d (3) and of q^2, and the count.

@@ -1,6 +1,8 @@
 """The update of the map's cells by one frame.
 
-A pure function of the field and the parameters, so it runs without the map's lock.
+A pure function of the field and the parameters, so it runs without the map's lock. On the host it
+is computed by compiled code and NumPy, on the device by torch; where nothing can be compiled the
+host is a device too.
 """
 
 from __future__ import annotations

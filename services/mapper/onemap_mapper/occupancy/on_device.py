@@ -1,4 +1,8 @@
-"""``occupancy.occupancy_update`` on a device; why it is done like this is said there."""
+"""The evidence of one depth image by torch, on a GPU or where nothing can be compiled.
+
+The same rules as in ``floor`` and ``host``, which give the reasons, with the same result bit for
+bit.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +58,7 @@ from onemap_shared.grid import GridSpec
 
 @dataclass(frozen=True, slots=True)
 class DeviceFloor:
-    """Places (n, 2) float32 in metres, as ``FloorPoints``."""
+    """Places (n, 2) float32 in metres, as ``floor.FloorPoints``."""
 
     seen: Tensor
     drops: Tensor
@@ -284,7 +288,7 @@ def device_occupancy(cloud: DeviceCloud, params: MapParams) -> OccupancyUpdate:
 
 
 def device_flying_pixels(depth_m: Tensor) -> Tensor:
-    """Mask (H, W), as ``flying_pixels``."""
+    """Mask (H, W), as ``host.few_alike``."""
     alike = torch.full_like(depth_m, NEIGHBOURS, dtype=torch.uint8)
     alike[1:-1, 1:-1] = 0
     limit = ALIKE * depth_m
@@ -320,7 +324,7 @@ def _reached(camera: Tensor, ends: Tensor) -> Tensor:
 
 
 def _ray_samples(camera: Tensor, ends: Tensor, params: MapParams) -> Tensor:
-    """Points (n, 3) in free space, as ``occupancy.ray_samples``."""
+    """Points (n, 3) in free space along rays, as ``host.mark_rays``."""
     rays = ends - camera
     length_m = lengths(rays)
     distances_m = to_device(ray_distances_m(params), camera.device)
@@ -342,7 +346,7 @@ def _voxel_evidence(obstacles: Tensor, samples: Tensor, box: GridSpec, params: M
 
 
 def _voxels(points: Tensor, box: GridSpec, params: MapParams) -> Tensor:
-    """Flat voxel indices (n,) in (nx, ny, levels), as ``occupancy.voxel_indices``."""
+    """Flat voxel indices (n,) in (nx, ny, levels), as of ``host.VoxelGrid``."""
     height_m = points[:, 2] - OBSTACLE_MIN_HEIGHT_M
     level = divided(height_m, params.voxel_height_m).long()
     return _flat(points, box) * params.levels + level.clamp(max=params.levels - 1)

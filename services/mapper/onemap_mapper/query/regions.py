@@ -1,4 +1,4 @@
-"""Regions of high similarity: connected cells, ranked."""
+"""Regions of an answer: connected cells, ranked, their outlines, and at which heights they lie."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Scores of texts at whole revisions of a map, computed while frames are fused into it.
+"""Scores of texts at whole revisions of a map, and the cells that changed since a moment.
 
-Most cells are scored without the map's lock, from memory that frames write to. Then, with the
-lock, the revision is copied, and with it the features of the cells that have changed since. Those
-are scored anew from the copy: what was read half written is among them.
+Most cells are scored without the map's lock, from memory that frames write to. Then, with the lock,
+the revision is copied, and with it the features of the cells that have changed since. Those are
+scored anew from the copy: what was read half written is among them.
 """
 # Talks: lets the bus's threads score a map in turn.
 

@@ -1,8 +1,10 @@
 """Similarity of each observed cell to a text.
 
 The cosine of text and cell feature becomes a score as the encoder's calibration defines: the
-probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for
-an encoder without calibration.
+probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for an
+encoder without calibration. What the competing words weigh in a cell, the logarithm of the sum of
+their exponentials, does not depend on the text: it is computed once for each change of a cell, and
+kept for each set of competing words.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""The verdict of an answer: found, not here, or not looked yet. docs/queries.md has the rule."""
+"""Whether a thing is found, not here, or was not looked for everywhere yet.
+
+Reachable is the known free floor connected with the robot's place, and what stands within
+``SURFACE_M`` of it. Of that, the explored cells were looked at. The rest, and the unknown cells in
+sight from the borders of that floor, were not: what lies beyond them nobody knows.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,9 @@
 One checkpoint at a time is written, in a thread that lasts: each new one would keep memory of its
 own. The mapper's lock is held for a part of the map at a time, so that fusing waits for a few
 milliseconds.
+
+A world is what poses are in: a robot's namespace, and the name that its frames give. What the map
+folder holds of another one is set aside, with the text that names it.
 """
 # Talks: writes in a thread, and logs.
 # Touches files: checkpoints, and the world that they are of.
@@ -22,6 +25,8 @@ from onemap_mapper.storage import objects
 from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
+
+LOG = logging.getLogger("onemap.mapper")
 
 FOLDER = "checkpoints"  # inside the map folder, so that they are not listed as maps
 KEPT = 2  # so that one that cannot be read leaves another; numbered, as clocks may be set back
@@ -98,9 +103,6 @@ def set_aside(folder: Path) -> Path:
     for path in filter(Path.exists, kept):
         path.rename(aside / path.name)
     return aside
-
-
-LOG = logging.getLogger("onemap.mapper")
 
 
 class Checkpoints:

@@ -1,7 +1,11 @@
 """Maps on disk: one .npz file without pickle, described in docs/formats.md.
 
-A file is written under a temporary name and renamed, so a crash leaves the previous one. A file
-that does not fit is rejected with one sentence, and nothing has changed.
+A file that does not fit is rejected with one sentence, and nothing has changed: one of 13 MB can
+claim arrays of gigabytes, by compression, by shapes without data, or by numbers that no message
+holds, so that all it says is compared with its size and the largest map before an array is read.
+
+The map in use is written while frames are fused: features, nearly all of a map, go to the file part
+by part, so that writing takes the memory of one part, and fusing waits for one part only.
 """
 
 from __future__ import annotations

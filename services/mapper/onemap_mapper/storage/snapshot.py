@@ -1,4 +1,4 @@
-"""A detached copy of a map, as it is saved, and the map restored from one."""
+"""A detached copy of a map, as it is saved, the map restored from one, and its digest."""
 
 from __future__ import annotations
 

@@ -67,6 +67,7 @@ def _comes() -> bool:
     return False
 
 
+COMPILATION_S = 45.0  # on two cores; only said, nothing ends after it
 SIZE = (120, 160)  # rows, columns of an image of a floor
 PATCHES = (4, 5, 8)
 
@@ -108,12 +109,6 @@ def main() -> None:
     print(f"torch {torch.__version__}: a frame was fused on {' and '.join(devices)}")
 
 
-if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it
-    main()
-
-COMPILATION_S = 45.0  # on two cores; only said, nothing ends after it
-
-
 def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
     """Warm up; while functions are compiled, heartbeats say so to each robot."""
     started_s = time.monotonic()
@@ -131,3 +126,7 @@ def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
         jit.described(),
         time.monotonic() - started_s,
     )
+
+
+if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it
+    main()
