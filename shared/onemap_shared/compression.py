@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages.checks import jpeg_size_px
 
-JPEG_SIZES = frozenset((*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC)))
 LOG_STEPS = 254  # codes 1 to 255 of a variance; 0 is infinity
 LOG_RANGE = struct.Struct("<2f")
 
@@ -145,26 +145,15 @@ def _jpeg(rgb: U8, quality: int) -> bytes:
 
 
 def _unjpeg(data: bytes, _dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
-    if jpeg_size(data) != shape[:2]:  # before a large image is unpacked
-        raise CompressionError(f"announces {shape[:2]} pixels, its JPEG holds {jpeg_size(data)}")
+    size = jpeg_size_px(data)
+    if size is None or size[::-1] != shape[:2]:  # before a large image is unpacked
+        raise CompressionError(f"announces {shape[1::-1]} pixels, its JPEG holds {size}")
     cv2 = opencv()
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     if image is None or image.shape != shape:
         raise CompressionError("is no JPEG that OpenCV can read")
     array: np.ndarray = cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
     return array
-
-
-def jpeg_size(data: bytes) -> tuple[int, int] | None:
-    """Height and width that a JPEG's frame header announces; None if it has none."""
-    place = 2
-    while data[:2] == b"\xff\xd8" and place + 9 <= len(data) and data[place] == 0xFF:
-        if data[place + 1] in JPEG_SIZES:
-            height, width = struct.unpack_from(">2H", data, place + 5)
-            return height, width
-        (length,) = struct.unpack_from(">H", data, place + 2)
-        place += 2 + length
-    return None
 
 
 def opencv() -> Any:
@@ -174,7 +163,7 @@ def opencv() -> Any:
     except ImportError as problem:
         raise CompressionError(
             "is a JPEG, which needs OpenCV here (pip install opencv-python-headless): install it, "
-            "or set bus.link.color to lossless at the sender"
+            "or set bus.link.compression to lossless at the sender"
         ) from problem
     return cv2
 

@@ -43,13 +43,17 @@ class QueryTimeout(CallError):
     """A server exists but did not answer in time."""
 
 
-class RemoteError(CallError):
-    """The service refused: ``code`` and ``details`` for programs, the message for people."""
+class _Refusal(Exception):
+    """``code`` and ``details``, which is JSON, for programs; the message for people."""
 
     def __init__(self, code: str, message: str, details: Mapping[str, Any] | None = None) -> None:
         super().__init__(message)
         self.code = code
         self.details = dict(details or {})
+
+
+class RemoteError(_Refusal, CallError):
+    """The service refused."""
 
 
 def remote_error(body: bytes) -> RemoteError:
@@ -62,16 +66,8 @@ def remote_error(body: bytes) -> RemoteError:
         return RemoteError("internal", body[:200].decode(errors="replace"))
 
 
-class RequestRejected(Exception):
-    """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``.
-
-    ``details`` is JSON beside the message, for programs.
-    """
-
-    def __init__(self, code: str, message: str, details: Mapping[str, Any] | None = None) -> None:
-        super().__init__(message)
-        self.code = code
-        self.details = dict(details or {})
+class RequestRejected(_Refusal):
+    """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``."""
 
 
 @dataclass(frozen=True, slots=True)

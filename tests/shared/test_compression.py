@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from onemap_shared import wire
-from onemap_shared.compression import Codec, Compression, CompressionError, decompress, jpeg_size
+from onemap_shared.compression import Codec, Compression, CompressionError, decompress
 from onemap_shared.messages import FeatureField, RgbdFrame
+from onemap_shared.messages.checks import jpeg_size_px
 from onemap_shared.wire import Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES
 
@@ -142,9 +143,9 @@ def test_a_jpeg_of_another_size_is_refused_before_it_is_unpacked(
 ) -> None:
     pytest.importorskip("cv2", reason="JPEG needs OpenCV")
     data = Compression(Codec.JPEG).compress(np.zeros((64, 96, 3), np.uint8))
-    assert jpeg_size(data) == (64, 96)
+    assert jpeg_size_px(data) == (96, 64)
     monkeypatch.setattr("onemap_shared.compression.opencv", None)  # not even asked for
-    with pytest.raises(CompressionError, match=r"announces \(6, 8\) pixels, its JPEG holds"):
+    with pytest.raises(CompressionError, match=r"announces \(8, 6\) pixels, its JPEG holds"):
         decompress("jpeg", data, np.dtype("|u1"), (6, 8, 3))
 
 
@@ -159,5 +160,5 @@ def test_without_opencv_a_jpeg_is_refused_with_what_to_do(monkeypatch: pytest.Mo
         return real(name, *arguments, **options)
 
     monkeypatch.setattr(builtins, "__import__", absent)
-    with pytest.raises(CompressionError, match=r"set bus\.link\.color to lossless"):
+    with pytest.raises(CompressionError, match=r"set bus\.link\.compression to lossless"):
         decompress("jpeg", data, np.dtype("|u1"), (6, 8, 3))

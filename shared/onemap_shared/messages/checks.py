@@ -117,12 +117,12 @@ def image_size_px(data: bytes) -> tuple[int, int] | None:
         if data[12:16] != b"IHDR" or len(data) < 24:
             return None
         return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
-    return _jpeg_size_px(data) if data.startswith(JPEG) else None
+    return jpeg_size_px(data)
 
 
-def _jpeg_size_px(data: bytes) -> tuple[int, int] | None:
+def jpeg_size_px(data: bytes) -> tuple[int, int] | None:
     """From the frame header: the first segment with a marker of C0 to CF that is none of others."""
-    at = 2
+    at = 2 if data.startswith(JPEG) else len(data)
     while at + 9 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
         if marker == 0xFF:  # padding

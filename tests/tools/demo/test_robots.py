@@ -32,12 +32,20 @@ from onemap_tools.demo.setup import DemoSetup, set_up
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from tests.tools.demo.test_setup import options
 
+Pair = tuple[Path, DemoSetup, list[dict[str, Any]]]
+
 
 def two(folder: Path) -> tuple[DemoSetup, list[dict[str, Any]]]:
     """The setup of two robots, and the sections of their files."""
     setup = set_up(replace(options(folder), robots=2))
     files = [folder / f"{robot.name}-config.yaml" for robot in setup.robots]
     return setup, [yaml.safe_load(file.read_text(encoding="utf-8")) for file in files]
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    folder = tmp_path_factory.mktemp("pair") / "run"
+    return folder, *two(folder)
 
 
 @pytest.mark.parametrize("robots", [0, -1, MAX_ROBOTS + 1])
@@ -60,8 +68,8 @@ def test_what_is_for_one_robot_is_refused_with_two(given: dict[str, Any], option
     check_combination(2, **{**plain, "objects": ("bed", "sofa")})
 
 
-def test_each_robot_has_its_own_services_and_all_share_the_mapper(tmp_path: Path) -> None:
-    setup, _ = two(tmp_path / "run")
+def test_each_robot_has_its_own_services_and_all_share_the_mapper(pair: Pair) -> None:
+    folder, setup, _ = pair
     files = {spec.name: Path(spec.command[-1]).name for spec in setup.specs}
     assert files == {
         "router": "r1-config.yaml",
@@ -75,18 +83,18 @@ def test_each_robot_has_its_own_services_and_all_share_the_mapper(tmp_path: Path
         "gateway": "r1-config.yaml",
     }
     assert [spec.name for spec in setup.specs if spec.last] == ["router"]
-    assert setup.config_file == tmp_path / "run" / "r1-config.yaml"
+    assert setup.config_file == folder / "r1-config.yaml"
     assert [setup.url_of(robot) for robot in setup.robots] == [
         "http://127.0.0.1:8123/robots/r1",
         "http://127.0.0.1:8123/robots/r2",
     ]
 
 
-def test_every_file_is_valid_and_names_the_same_robots(tmp_path: Path) -> None:
-    setup, files = two(tmp_path / "run")
+def test_every_file_is_valid_and_names_the_same_robots(pair: Pair) -> None:
+    folder, setup, files = pair
     namespaces = [robot.namespace for robot in setup.robots]
     for robot, sections in zip(setup.robots, files, strict=True):
-        read_again = read(tmp_path / "run" / f"{robot.name}-config.yaml", environment={})
+        read_again = read(folder / f"{robot.name}-config.yaml", environment={})
         for name, model in installed_models().known.items():
             section(read_again, name, model)
         assert sections["bus"] == {"connect": [setup.endpoint], "namespace": robot.namespace}
@@ -103,9 +111,9 @@ def replace_start(config: SimulatorConfig) -> SimulatorConfig:
 
 
 def test_several_robots_take_fewer_images_unless_told_otherwise(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _, files = two(tmp_path / "plain")
+    _, _, files = pair
     assert {sections["simulator"]["rgbd_hz"] for sections in files} == {SHARED_RGBD_HZ}
     assert SimulatorConfig().rgbd_hz > SHARED_RGBD_HZ
     monkeypatch.setenv(f"{PREFIX}SIMULATOR__RGBD_HZ", "6")
