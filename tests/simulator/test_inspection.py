@@ -1,4 +1,4 @@
-"""The interpretation of scene files, and the problems and warnings of wrong ones."""
+"""What a scene file is understood as, and what speaks against a search in it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trimesh
 
 from onemap_simulator.inspection import SceneInspection, inspect_scene
 from onemap_simulator.scene.loading import load_scene
-from tests.simulator.scene.files import room_of
+from tests.simulator.scene_files import room_of
 
 
 def inspected(path: Path) -> SceneInspection:
@@ -54,14 +54,6 @@ def test_the_reachable_floor_is_the_room_less_the_robots_distance_to_objects(
     assert floor.reachable_m2 == pytest.approx(expected, rel=0.06)
 
 
-def test_the_reason_for_the_up_axis_is_given(tmp_path: Path) -> None:
-    room_of("z").export(tmp_path / "flat.obj")
-    assert inspected(tmp_path / "flat.obj").up == "z"
-    assert "assumed" in inspected(tmp_path / "flat.obj").up_reason
-    (tmp_path / "flat.yaml").write_text("up: z")
-    assert inspected(tmp_path / "flat.obj").up_reason == "given by flat.yaml"
-
-
 @pytest.mark.parametrize(("scale", "unit"), [(100.0, "centimetres"), (1000.0, "millimetres")])
 def test_a_scene_in_another_unit_is_no_room_for_a_robot(
     tmp_path: Path, scale: float, unit: str
@@ -72,19 +64,6 @@ def test_a_scene_in_another_unit_is_no_room_for_a_robot(
     assert unit in found.problems[0]
     with pytest.raises(ValueError, match=unit):
         load_scene(tmp_path / "room.glb")
-
-
-def test_a_tiny_scene_gets_a_warning(tmp_path: Path) -> None:
-    found = inspected(room(tmp_path, scale=0.01))
-    assert "is its unit the metre?" in found.warnings[0]
-    assert not found.searchable
-
-
-def test_a_node_that_does_not_exist_is_a_problem(tmp_path: Path) -> None:
-    found = inspected(room(tmp_path, yaml="categories: {divan: sofa}"))
-    assert not found.searchable
-    assert "no node is called 'divan'" in found.problems[0]
-    assert found.floor is not None
 
 
 @pytest.mark.parametrize("start", ["[1.0, 1.0, 0]", "[9, 9, 0]"])
@@ -123,11 +102,3 @@ def test_nodes_without_a_name_are_counted(tmp_path: Path) -> None:
     (warning,) = inspected(tmp_path / "a.glb").warnings
     assert warning.startswith("1 of 4 nodes have no name")
     assert "geometry_7" in warning
-
-
-def test_a_file_that_is_no_scene_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "broken.glb").write_bytes(b"nothing of the kind")
-    with pytest.raises(ValueError, match="cannot be read"):
-        inspected(tmp_path / "broken.glb")
-    with pytest.raises(ValueError, match="unknown key 'begin'"):
-        inspected(room(tmp_path, yaml="begin: [0, 0, 0]"))

@@ -7,13 +7,11 @@ from typing import Literal
 from pydantic import Field
 
 from onemap_shared.params import Params
-from onemap_simulator.errors.frame_link import FrameLinkParams
-from onemap_simulator.errors.loop_closure import LoopClosureParams
-from onemap_simulator.errors.odometry_drift import OdometryDriftParams
-from onemap_simulator.physics.people import PeopleParams
-from onemap_simulator.physics.pose_noise import PoseNoiseParams
+from onemap_simulator.errors import ErrorChoice
 from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.rendering.rgbd_camera import CameraParams
+
+ODOMETRY_HZ = 20.0  # poses per second: fresh enough for the path tracker
 
 
 class SimulatorConfig(Params):
@@ -42,22 +40,10 @@ class SimulatorConfig(Params):
         le=60,
         description="Images per second: twice the map updates a search needs.",
     )
-    odometry_hz: float = Field(
-        default=20.0,
-        gt=0,
-        le=200,
-        description="Poses per second: fresh enough for the path tracker.",
+    errors: ErrorChoice = Field(
+        default="none",
+        description="Of a real robot: pose that drifts, or jumps back where it was before; frames "
+        "late or dropped; depth as a stereo camera's; two people who walk about; all.",
     )
     robot: RobotParams = Field(default=RobotParams(), description="Body and drive.")
     camera: CameraParams = Field(default=CameraParams(), description="RGB-D camera.")
-    pose_noise: PoseNoiseParams = Field(default=PoseNoiseParams(), description="Localisation.")
-    odometry_drift: OdometryDriftParams = Field(
-        default=OdometryDriftParams(), description="Localisation errs more the farther it drives."
-    )
-    loop_closure: LoopClosureParams = Field(
-        default=LoopClosureParams(), description="The drifting pose jumps back to the true one."
-    )
-    frame_link: FrameLinkParams = Field(
-        default=FrameLinkParams(), description="Frames come late or are lost."
-    )
-    people: PeopleParams = Field(default=PeopleParams(), description="People who walk about.")

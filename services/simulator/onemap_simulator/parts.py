@@ -8,8 +8,7 @@ import numpy as np
 
 from onemap_shared.messages import RgbdFrame
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.errors.frame_link import FrameLink
-from onemap_simulator.errors.localisation import Localisation
+from onemap_simulator.errors import ERRORS, FrameLink, Localisation
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
@@ -38,27 +37,21 @@ class RobotParts:
         Each part has random numbers of its own, drawn by ``config.seed``: what one takes changes
         nothing for the others.
         """
-        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
-            config.seed
-        ).spawn(5)
-        robot = config.robot
+        # The second one is unused: without it the others would be other numbers than before.
+        rngs = np.random.default_rng(config.seed).spawn(5)
+        camera_rng, _, drift_rng, link_rng, people_rng = rngs
+        robot, errors = config.robot, ERRORS[config.errors]
         simulation = Simulation(
             CollisionMap.of(scene, robot.height_m),
             robot,
             RobotState(*scene.start),
             now_s=now_s,
             missing_floor=MissingFloor.of(scene, robot.height_m),
-            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
+            people=People.of(scene, errors.people, people_rng, robot_radius_m=robot.radius_m),
         )
-        localisation = Localisation(
-            config.pose_noise,
-            pose_rng,
-            drift=config.odometry_drift,
-            loop_closure=config.loop_closure,
-            drift_rng=drift_rng,
-        )
-        camera = RgbdCamera.of(scene, renderer, config.camera, camera_rng)
-        return cls(simulation, camera, localisation, FrameLink(config.frame_link, link_rng))
+        camera = RgbdCamera.of(scene, renderer, config.camera, camera_rng, errors.depth)
+        localisation = Localisation(errors, drift_rng)
+        return cls(simulation, camera, localisation, FrameLink(errors.link, link_rng))
 
 
 def scene_truth(scene: Scene, config: SimulatorConfig) -> SceneTruth:

@@ -17,15 +17,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from onemap_shared.command_gate import CommandGate
+from onemap_shared.command_gate import MAX_COMMAND_AGE_S, CommandGate
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest, VelocityCommand
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
-from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.errors.frame_link import FrameLink
+from onemap_simulator.config import ODOMETRY_HZ, SimulatorConfig
+from onemap_simulator.errors import FrameLink
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
@@ -135,7 +135,7 @@ class SimulatorWorker:
         self._config = config
         self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
-        self._gate = CommandGate(config.robot.max_command_age_s)
+        self._gate = CommandGate(MAX_COMMAND_AGE_S)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._camera = CameraThread(bus, parts.camera, parts.link, world_of(scene))
         bus.serve(ROBOT_TRUTH, partial(self._truth_reply, scene_truth(scene, config)))
@@ -155,7 +155,7 @@ class SimulatorWorker:
             return
         pose = self._stamped_pose()
         if odometry_due:
-            self._odometry_due_s = _next(self._odometry_due_s, self._config.odometry_hz, now_s)
+            self._odometry_due_s = _next(self._odometry_due_s, ODOMETRY_HZ, now_s)
             self._publish_odometry(pose, now_s)
         if rgbd_due:
             self._rgbd_due_s = _next(self._rgbd_due_s, self._config.rgbd_hz, now_s)

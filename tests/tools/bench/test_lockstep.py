@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import DriveParams, speed_on_map_mps
+from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.search.phases import Cancelled, Destination, EventStamp, Finished
 from onemap_planner.search.state_machine import transition
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.errors.frame_link import FrameLinkParams
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.generation.style import STYLES
@@ -105,18 +104,6 @@ def test_a_holonomic_robot_finds_the_sofa_and_drives_sideways_on_the_way() -> No
     assert 0.1 < max(sideways) <= drive.max_lateral_mps
 
 
-@pytest.mark.slow
-def test_on_a_map_of_late_frames_the_robot_is_slow() -> None:
-    link = FrameLinkParams(min_delay_s=1.4, max_delay_s=1.4)
-    config = SystemConfig(simulator=SimulatorConfig(seed=2, rgbd_hz=4.0, frame_link=link))
-    robot = RecordedRobot(generate_apartment(2), config.simulator)
-    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
-    simulation.search(("sofa",), 30.0)
-    fastest_mps = max(command.speed_mps for command in robot.commands)
-    allowed_mps = speed_on_map_mps(1.4, config.planner.drive)
-    assert 0.8 * allowed_mps < fastest_mps <= allowed_mps < config.planner.drive.max_linear_mps
-
-
 def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[float, float, float]:
     """Cancel the search: speed then (m/s), seconds and metres until the robot stands."""
     assert simulation.state is not None
@@ -167,22 +154,17 @@ def test_frames_are_numbered_and_carry_the_camera_s_pose(robot: SimulatedRobot) 
 
 def test_without_noise_odometry_is_the_true_pose(robot: SimulatedRobot) -> None:
     np.testing.assert_allclose(robot.odometry()[:2, 3], robot.xy)
-    noisy = SimulatorConfig.model_validate({"pose_noise": {"position_m": 0.05, "yaw_deg": 1.0}})
-    drifting = SimulatedRobot(box_room(), noisy)
-    odometry = np.array([drifting.odometry()[:2, 3] for _ in range(50)])
-    assert 0 < np.abs(odometry - drifting.xy).max() < 0.05 * 6
-    assert len(np.unique(odometry[:, 0])) == 50
 
 
 def test_late_frames_carry_the_pose_of_their_capture(robot: SimulatedRobot) -> None:
     assert [frame.sequence for frame in robot.frames(0.0, capture=True)] == [1]
-    late = SimulatorConfig.model_validate({"frame_link": {"min_delay_s": 0.2, "max_delay_s": 0.2}})
+    late = SimulatorConfig(errors="late")
     robot = SimulatedRobot(box_room(), late)
     assert robot.frames(0.0, capture=True) == []
     there = robot.pose
-    for k in range(1, 5):
+    for k in range(1, 13):
         robot.advance(Velocity2d(0.5), 0.05 * (k - 1), 0.05 * k)
-    (frame,) = robot.frames(0.2, capture=False)
+    (frame,) = robot.frames(0.6, capture=False)
     mount = late.camera.mount
     np.testing.assert_allclose(robot.truth_of(frame).T_map_camera, there @ mount)
     np.testing.assert_allclose(frame.T_map_camera, there @ mount)
@@ -190,15 +172,14 @@ def test_late_frames_carry_the_pose_of_their_capture(robot: SimulatedRobot) -> N
 
 
 def test_drift_is_reported_and_the_true_place_of_what_was_told_then_is_known() -> None:
-    drift = {"way_percent": 20.0, "yaw_deg_per_m": 10.0}
-    config = SimulatorConfig.model_validate({"odometry_drift": drift})
+    config = SimulatorConfig(errors="drift")
     robot = SimulatedRobot(box_room(), config)
     np.testing.assert_array_equal(robot.odometry(), robot.pose)
     for k in range(1, 40):
         robot.advance(Velocity2d(0.5), 0.05 * (k - 1), 0.05 * k)
         reported = robot.odometry()
-    assert np.linalg.norm((reported - robot.pose)[:2, 3]) > 0.02
+    assert np.linalg.norm((reported - robot.pose)[:2, 3]) > 0.002
     end = SearchEnd(reported, robot.pose)
     assert end.true_place((*reported[:2, 3], 0.7)) == pytest.approx((*robot.xy, 0.7))
     assert end.true_place(()) == ()
-    assert robot.localisation.largest_error_m > 0.02
+    assert robot.localisation.largest_error_m > 0.002

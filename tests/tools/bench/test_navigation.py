@@ -22,7 +22,7 @@ from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd, SystemConfig
-from onemap_tools.bench.navigation.benchmark import run, setups, with_errors
+from onemap_tools.bench.navigation.benchmark import run, setups
 from onemap_tools.bench.navigation.episode import (
     EpisodeSetup,
     failure_of,
@@ -41,7 +41,7 @@ from onemap_tools.bench.navigation.episodes import (
 )
 from onemap_tools.bench.navigation.records import Failure
 from onemap_tools.bench.navigation.results import episode_line, table_lines
-from onemap_tools.bench.options import ErrorsName, FeaturesName, MethodName, NavigationBench
+from onemap_tools.bench.options import FeaturesName, MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 from tests.tools.bench.records import episode, failed
@@ -61,16 +61,6 @@ FOUND = ObjectSummary(
 )
 MISSED = replace(FOUND, outcome="not_found", goal_distance_m=inf)
 LATE = replace(MISSED, outcome="failed", reason="not found within 300 s, the limit for one object")
-SECTIONS = {
-    "none": set(),
-    "drift": {"odometry_drift"},
-    "jump": {"odometry_drift", "loop_closure"},
-    "late": {"frame_link"},
-    "dropped": {"frame_link"},
-    "depth": {"camera"},
-    "people": {"people"},
-    "all": {"odometry_drift", "loop_closure", "frame_link", "camera", "people"},
-}
 
 
 def setup(
@@ -103,24 +93,11 @@ def test_the_options_name_every_episode() -> None:
     made = setups(options)
     assert [each.config.simulator.seed for each in made] == [1, 3, 5]
     assert [each.index for each in made] == [0, 1, 2]
-    assert {each.config.simulator.people.count for each in made} == {2}
+    assert {each.config.simulator.errors for each in made} == {"people"}
     assert {each.options for each in made} == {options}
     assert apartment_seeds(3, 3, "all") == (3, 4, 5)
     assert apartment_seeds(3, 3, "even") == (4, 6, 8)
     assert apartment_seeds(4, 2, "odd") == (5, 7)
-
-
-@pytest.mark.parametrize("errors", get_args(ErrorsName))
-def test_an_error_changes_its_own_section_and_nothing_else(errors: ErrorsName) -> None:
-    wide = SimulatorConfig(seed=4).camera.model_copy(update={"width": 64})
-    config = SimulatorConfig(seed=4, camera=wide)
-    changed = with_errors(config, errors)
-    names = type(config).model_fields
-    differing = {name for name in names if getattr(changed, name) != getattr(config, name)}
-    assert differing == SECTIONS[errors]
-    assert changed.camera.width == 64
-    if errors == "all":
-        assert (changed.frame_link.max_delay_s, changed.frame_link.lost_share) == (0.6, 0.2)
 
 
 def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
@@ -231,7 +208,7 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
     plain = setup("onemap", limit_s=5.0)
-    simulator = with_errors(plain.config.simulator, "all")
+    simulator = plain.config.simulator.model_copy(update={"errors": "all"})
     harsh = replace(plain, config=replace(plain.config, simulator=simulator))
     first, second = (run_episode(harsh) for _ in range(2))
     assert first == second

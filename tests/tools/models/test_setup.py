@@ -258,8 +258,10 @@ def test_models_of_ones_own_are_loaded_too(hub: LocalHub, checkpoints: Path) -> 
 @pytest.mark.slow
 def test_the_page_on_photographs_can_be_followed(hub: LocalHub, tmp_path: Path) -> None:
     """Its commands as they stand there, but for the robot, the question and the services."""
-    page = (ROOT / "docs" / "photographs.md").read_text(encoding="utf-8")
-    lines = [shlex.split(line)[1:] for line in commands(page)]
+    page = (ROOT / "docs" / "encoders.md").read_text(encoding="utf-8")
+    every = [shlex.split(line)[1:] for line in commands(page)]
+    assert (every[0], every[-1][:2]) == (["models", "list"], ["train", "mini"])
+    lines = every[1:-1]
     assert [" ".join(line[:2]) for line in lines] == [
         "models use",
         "up --config",

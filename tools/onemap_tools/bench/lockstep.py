@@ -57,7 +57,7 @@ from onemap_shared.messages import (
     ViewChangesRequest,
 )
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.errors.localisation import true_place
+from onemap_simulator.errors import true_place
 from onemap_simulator.parts import RobotParts
 from onemap_simulator.physics.people import Bystanders
 from onemap_simulator.rendering.renderer import Renderer

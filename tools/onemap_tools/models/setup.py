@@ -124,7 +124,7 @@ TRIAL_PX = (640, 480)  # the image that the models must see before the file is w
 UNCALIBRATED = (
     "Scores of this encoder are not calibrated: every query is answered, and every verdict is "
     "found, until mapper.found_score and perception.encoder.floor are set for your rooms "
-    "(docs/photographs.md)."
+    "(docs/encoders.md)."
 )
 Confirm = Callable[[], None]  # raises CliError if the user does not agree
 

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from math import dist, hypot, inf
 
 import numpy as np
-from pydantic import Field
 
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_shared.params import Params
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Scene
@@ -18,33 +16,13 @@ from onemap_simulator.scene.scene import Scene
 Place = tuple[float, float]
 
 CELL_SIZE_M = 0.1  # of the cells that people walk on
-BODY_HEIGHT_M = 1.7  # people stoop below nothing
+RADIUS_M = 0.25  # half of a person's shoulders; a person is an upright cylinder
+BODY_HEIGHT_M = 1.7  # an adult's; people stoop below nothing
+MAX_SPEED_MPS = 1.0  # of the fastest, a walk at home
 START_AWAY_M = 1.5  # nobody starts nearer to the robot
 GAP_M = 0.3  # between a person who stopped and the robot
 PATIENCE_S = 3.0  # then a person who was stopped by the robot, or found no way, goes elsewhere
 LEAST_SPEED = 0.5  # of the fastest: everybody walks at a pace of their own
-
-
-class PeopleParams(Params):
-    """People in the scene, each an upright cylinder; none by default."""
-
-    count: int = Field(
-        default=0,
-        ge=0,
-        le=50,
-        description="How many people walk about; 0: nobody is at home.",
-    )
-    radius_m: float = Field(
-        default=0.25, gt=0, le=1, description="Radius in metres: half of a person's shoulders."
-    )
-    height_m: float = Field(default=1.7, gt=0, le=3, description="Height in metres: an adult's.")
-    max_speed_mps: float = Field(
-        default=1.0,
-        gt=0,
-        le=3,
-        description="Metres per second of the fastest, a walk at home; each has between half of "
-        "it and all of it.",
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +34,7 @@ class Bystanders:
     height_m: float
 
 
-NOBODY = Bystanders(np.zeros((0, 2)), 0.25, 1.7)
+NOBODY = Bystanders(np.zeros((0, 2)), RADIUS_M, BODY_HEIGHT_M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,19 +95,19 @@ class People:
     def __init__(
         self,
         floor: WalkableFloor,
-        params: PeopleParams,
+        count: int,
         rng: np.random.Generator,
         *,
         robot_xy: Place,
         robot_radius_m: float,
     ) -> None:
-        self._floor, self._params, self._rng = floor, params, rng
-        self._gap_m = params.radius_m + robot_radius_m + GAP_M
+        self._floor, self._rng = floor, rng
+        self._gap_m = RADIUS_M + robot_radius_m + GAP_M
         places = floor.grid.centres(np.argwhere(floor.cells))
         places = places[_away(places, robot_xy) >= START_AWAY_M]
-        count = params.count if len(places) else 0
+        count = count if len(places) else 0
         starts = rng.choice(places, count) if count else places[:0]
-        speeds = params.max_speed_mps * rng.uniform(LEAST_SPEED, 1.0, count)
+        speeds = MAX_SPEED_MPS * rng.uniform(LEAST_SPEED, 1.0, count)
         self._walkers = [
             Walker((float(x), float(y)), float(speed))
             for (x, y), speed in zip(starts, speeds, strict=True)
@@ -139,27 +117,27 @@ class People:
     def of(
         cls,
         scene: Scene,
-        params: PeopleParams,
+        count: int,
         rng: np.random.Generator,
         *,
         robot_radius_m: float,
     ) -> People | None:
         """The people of a scene, away from the robot's start; None if there are none."""
-        if params.count == 0:
+        if count == 0:
             return None
-        floor = WalkableFloor.of(scene, params.radius_m)
-        return cls(floor, params, rng, robot_xy=scene.start[:2], robot_radius_m=robot_radius_m)
+        floor = WalkableFloor.of(scene, RADIUS_M)
+        return cls(floor, count, rng, robot_xy=scene.start[:2], robot_radius_m=robot_radius_m)
 
     @property
     def bystanders(self) -> Bystanders:
         """Where everybody is."""
         places = np.array([walker.place for walker in self._walkers]).reshape(-1, 2)
-        return Bystanders(places, self._params.radius_m, self._params.height_m)
+        return Bystanders(places, RADIUS_M, BODY_HEIGHT_M)
 
     def distance_m(self, x_m: float, y_m: float) -> float:
         """Distance from a place to the nearest person's side, negative within; infinity: none."""
         away = (hypot(w.place[0] - x_m, w.place[1] - y_m) for w in self._walkers)
-        return min(away, default=inf) - self._params.radius_m
+        return min(away, default=inf) - RADIUS_M
 
     def advance(self, dt_s: float, robot_xy: Place) -> None:
         """Walk for a few hundredths of a second, past a robot that stands at this place."""

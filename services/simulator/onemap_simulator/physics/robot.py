@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from onemap_shared.command_gate import MAX_COMMAND_AGE_S
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
 from onemap_shared.params import Params
 
@@ -27,9 +27,6 @@ class RobotParams(Params):
     radius_m: float = Field(
         default=0.2, gt=0, le=10, description="Radius of the round footprint: passes any door."
     )
-    height_m: float = Field(
-        default=1.1, gt=0, le=10, description="Passes below what is higher; just above the camera."
-    )
     max_linear_mps: float = Field(
         default=0.7, gt=0, le=5, description="Limit of the forward speed: a slow walk."
     )
@@ -40,25 +37,11 @@ class RobotParams(Params):
         description="Limit of the speed sideways; 0: a differential drive, which ignores commands "
         "to drive sideways. 0.3 for one with mecanum wheels.",
     )
-    max_angular_radps: float = Field(
-        default=1.6, gt=0, le=10, description="Limit of the turning speed: one turn in 4 s."
-    )
-    linear_acceleration_mps2: float = Field(
-        default=1.0, gt=0, le=20, description="Limit; stops from full speed within 0.25 m."
-    )
-    angular_acceleration_radps2: float = Field(
-        default=3.0, gt=0, le=60, description="Limit; full turning speed after half a second."
-    )
-    deadman_s: float = Field(
-        default=0.3, gt=0, le=5, description="Without a command for so long, it brakes."
-    )
-    max_command_age_s: float = Field(
-        default=MAX_COMMAND_AGE_S,
-        gt=0,
-        le=60,
-        description="A command that was made on odometry older than so many seconds brakes the "
-        "robot, as planner.staleness.max_loop_s does at the other end of the link.",
-    )
+    height_m: ClassVar[float] = 1.1  # passes below what is higher; just above the camera
+    max_angular_radps: ClassVar[float] = 1.6  # one turn in 4 s
+    linear_acceleration_mps2: ClassVar[float] = 1.0  # stops from full speed within 0.25 m
+    angular_acceleration_radps2: ClassVar[float] = 3.0  # full turning speed after half a second
+    deadman_s: ClassVar[float] = 0.3  # without a command for so long, it brakes
 
 
 STOP = Velocity2d()

@@ -4,59 +4,13 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from pydantic import Field
 
 from onemap_shared.geometry import F32, I32, Bool
-from onemap_shared.params import Params
+from onemap_simulator.errors import DepthErrorParams
 from onemap_simulator.scene.scene import Scene
 
 GLASS = frozenset({"window", "mirror"})  # categories whose surfaces send the light elsewhere
 NEIGHBOURS = np.ones((3, 3), np.uint8)
-
-
-class DepthErrorParams(Params):
-    """Errors beside the noise of ``depth_noise_m``; off by default."""
-
-    step_m: float = Field(
-        default=0.0,
-        ge=0,
-        le=0.1,
-        description="Distance between two values at 1 m, growing with the square of distance; "
-        "0 is continuous. 0.0028 is a Kinect's (Khoshelham and Elberink, 2012: 7 cm at 5 m).",
-    )
-    edge_flying: float = Field(
-        default=0.0,
-        ge=0,
-        le=1,
-        description="Share, in [0, 1], of the pixels at edges that lie anywhere between front and "
-        "back, where the sensor averages both; 0 is ideal, 0.3 assumed for a stereo camera.",
-    )
-    edge_holes: float = Field(
-        default=0.0,
-        ge=0,
-        le=1,
-        description="Share, in [0, 1], of the pixels at edges without return, which one of the two "
-        "views does not see; 0 is ideal, 0.3 assumed for a stereo camera.",
-    )
-    edge_jump: float = Field(
-        default=0.1,
-        gt=0,
-        le=1,
-        description="Change of depth from pixel to pixel, beyond that of a plane, over the depth, "
-        "from which on it is an edge: 0.3 m at 3 m.",
-    )
-    dark_below: float = Field(
-        default=0.0,
-        ge=0,
-        le=255,
-        description="Mean colour of a texture below which its surface gives no return; 0: all do. "
-        "25 is a tenth of white: black lacquer and leather absorb the projected infrared.",
-    )
-    glass: bool = Field(
-        default=False,
-        description="Whether windows and mirrors give no return, as they send the light elsewhere; "
-        "off is ideal.",
-    )
 
 
 def faces_without_return(scene: Scene, params: DepthErrorParams) -> Bool:

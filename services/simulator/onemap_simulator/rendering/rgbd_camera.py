@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -11,14 +11,13 @@ from pydantic import Field
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, U8, U16, Bool, camera_mount
 from onemap_shared.params import Params
+from onemap_simulator.errors import DepthErrorParams
 from onemap_simulator.physics.people import NOBODY, Bystanders
-from onemap_simulator.rendering.depth_errors import (
-    DepthErrorParams,
-    faces_without_return,
-    with_depth_errors,
-)
+from onemap_simulator.rendering.depth_errors import faces_without_return, with_depth_errors
 from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.scene.scene import Scene
+
+NO_ERRORS = DepthErrorParams()
 
 
 class CameraParams(Params):
@@ -36,28 +35,13 @@ class CameraParams(Params):
     height_m: float = Field(
         default=1.0, gt=0, le=10, description="Height above the floor: sees onto tables."
     )
-    forward_m: float = Field(
-        default=0.1, ge=-1, le=1, description="Ahead of the turning axis, inside the radius."
-    )
     pitch_down_deg: float = Field(
         default=12.0, ge=-60, le=80, description="Tilt in degrees; shows the floor from 1.1 m on."
     )
-    min_depth_m: float = Field(
-        default=0.1, ge=0, le=5, description="Smallest depth measured; nearer reads as no return."
-    )
-    max_depth_m: float = Field(
-        default=8.0, gt=0, le=10, description="Largest depth measured; farther reads as no return."
-    )
-    depth_noise_m: float = Field(
-        default=0.0,
-        ge=0,
-        le=0.1,
-        description="Standard deviation at 1 m, growing with the square of distance, as a stereo "
-        "camera's does; 0 is ideal.",
-    )
-    depth_errors: DepthErrorParams = Field(
-        default=DepthErrorParams(), description="Edges, glass, black surfaces, steps."
-    )
+    forward_m: ClassVar[float] = 0.1  # ahead of the turning axis, inside the radius
+    # What is nearer or farther reads as no return.
+    min_depth_m: ClassVar[float] = 0.1
+    max_depth_m: ClassVar[float] = 8.0
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -98,7 +82,8 @@ class SceneRenderer(Protocol):
 class RgbdCamera:
     """Captures RGB-D images of one scene; deterministic for a generator and order of poses.
 
-    without_return (F + 1,): as ``faces_without_return``; None: every surface gives depth.
+    errors: of the measured depth; where there are any, without_return (F + 1,) says which faces
+    give none, as ``faces_without_return`` does.
     """
 
     def __init__(
@@ -106,11 +91,13 @@ class RgbdCamera:
         renderer: SceneRenderer,
         params: CameraParams,
         rng: np.random.Generator,
+        errors: DepthErrorParams = NO_ERRORS,
         without_return: Bool | None = None,
     ) -> None:
         self._renderer = renderer
         self._params = params
         self._rng = rng
+        self._errors = errors
         self._without_return = without_return
         self.intrinsics = params.intrinsics
         self.T_body_camera = params.mount
@@ -122,11 +109,12 @@ class RgbdCamera:
         renderer: SceneRenderer,
         params: CameraParams,
         rng: np.random.Generator,
+        errors: DepthErrorParams,
     ) -> RgbdCamera:
         """A camera that measures depth as the surfaces of the scene allow."""
-        if params.depth_errors == DepthErrorParams():
+        if errors == NO_ERRORS:
             return cls(renderer, params, rng)
-        return cls(renderer, params, rng, faces_without_return(scene, params.depth_errors))
+        return cls(renderer, params, rng, errors, faces_without_return(scene, errors))
 
     def capture(self, T_map_body: F64, people: Bystanders = NOBODY) -> RgbdImage:
         """The image from the body's pose (4, 4)."""
@@ -139,11 +127,11 @@ class RgbdCamera:
             people=people,
         )
         depth = view.depth_m
-        if p.depth_noise_m > 0:
-            depth = noisy_depth(depth, p.depth_noise_m, self._rng)
+        if self._errors.noise_m > 0:
+            depth = noisy_depth(depth, self._errors.noise_m, self._rng)
         if self._without_return is not None:
             depth = with_depth_errors(
-                depth, view.faces, self._without_return, p.depth_errors, self._rng
+                depth, view.faces, self._without_return, self._errors, self._rng
             )
         return RgbdImage(view.rgb, measured_mm(depth, p.min_depth_m, p.max_depth_m))
 

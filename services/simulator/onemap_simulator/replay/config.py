@@ -21,6 +21,3 @@ class ReplayConfig(Params):
         le=60,
         description="Frames per second; 2 gives every stage time to use each frame.",
     )
-    loop: bool = Field(
-        default=True, description="Begin again after the last frame, so that the map stays fresh."
-    )

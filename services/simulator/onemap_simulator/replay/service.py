@@ -39,9 +39,9 @@ class ReplayWorker:
         self._due_s = time.monotonic()
 
     def step(self, timeout_s: float) -> None:
-        """Publish the next frame if it is due, else wait for it; idle after the last one."""
+        """Publish the next frame if it is due, else wait for it; begins again after the last."""
         wait_s = self._due_s - time.monotonic()
-        if self._ended() or wait_s > timeout_s:
+        if wait_s > timeout_s:
             time.sleep(timeout_s)
             return
         time.sleep(max(wait_s, 0.0))
@@ -49,11 +49,6 @@ class ReplayWorker:
         self._due_s = max(self._due_s + 1.0 / self._config.rate_hz, time.monotonic())
         self._publish(self._sequence % len(self._recording))
         self._sequence += 1
-        if self._ended():
-            LOG.info("the last frame was played; idle from now on")
-
-    def _ended(self) -> bool:
-        return not self._config.loop and self._sequence >= len(self._recording)
 
     def _publish(self, index: int) -> None:
         try:

@@ -12,11 +12,9 @@ from typing import Any
 
 import torch
 
-from onemap_simulator.config import SimulatorConfig
 from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
-from onemap_tools.bench.navigation.methods import merged
 from onemap_tools.bench.navigation.records import (
     EpisodeRecord,
     comparison,
@@ -32,48 +30,12 @@ from onemap_tools.bench.navigation.results import (
     read_beside,
     table_lines,
 )
-from onemap_tools.bench.options import ErrorsName, NavigationBench
+from onemap_tools.bench.options import NavigationBench
 from onemap_tools.cli.floor_plan import write_png
 from onemap_tools.processes.worker_pool import worker_pool
 
 ORDERING = ("onemap", "onemap_no_consensus")  # their map serves all objects
-# The errors of a real robot, as settings of the simulator.
-DRIFT = {"odometry_drift": {"way_percent": 2.0, "yaw_deg_per_m": 0.5}}
-JUMP = {**DRIFT, "loop_closure": {"radius_m": 1.0}}
-LATE = {"frame_link": {"min_delay_s": 0.1, "max_delay_s": 0.6}}
-DROPPED = {"frame_link": {"lost_share": 0.2, "lost_in_a_row": 4.0}}
-DEPTH = {
-    "camera": {
-        "depth_noise_m": 0.002,
-        "depth_errors": {
-            "step_m": 0.0028,
-            "edge_flying": 0.3,
-            "edge_holes": 0.3,
-            "dark_below": 25.0,
-            "glass": True,
-        },
-    }
-}
-PEOPLE = {"people": {"count": 2}}
-ERRORS: dict[ErrorsName, tuple[dict[str, Any], ...]] = {
-    "none": (),
-    "drift": (DRIFT,),
-    "jump": (JUMP,),
-    "late": (LATE,),
-    "dropped": (DROPPED,),
-    "depth": (DEPTH,),
-    "people": (PEOPLE,),
-    "all": (JUMP, LATE, DROPPED, DEPTH, PEOPLE),
-}
 lines = table_lines
-
-
-def with_errors(config: SimulatorConfig, errors: ErrorsName) -> SimulatorConfig:
-    """The simulator's settings with these errors in place of what they say of the same."""
-    document = config.model_dump()
-    for changes in ERRORS[errors]:
-        document = merged(document, changes)
-    return SimulatorConfig.model_validate(document)
 
 
 def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
@@ -104,7 +66,10 @@ def described(options: NavigationBench) -> dict[str, Any]:
 def _sections(options: NavigationBench, seed: int) -> SystemConfig:
     """The configuration in an apartment, with the errors."""
     config = SystemConfig.read(options.config, seed, options.style)
-    return replace(config, simulator=with_errors(config.simulator, options.errors))
+    if options.errors == "none":
+        return config
+    changed = config.simulator.model_copy(update={"errors": options.errors})
+    return replace(config, simulator=changed)
 
 
 def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:

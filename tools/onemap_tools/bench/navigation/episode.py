@@ -19,6 +19,7 @@ from onemap_shared.messages import (
     TruthRequest,
 )
 from onemap_shared.names import normalised
+from onemap_simulator.errors import ERRORS
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.generation.style import STYLES
@@ -112,7 +113,7 @@ def _search(
     record: EpisodeRecord,
 ) -> EpisodeRecord:
     config = system_config(setup)
-    if config.simulator.people.count:
+    if ERRORS[config.simulator.errors].people:
         scene = with_person(scene)
     labels = LabelRenderer(scene)
     counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))

@@ -81,8 +81,8 @@ def run(options: TransportBench, tell: Callable[[str], None]) -> dict[str, Any]:
                 frame_kb, field_kb = sizes_kb(stream, setting.link)
                 row = {"setting": name, "streams": count}
                 row |= {"frame_kb": round(frame_kb, 1), "field_kb": round(field_kb, 1)}
+                tell(f"{name}, {count} robots")
                 rows.append(row | measure(path, setting.link, shape, options, count))
-                tell("  ".join(f"{key} {value}" for key, value in rows[-1].items()))
     return {"benchmark": "transport", "link_mbit_s": options.link, "results": rows}
 
 

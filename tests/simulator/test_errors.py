@@ -1,0 +1,388 @@
+"""Errors of a real robot: drift, loop closures, the link of the frames, depth, people."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_shared.camera import ray_directions
+from onemap_shared.geometry import F32, F64, Velocity2d, pose_2d, transform, yaw_of
+from onemap_simulator.errors import (
+    DepthErrorParams,
+    DriftingOdometry,
+    DriftParams,
+    FrameLink,
+    FrameLinkParams,
+    Localisation,
+    LoopClosureParams,
+    LoopClosures,
+    RobotErrors,
+    true_place,
+)
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.people import (
+    GAP_M,
+    NOBODY,
+    PATIENCE_S,
+    START_AWAY_M,
+    People,
+    WalkableFloor,
+)
+from onemap_simulator.physics.robot import RobotParams, RobotState
+from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.rendering.depth_errors import (
+    depth_edges,
+    faces_without_return,
+    quantised,
+    with_depth_errors,
+)
+from onemap_simulator.rendering.label_renderer import LabelRenderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, RgbdCamera
+from tests.simulator.scenes import SceneBuilder, box_room
+
+CLOSING = LoopClosureParams(radius_m=1.0, min_way_m=8.0)
+
+
+def circle(turns: float, backwards_after: float = np.inf) -> list[F64]:
+    """Poses around a circle of 10 m, every 0.1 m; the heading is reversed after so many turns."""
+    radius = 10 / (2 * np.pi)
+    poses = []
+    for k in range(round(100 * turns) + 1):
+        angle = 2 * np.pi * k / 100
+        flip = np.pi if k / 100 > backwards_after else 0.0
+        x, y = radius * np.cos(angle), radius * np.sin(angle)
+        poses.append(pose_2d(x, y, angle + np.pi / 2 + flip))
+    return poses
+
+
+def closures(poses: list[F64], params: LoopClosureParams = CLOSING) -> list[int]:
+    known = LoopClosures(params)
+    closed = [k for k, pose in enumerate(poses) if known.closes(pose)]
+    assert known.count == len(closed)
+    return closed
+
+
+def test_a_loop_closes_once_where_it_comes_back_to_its_start() -> None:
+    (first,) = closures(circle(1.2))
+    assert 85 <= first <= 95  # within 1 m of the start, which is 10 m of way ago
+    again = closures(circle(3))
+    assert len(again) == 3  # the next only after 8 m
+    assert min(np.diff(again)) >= 80
+
+
+def test_neither_a_short_way_nor_another_view_closes_a_loop() -> None:
+    there_and_back = [pose_2d(x, 0.0, 0.0) for x in (*np.arange(0, 3, 0.1), *np.arange(3, 0, -0.1))]
+    assert closures(there_and_back) == []
+    assert closures(circle(1.2, backwards_after=0.5)) == []
+
+
+DRIFT = DriftParams(way_percent=2.0, yaw_deg_per_m=0.5)
+BIAS_ONLY = replace(DRIFT, random_walk=0.0)
+
+
+def straight_on(drift: DriftingOdometry, metres: int, every_m: float = 0.1) -> F64:
+    """The pose reported after a straight way along x."""
+    drift.reported(np.eye(4))
+    for k in range(1, round(metres / every_m) + 1):
+        reported = drift.reported(pose_2d(k * every_m, 0.0, 0.0))
+    return reported
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_each_run_has_a_bias_within_the_limits_and_of_its_own(seed: int) -> None:
+    drift = DriftingOdometry(BIAS_ONLY, np.random.default_rng(seed))
+    reported = straight_on(drift, 10)
+    assert 0.125 <= abs(np.degrees(yaw_of(reported))) / 10 <= 0.5
+    other = straight_on(DriftingOdometry(BIAS_ONLY, np.random.default_rng(seed + 100)), 10)
+    assert yaw_of(reported) != yaw_of(other)
+    length_only = replace(BIAS_ONLY, yaw_deg_per_m=0.0)
+    along = straight_on(DriftingOdometry(length_only, np.random.default_rng(seed)), 10)
+    assert 0.05 <= abs(along[0, 3] - 10) <= 0.2
+    assert along[1, 3] == 0
+
+
+def test_the_random_walk_grows_with_the_square_root_of_the_way() -> None:
+    walk = DriftParams(way_percent=1e-9, yaw_deg_per_m=1.0, random_walk=2.0)
+
+    def deviation(metres: int, every_m: float) -> float:
+        runs = [DriftingOdometry(walk, np.random.default_rng(seed)) for seed in range(400)]
+        biases = np.array([np.degrees(drift._bias[1]) for drift in runs]) * metres
+        yaws = [np.degrees(yaw_of(straight_on(drift, metres, every_m))) for drift in runs]
+        return float((np.array(yaws) - biases).std())
+
+    assert deviation(1, 0.1) == pytest.approx(2.0, rel=0.1)
+    assert deviation(4, 0.5) == pytest.approx(4.0, rel=0.1)  # however often it is asked
+
+
+def test_without_way_there_is_no_drift_and_a_correction_removes_it() -> None:
+    drift = DriftingOdometry(DRIFT, np.random.default_rng(3))
+    start = pose_2d(2.0, 1.0, 0.3)
+    np.testing.assert_array_equal(drift.reported(start), start)
+    np.testing.assert_allclose(drift.reported(pose_2d(2.0, 1.0, 2.3)), pose_2d(2.0, 1.0, 2.3))
+    moved = pose_2d(3.0, 1.0, 2.3)
+    assert not np.allclose(drift.reported(moved), moved)
+    drift.correct(moved)
+    np.testing.assert_allclose(drift.reported(moved), moved)
+
+
+def localisation(
+    drift: DriftParams | None = DRIFT, closing: LoopClosureParams | None = None
+) -> Localisation:
+    return Localisation(RobotErrors(drift, closing), np.random.default_rng(1))
+
+
+def test_without_errors_the_pose_is_the_true_one_and_so_is_every_place() -> None:
+    exact = localisation(None)
+    for pose in circle(0.2):
+        np.testing.assert_array_equal(exact.reported(pose), pose)
+    assert exact.true_place(3.0, 4.0) == (3.0, 4.0)
+    assert (exact.largest_error_m, exact.jumps) == (0.0, 0)
+
+
+def test_a_loop_closure_takes_the_pose_back_to_the_true_one_at_once() -> None:
+    poses = circle(1.2)
+    jumping = localisation(closing=CLOSING)
+    errors = [np.linalg.norm((jumping.reported(pose) - pose)[:2, 3]) for pose in poses]
+    assert jumping.jumps == 1
+    closed = int(np.argmin(errors[50:])) + 50
+    assert errors[closed] == 0.0
+    assert errors[closed - 1] > 0.1
+    assert jumping.largest_error_m == pytest.approx(max(errors))
+    drifting = localisation()
+    errors_without = [np.linalg.norm((drifting.reported(pose) - pose)[:2, 3]) for pose in poses]
+    assert errors_without[:closed] == errors[:closed]
+    assert errors_without[closed] > 0.02
+
+
+def test_a_place_told_in_the_reported_frame_is_judged_where_it_truly_is() -> None:
+    drifting = localisation()
+    ahead = np.array([1.5, 0.2, 0.0])
+    for pose in circle(0.6):
+        reported = drifting.reported(pose)
+    told, truly = transform(reported, ahead), transform(pose, ahead)
+    assert np.linalg.norm(told - truly) > 0.02
+    assert true_place(reported, pose, tuple(told)) == pytest.approx(tuple(truly[:2]))
+    here = drifting.true_place(float(reported[0, 3]), float(reported[1, 3]))
+    assert here == pytest.approx(tuple(pose[:2, 3]), abs=0.01)
+
+
+def link(**values: float) -> FrameLink[int]:
+    return FrameLink(FrameLinkParams(**values), np.random.default_rng(4))
+
+
+def test_without_errors_a_frame_arrives_at_once() -> None:
+    plain = link()
+    plain.send(1, 10.0)
+    assert plain.next_s() == 10.0
+    assert plain.arrived(10.0) == [1]
+    assert plain.arrived(11.0) == []
+    assert plain.next_s() is None
+
+
+def test_late_frames_arrive_in_their_order_within_the_limits() -> None:
+    late = link(min_delay_s=0.1, max_delay_s=0.6)
+    arrivals: dict[int, float] = {}
+    for tick in range(2200):
+        now_s = tick / 100
+        if tick % 25 == 0 and tick < 2000:
+            late.send(tick // 25, now_s)
+        arrivals.update(dict.fromkeys(late.arrived(now_s), now_s))
+    assert list(arrivals) == list(range(80))
+    delays = np.array([arrivals[k] - k / 4 for k in range(80)])
+    assert delays.min() >= 0.1
+    assert delays.max() <= 0.62
+    assert delays.std() > 0.05
+    assert late.lost == 0
+
+
+def test_frames_are_lost_as_often_and_in_bursts_as_long_as_set() -> None:
+    losing = link(lost_share=0.2, lost_in_a_row=4.0)
+    for k in range(20000):
+        losing.send(k, float(k))
+    kept = losing.arrived(20000.0)
+    assert losing.lost == 20000 - len(kept)
+    assert losing.lost / 20000 == pytest.approx(0.2, abs=0.03)
+    gaps = np.diff(kept) - 1
+    assert gaps[gaps > 0].mean() == pytest.approx(4.0, rel=0.15)
+
+
+CAMERA = CameraParams(width=160, height=120)
+
+
+def two_walls() -> F32:
+    """Depth (40, 60): a wall at 3 m, to the right of column 29 one at 2 m."""
+    depth = np.full((40, 60), 3.0, np.float32)
+    depth[:, 30:] = 2.0
+    return depth
+
+
+def measured(depth: F32, params: DepthErrorParams, seed: int = 0) -> F32:
+    faces = np.full(depth.shape, -1, np.int32)
+    rng = np.random.default_rng(seed)
+    return with_depth_errors(depth, faces, np.array([False]), params, rng)
+
+
+def test_only_jumps_of_depth_are_edges_and_slanted_planes_are_not() -> None:
+    edges = depth_edges(two_walls(), 0.1)
+    assert edges[:, 29:31].all()
+    assert not edges[:, :29].any()
+    assert not edges[:, 31:].any()
+    rays = ray_directions(CAMERA.intrinsics, 160, 120) @ CAMERA.mount[:3, :3].T
+    floor = np.where(rays[..., 2] < -0.05, -1.0 / np.minimum(rays[..., 2], -0.05), 0.0)
+    below = depth_edges(floor.astype(np.float32), 0.1)[60:]
+    assert not below.any()
+    assert not depth_edges(np.zeros((4, 4), np.float32), 0.1).any()
+
+
+def test_pixels_at_edges_fly_between_front_and_back_or_have_no_return() -> None:
+    params = DepthErrorParams(edge_flying=0.3, edge_holes=0.3)
+    images = np.array([measured(two_walls(), params, seed) for seed in range(50)])
+    at_edge, elsewhere = images[:, :, 29:31], np.delete(images, (29, 30), axis=2)
+    assert (at_edge == 0).mean() == pytest.approx(0.3, abs=0.03)
+    assert ((at_edge > 2) & (at_edge < 3)).mean() == pytest.approx(0.3, abs=0.03)
+    np.testing.assert_array_equal(np.unique(elsewhere), (2.0, 3.0))
+    np.testing.assert_array_equal(measured(two_walls(), params, 7), images[7])
+
+
+def test_steps_grow_with_the_square_of_the_distance() -> None:
+    near, far = (np.linspace(d, d + 0.5, 5000, dtype=np.float32) for d in (1.0, 4.0))
+    for depth, step in ((near, 0.0028), (far, 0.0028 * 16)):
+        values = np.unique(quantised(depth, 0.0028))
+        assert np.diff(values)[0] == pytest.approx(step, rel=0.05)
+        assert np.abs(quantised(depth, 0.0028) - depth).max() <= 0.51 * np.diff(values).max()
+    assert (quantised(np.zeros(3, np.float32), 0.0028) == 0).all()
+
+
+def test_glass_and_black_surfaces_give_no_return() -> None:
+    black = np.full((2, 2, 3), 10, np.uint8)
+    builder = SceneBuilder()
+    builder.add("wall", (4, -3, 0), (4.1, 3, 3))
+    builder.add("window", (3.9, -2, 0.5), (3.95, -0.5, 2))
+    builder.add("television", (3.9, 0.5, 0.5), (3.95, 2, 1.5), texture=black)
+    scene = builder.build()
+    params = DepthErrorParams(dark_below=25.0, glass=True)
+    camera = RgbdCamera.of(
+        scene,
+        LabelRenderer(scene),
+        CAMERA,
+        np.random.default_rng(0),
+        params,
+    )
+    image = camera.capture(RobotState(0.0, 0.0, 0.0).pose)
+    labels = (
+        LabelRenderer(scene).render(CAMERA.mount, CAMERA.intrinsics, width=160, height=120).labels
+    )
+    assert (image.depth_mm[labels == 0] > 0).all()
+    assert min((labels == 1).sum(), (labels == 2).sum()) > 50
+    assert (image.depth_mm[labels > 0] == 0).all()
+    assert not faces_without_return(scene, DepthErrorParams()).any()
+
+
+ROOM = box_room()
+FLOOR = WalkableFloor.of(ROOM, 0.25)
+
+
+def people(count: int = 3, seed: int = 0, robot_xy: tuple[float, float] = (1.0, 1.0)) -> People:
+    rng = np.random.default_rng(seed)
+    return People(FLOOR, count, rng, robot_xy=robot_xy, robot_radius_m=0.2)
+
+
+def walked(walkers: People, seconds: float, robot_xy: tuple[float, float] = (9.0, 9.0)) -> F64:
+    """Places (steps, people, 2) every 0.02 s."""
+    steps = []
+    for _ in range(round(seconds / 0.02)):
+        walkers.advance(0.02, robot_xy)
+        steps.append(walkers.bystanders.places)
+    return np.array(steps)
+
+
+def test_people_walk_on_free_floor_at_most_as_fast_as_set_and_a_seed_repeats_it() -> None:
+    steps = walked(people(), 40.0)
+    collision = CollisionMap.of(ROOM, 1.7)
+    clearances = [collision.clearance_m(*place) for place in steps[::10].reshape(-1, 2)]
+    assert min(clearances) >= 0.2
+    speeds = np.linalg.norm(np.diff(steps, axis=0), axis=-1) / 0.02
+    assert speeds.max() <= 1.0 + 1e-6
+    assert np.median(speeds) >= 0.4
+    assert np.ptp(steps, axis=0).min() > 0.5  # each gets about
+    np.testing.assert_array_equal(steps, walked(people(), 40.0))
+    assert not np.array_equal(steps, walked(people(seed=1), 40.0))
+
+
+def test_people_start_away_from_the_robot_and_stop_before_it() -> None:
+    for seed in range(5):
+        robot_xy = (2.0, 1.5)
+        walkers = people(2, seed, robot_xy)
+        start = np.linalg.norm(walkers.bystanders.places - robot_xy, axis=1)
+        assert start.min() >= START_AWAY_M
+        steps = walked(walkers, 60.0, robot_xy)
+        away = np.linalg.norm(steps - robot_xy, axis=-1)
+        assert away.min() >= 0.25 + 0.2 + GAP_M - 1e-9
+    assert away.min() < 1.0  # they do come near
+    assert walkers.distance_m(*steps[-1, 0]) == pytest.approx(-0.25)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whom_the_robot_stopped_goes_elsewhere(seed: int) -> None:
+    robot_xy = (2.0, 1.5)
+    places = walked(people(2, seed, robot_xy), 90.0, robot_xy)
+    span = round(2.5 * PATIENCE_S / 0.02)
+    spans = np.lib.stride_tricks.sliding_window_view(places, span, axis=0)[::50]
+    assert np.ptp(spans, axis=-1).max(axis=-1).min() > 0
+
+
+def test_without_people_or_floor_nobody_is_there() -> None:
+    assert People.of(ROOM, 0, np.random.default_rng(0), robot_radius_m=0.2) is None
+    nowhere = WalkableFloor(FLOOR.grid, np.zeros_like(FLOOR.cells))
+    nobody = People(
+        nowhere,
+        2,
+        np.random.default_rng(0),
+        robot_xy=(1.0, 1.0),
+        robot_radius_m=0.2,
+    )
+    nobody.advance(0.02, (1.0, 1.0))
+    assert nobody.bystanders.places.shape == (0, 2)
+    assert nobody.distance_m(1.0, 1.0) == np.inf
+    rng = np.random.default_rng(0)
+    assert nowhere.path((1.0, 1.0), rng, robot_xy=(1.0, 1.0), gap_m=0.75) == ()
+
+
+class Statue(People):
+    """One person who never moves, at (2, 1.5)."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            FLOOR,
+            1,
+            np.random.default_rng(0),
+            robot_xy=(9.0, 9.0),
+            robot_radius_m=0.2,
+        )
+        self._walkers[0].place = (2.0, 1.5)
+
+    def advance(self, dt_s: float, robot_xy: tuple[float, float]) -> None:
+        """Stand still."""
+
+
+def test_driving_into_a_person_is_a_contact_and_counted_as_such() -> None:
+    def drive(who: People | None, start: RobotState) -> Simulation:
+        run = Simulation(CollisionMap.of(ROOM, 1.1), RobotParams(), start, now_s=0.0, people=who)
+        for k in range(1, 100):
+            run.receive_command(Velocity2d(0.5), k * 0.02, validity_s=0.3)
+            run.advance(k * 0.02)
+        return run
+
+    touched = drive(Statue(), RobotState(1.0, 1.5, 0.0))
+    assert (touched.counts.collisions > 0, touched.counts.people_touched > 0) == (True, True)
+    assert touched.counts.people_touched == touched.counts.collisions
+    assert touched.state.x_m <= 2.0 - 0.45
+    assert len(touched.bystanders.places) == 1
+    wall = drive(Statue(), RobotState(1.0, 2.5, np.pi))
+    assert wall.counts.collisions > 0
+    assert wall.counts.people_touched == 0
+    alone = drive(None, RobotState(1.0, 1.5, 0.0))
+    assert alone.counts.collisions == 0
+    assert alone.bystanders is NOBODY

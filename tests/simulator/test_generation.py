@@ -1,0 +1,432 @@
+"""Generated apartments: sound models, closed walls, free ways, the same for the same seed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from onemap_shared.geometry import F64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.generation import mesh
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.floor_plan import (
+    FloorPlan,
+    Opening,
+    Space,
+    sample_floor_plan,
+)
+from onemap_simulator.generation.mesh import Mesh
+from onemap_simulator.generation.model import Model
+from onemap_simulator.generation.room_layout import PlacedModel
+from onemap_simulator.generation.sampler import Sampler
+from onemap_simulator.generation.stairwell import DEPTH_M, floor_around, with_stairwell
+from onemap_simulator.generation.structure import (
+    doors_and_windows,
+    room_surfaces,
+)
+from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
+from onemap_simulator.parts import scene_truth
+from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.scene.cell_masks import clearance_m, connected_part
+from onemap_simulator.scene.occupancy_raster import occupied_cells
+from onemap_simulator.scene.scene import Scene
+from tests.simulator.furniture import FACTORIES
+from tests.simulator.scenes import box_room, object_vertices
+
+CASES = [
+    (1, TRAINING),
+    (2, TRAINING),
+    (3, TRAINING),
+    (901, TRAINING),
+    (1003, TRAINING),
+    (4, HELD_OUT),
+]
+ROBOT_CLEARANCE_M = 0.25
+FIXED = {"wall", "floor", "ceiling", "door", "window"}
+PLAN = FloorPlan(
+    spaces=(Space("hallway", (0, 0, 4, 2)), Space("bedroom", (0, 2, 4, 6))),
+    doors=(Opening(0, 2.0, 1.5, 2.5, 0.0, 2.05, (0, 1)),),
+    entrance=Opening(1, 0.0, 0.5, 1.5, 0.0, 2.05, (0,)),
+    windows=(Opening(0, 6.0, 1.0, 2.5, 0.9, 2.1, (1,)),),
+    height_m=2.5,
+)
+every_case = pytest.mark.parametrize(
+    ("seed", "style"), CASES, ids=[f"{seed}-{style.name}" for seed, style in CASES]
+)
+
+
+@lru_cache
+def apartment(seed: int, style: Style) -> Scene:
+    return generate_apartment(seed, style)
+
+
+@lru_cache
+def reachable(seed: int, style: Style) -> tuple[GridSpec, Bool]:
+    scene = apartment(seed, style)
+    grid, blocked = occupied_cells(scene, 0.05, 0.05, 1.4)
+    start = grid.cells(np.array(scene.start[:2]))
+    return grid, connected_part(clearance_m(blocked, 0.05) >= ROBOT_CLEARANCE_M, start)
+
+
+def standing_points(seed: int, style: Style) -> F64:
+    grid, free = reachable(seed, style)
+    return grid.centres(np.argwhere(free))
+
+
+@every_case
+def test_rooms_and_size(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    kinds = [room.kind for room in scene.rooms]
+    assert 5 <= len(kinds) <= 7
+    assert {"kitchen", "bathroom", "bedroom", "living room"} <= set(kinds)
+    bounds = np.array([room.bounds_m for room in scene.rooms])
+    area = ((bounds[:, 2] - bounds[:, 0]) * (bounds[:, 3] - bounds[:, 1])).sum()
+    assert 60 < area < 130
+    for i, a in enumerate(bounds):
+        for b in bounds[i + 1 :]:
+            assert (a[2:] <= b[:2]).any() or (b[2:] <= a[:2]).any()
+
+
+@every_case
+def test_every_room_is_reachable_from_the_start(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    points = standing_points(seed, style)
+    assert len(points)
+    for room in scene.rooms:
+        x0, y0, x1, y1 = room.bounds_m
+        inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
+        assert inside.sum() * 0.05**2 > 0.2, room.kind
+
+
+@every_case
+def test_everything_can_be_approached(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    points = standing_points(seed, style)
+    for index, item in enumerate(scene.objects):
+        if item.category in FIXED:
+            continue
+        surface = object_vertices(scene, index)[:, :2]
+        lower, upper = surface.min(axis=0), surface.max(axis=0)
+        beyond = np.maximum(np.maximum(lower - points, points - upper), 0)
+        assert np.linalg.norm(beyond, axis=1).min() <= 1.0, item
+
+
+@every_case
+def test_the_start_is_free_and_in_a_room(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    x, y, yaw = scene.start
+    assert any(
+        x0 < x < x1 and y0 < y < y1 for x0, y0, x1, y1 in (room.bounds_m for room in scene.rooms)
+    )
+    grid, free = reachable(seed, style)
+    cell = grid.cells(np.array([x, y]))
+    assert free[cell[0], cell[1]]
+    assert np.isfinite(yaw)
+
+
+@every_case
+def test_many_categories_in_few_triangles(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    assert len(scene.categories) >= 45
+    assert len(scene.faces) < 60_000
+    assert {item.room for item in scene.objects} == {room.kind for room in scene.rooms}
+    assert scene.face_object.max() == len(scene.objects) - 1
+    assert scene.face_texture.max() == len(scene.textures) - 1
+    assert len(scene.lights) >= len(scene.rooms)
+
+
+@every_case
+def test_objects_stay_inside_the_apartment(seed: int, style: Style) -> None:
+    scene = apartment(seed, style)
+    bounds = np.array([room.bounds_m for room in scene.rooms])
+    lower, upper = bounds[:, :2].min(axis=0) - 0.2, bounds[:, 2:].max(axis=0) + 0.2
+    assert (scene.vertices[:, :2] >= lower).all()
+    assert (scene.vertices[:, :2] <= upper).all()
+    assert scene.vertices[:, 2].min() >= -0.03
+
+
+def test_the_same_seed_gives_the_same_scene() -> None:
+    first, second = generate_apartment(7), generate_apartment(7)
+    assert first.objects == second.objects
+    assert first.start == second.start
+    np.testing.assert_array_equal(first.vertices, second.vertices)
+    for a, b in zip(first.textures, second.textures, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_seeds_and_styles_differ() -> None:
+    scenes = [apartment(1, TRAINING), apartment(2, TRAINING), generate_apartment(1, HELD_OUT)]
+    assert len({scene.vertices.tobytes() for scene in scenes}) == len(scenes)
+
+
+def test_colour_is_not_the_class() -> None:
+    """Across apartments, the mean colours of one category spread over the colour cube."""
+    colours = []
+    for seed, style in CASES:
+        scene = apartment(seed, style)
+        for index, item in enumerate(scene.objects):
+            if item.category in ("chair", "dresser", "kettle", "sofa", "table"):
+                texture = scene.textures[scene.face_texture[scene.face_object == index][0]]
+                colours.append(texture.reshape(-1, 3).mean(axis=0))
+    assert (np.std(colours, axis=0) > 30).all()
+
+
+EVERY = sorted(FACTORIES)
+
+
+def draw(category: str, seed: int, style: Style = TRAINING) -> Model:
+    sampler = Sampler(np.random.default_rng(seed), style)
+    return sampler.choice(FACTORIES[category])(sampler)
+
+
+def outline(model: Model) -> tuple[float, ...]:
+    return tuple((model.upper - model.lower).round(6).tolist())
+
+
+@pytest.mark.parametrize("category", EVERY)
+@pytest.mark.parametrize("style", [TRAINING, HELD_OUT], ids=lambda style: style.name)
+def test_models_are_sound(category: str, style: Style) -> None:
+    for seed in range(6):
+        model = draw(category, seed, style)
+        assert model.category == category
+        size = model.upper - model.lower
+        assert (size > 0.01).all() or category == "rug"
+        assert size.max() < 3.6
+        assert model.lower[2] > -0.13  # brackets hang a little below a shelf's lowest board
+        assert sum(len(part.mesh.faces) for part in model.parts) < 4000
+        for shape, material in model.parts:
+            assert np.isfinite(shape.vertices).all()
+            assert np.isfinite(shape.uv).all()
+            assert shape.faces.min() >= 0
+            assert shape.faces.max() < len(shape.vertices)
+            assert material.texture.dtype == np.uint8
+            assert material.texture.shape[2] == 3
+
+
+@pytest.mark.parametrize("category", EVERY)
+def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
+    models = [draw(category, seed) for seed in range(5)]
+    looks = {model.parts[0].material.texture.tobytes() for model in models}
+    assert len(looks) == len(models)
+    assert len({outline(model) for model in models}) > 1
+    again = draw(category, 3)
+    assert outline(again) == outline(models[3])
+    assert (again.parts[0].material.texture == models[3].parts[0].material.texture).all()
+
+
+@pytest.mark.parametrize("category", EVERY)
+def test_support_surfaces_lie_within_the_model(category: str) -> None:
+    for seed in range(4):
+        model = draw(category, seed)
+        for top in model.support_surfaces:
+            assert top.x_min < top.x_max
+            assert top.y_min < top.y_max
+            assert model.lower[0] <= top.x_min
+            assert top.x_max <= model.upper[0]
+            assert model.lower[2] < top.z <= model.upper[2] + 1e-6
+
+
+def plan_of(seed: int) -> FloorPlan:
+    style = HELD_OUT if seed % 2 else TRAINING
+    return sample_floor_plan(Sampler(np.random.default_rng(seed), style))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_plans_are_sound(seed: int) -> None:
+    plan = plan_of(seed)
+    assert 5 <= len(plan.spaces) <= 7
+    assert {door.spaces[1] for door in plan.doors if door.spaces[0] == 0} == set(
+        range(1, len(plan.spaces))
+    )
+    for door in (*plan.doors, plan.entrance):
+        assert door.width >= 0.9
+        assert door.top >= 2.0
+        for index in door.spaces:
+            x0, y0, x1, y1 = plan.spaces[index].rect
+            x, y = door.centre
+            assert x0 - 1e-6 <= x <= x1 + 1e-6
+            assert y0 - 1e-6 <= y <= y1 + 1e-6
+    for window in plan.windows:
+        assert 0 < window.sill < window.top < plan.height_m
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_windows_lie_in_outer_walls_and_do_not_overlap(seed: int) -> None:
+    plan = plan_of(seed)
+    rects = np.array([space.rect for space in plan.spaces])
+    outline = (*rects[:, :2].min(axis=0), *rects[:, 2:].max(axis=0))
+    openings = (*plan.windows, plan.entrance)
+    for window in openings:
+        across = 1 - window.axis
+        assert (
+            min(abs(window.line - outline[across]), abs(window.line - outline[across + 2])) < 1e-6
+        )
+        x0, y0, x1, y1 = plan.spaces[window.spaces[0]].inner
+        low, high = ((x0, x1), (y0, y1))[window.axis]
+        assert low < window.start < window.end < high
+    for index, one in enumerate(openings):
+        for other in openings[index + 1 :]:
+            if (one.axis, one.line) == (other.axis, other.line):
+                assert one.end <= other.start or other.end <= one.start
+
+
+SOLIDS = {
+    "box": mesh.box((1.0, 2.0, 3.0)),
+    "span": mesh.box_between((-1, 0, 0), (1, 2, 0.5)),
+    "soft box": mesh.rounded_box((1.0, 0.6, 0.4), (0, 0, 0), 0.1),
+    "cylinder": mesh.cylinder(0.5, 2.0),
+    "cone": mesh.cone((0.5, 0.2), 1.0),
+    "lathe": mesh.lathe([(0.0, 0.0), (0.4, 0.3), (0.1, 1.0), (0.0, 1.1)]),
+    "shell": mesh.lathe([(0.5, 0), (0.5, 1), (0.4, 1), (0.4, 0), (0.5, 0)], capped=False),
+    "ellipsoid": mesh.ellipsoid((0.3, 0.5, 0.7)),
+    "tube": mesh.tube([(0, 0, 0), (1, 0, 0.2), (1.5, 0, 1)], 0.1),
+    "ring": mesh.torus(1.0, 0.1),
+    "rod": mesh.rod((0, 0, 0), (0.3, 0.5, 1.0), 0.05),
+    "prism": mesh.prism([(0, 0), (1, 0), (1, 1), (0, 1)], 0.2),
+}
+
+
+def volume(solid: Mesh) -> float:
+    a, b, c = np.moveaxis(solid.vertices[solid.faces], 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_solids_are_closed_and_wound_outwards(name: str) -> None:
+    solid = SOLIDS[name]
+    assert volume(solid) > 0
+    points, merged = np.unique(solid.vertices.round(9), axis=0, return_inverse=True)
+    faces = merged.reshape(-1)[solid.faces]
+    edges = Counter((int(f[i]), int(f[(i + 1) % 3])) for f in faces for i in range(3))
+    assert len(points) > 3
+    assert all(edges[(b, a)] == count for (a, b), count in edges.items())
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_texture_coordinates_are_metres_on_the_surface(name: str) -> None:
+    solid = SOLIDS[name]
+    assert solid.uv.shape == (len(solid.faces), 3, 2)
+    corners = solid.vertices[solid.faces]
+    along = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    assert (np.linalg.norm(solid.uv[:, 1] - solid.uv[:, 0], axis=1) <= along + 1e-9).all()
+
+
+def test_known_volumes() -> None:
+    assert volume(mesh.box((1, 2, 3))) == pytest.approx(6.0)
+    assert volume(mesh.cylinder(1.0, 2.0, segments=64)) == pytest.approx(2 * np.pi, rel=0.01)
+    assert volume(mesh.ellipsoid((1, 2, 3), segments=64)) == pytest.approx(8 * np.pi, rel=0.01)
+
+
+def test_a_front_panel_faces_minus_y_with_its_image_upright() -> None:
+    picture = mesh.front_panel(2.0, 1.0, (0, 0, 5.0))
+    a, b, c = picture.vertices[picture.faces[0]]
+    normal = np.cross(b - a, c - a)
+    assert normal[1] < 0
+    top_left = picture.uv[0, 0]
+    np.testing.assert_allclose(picture.vertices[picture.faces[0, 0]], (-1, 0, 6))
+    np.testing.assert_allclose(top_left, (0, 0))
+
+
+def sampler(seed: int = 0) -> Sampler:
+    return Sampler(np.random.default_rng(seed), TRAINING)
+
+
+def boxes(items: list[PlacedModel]) -> np.ndarray:
+    """Boxes (N, 2, 3) of the meshes of placed models."""
+    found = []
+    for item in items:
+        for part in item.model.parts:
+            vertices = part.mesh.vertices
+            found.append([vertices.min(axis=0), vertices.max(axis=0)])
+    return np.array(found)
+
+
+def covered(pieces: np.ndarray, point: np.ndarray) -> bool:
+    return bool(((pieces[:, 0] <= point) & (point <= pieces[:, 1])).all(axis=1).any())
+
+
+@pytest.mark.parametrize("plan", [PLAN, *(sample_floor_plan(sampler(s)) for s in (1, 2))])
+def test_walls_are_closed_except_at_openings(plan: FloorPlan) -> None:
+    surfaces = room_surfaces(plan, sampler())
+    walls = boxes([item for item in surfaces if item.model.category == "wall"])
+    rng = np.random.default_rng(0)
+    for index, space in enumerate(plan.spaces):
+        for side in ("west", "south", "east", "north"):
+            axis, line, start, end = space.side(side)
+            across = line + 0.03 * (1 if side in ("west", "south") else -1)
+            points = np.column_stack([rng.uniform(start, end, 40), rng.uniform(0.01, 2.4, 40)])
+            for along, height in points:
+                point = np.array([along, across, height] if axis == 0 else [across, along, height])
+                hole = any(
+                    index in opening.spaces
+                    and opening.axis == axis
+                    and abs(opening.line - line) < 1e-6
+                    and opening.start - 0.01 < along < opening.end + 0.01
+                    and opening.sill - 0.01 < height < opening.top + 0.01
+                    for opening in (*plan.doors, plan.entrance, *plan.windows)
+                )
+                assert covered(walls, point) != hole
+
+
+def test_every_room_has_a_floor_at_zero_and_a_ceiling() -> None:
+    surfaces = room_surfaces(PLAN, sampler())
+    for category, low, high in (("floor", -0.02, 0.0), ("ceiling", 2.5, 2.52)):
+        items = [item for item in surfaces if item.model.category == category]
+        assert [item.space for item in items] == [0, 1]
+        for item, space in zip(items, PLAN.spaces, strict=True):
+            np.testing.assert_allclose(item.box[:, 2], (low, high), atol=1e-9)
+            np.testing.assert_allclose(item.box[:, :2].ravel(), space.rect)
+
+
+def test_every_opening_is_filled_and_passages_stay_clear() -> None:
+    for seed in range(6):
+        plan = sample_floor_plan(sampler(seed))
+        items = doors_and_windows(plan, sampler(seed))
+        kinds = [item.model.category for item in items]
+        assert kinds.count("window") == len(plan.windows)
+        assert kinds.count("door") == len(plan.doors) + 1
+        for door, item in zip(plan.doors, items, strict=False):
+            for part in item.model.parts:
+                R = np.radians(item.yaw_deg)
+                rotation = np.array([[np.cos(R), -np.sin(R)], [np.sin(R), np.cos(R)]])
+                xy = part.mesh.vertices[:, :2] @ rotation.T + item.position_m[:2]
+                along, across = xy[:, door.axis], xy[:, 1 - door.axis]
+                in_wall = np.abs(across - door.line) < 0.05
+                low = part.mesh.vertices[:, 2] < door.top - 0.05
+                inside = (along > door.start + 0.02) & (along < door.end - 0.02)
+                assert not (in_wall & low & inside).any()
+
+
+OPENING = (1.5, 1.0, 2.2, 2.0)
+
+
+def test_floor_is_missing_in_the_opening_alone() -> None:
+    floor = MissingFloor.of(with_stairwell(box_room(), OPENING), 1.1)
+    assert floor.touches(1.85, 1.5, 0.01)
+    assert not floor.touches(1.25, 1.5, 0.2)
+
+
+def test_all_else_of_the_scene_stays() -> None:
+    room = box_room()
+    opened = with_stairwell(room, OPENING)
+    assert opened.objects == room.objects
+    things = opened.face_object != floor_around(room, OPENING)
+    before = room.vertices[room.faces[room.face_object != floor_around(room, OPENING)]]
+    np.testing.assert_array_equal(opened.vertices[opened.faces[things]], before)
+    assert opened.vertices[:, 2].min() == pytest.approx(-DEPTH_M - 0.02)
+
+
+def test_the_shortest_way_leads_around_an_opening() -> None:
+    scene, config = generate_apartment(2), SimulatorConfig(seed=2)
+    opened = with_stairwell(scene, (4.5, 4.9, 5.2, 5.9))
+    before, after = (scene_truth(each, config) for each in (scene, opened))
+    way = before.shortest_path("sofa", 2.3, 5.43)
+    inside = (way >= (4.5, 4.9)).all(axis=1) & (way <= (5.2, 5.9)).all(axis=1)
+    assert inside.any()
+    around = after.shortest_path("sofa", 2.3, 5.43)
+    assert not ((around >= (4.35, 4.75)).all(axis=1) & (around <= (5.35, 6.05)).all(axis=1)).any()
+    assert after.distances("sofa", 2.3, 5.43).path_m > before.distances("sofa", 2.3, 5.43).path_m
