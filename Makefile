@@ -62,7 +62,7 @@ unit:
 
 # Once, before workers and the services that they start would each compile them for half a minute.
 kernels:
-	$(BIN)/python -m onemap_mapper.preparation
+	$(BIN)/python -m onemap_mapper.warm_up
 
 tests: kernels
 	$(BIN)/pytest $(PARALLEL)

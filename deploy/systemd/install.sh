@@ -227,7 +227,7 @@ run "$venv/bin/onemap" --version
 if [[ " ${names[*]} " == *" mapper "* ]]; then
   say "Compiling the mapper's kernels, which takes a minute or two"
   run runuser -u onemap-mapper -g onemap -- env NUMBA_CACHE_DIR="$root/var/cache/onemap-mapper" \
-    "$venv/bin/python" -m onemap_mapper.preparation
+    "$venv/bin/python" -m onemap_mapper.warm_up
 fi
 
 run mkdir -p "$venv/share/systemd"

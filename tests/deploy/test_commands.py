@@ -54,5 +54,5 @@ def test_an_option_that_does_not_exist_is_seen() -> None:
 def test_what_compiles_the_mapper_exists() -> None:
     """Named by the installer, the image's build and make."""
     for file in (DEPLOY / "systemd/install.sh", DEPLOY / "service.Dockerfile", ROOT / "Makefile"):
-        assert "-m onemap_mapper.preparation" in file.read_text(encoding="utf-8")
-    assert callable(import_module("onemap_mapper.preparation").main)
+        assert "-m onemap_mapper.warm_up" in file.read_text(encoding="utf-8")
+    assert callable(import_module("onemap_mapper.warm_up").main)

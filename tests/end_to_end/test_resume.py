@@ -73,7 +73,7 @@ def test_a_map_of_another_world_is_set_aside(tmp_path: Path) -> None:
     with apartment(2) as system:
         system.until(aside.exists, "the map is set aside", 2 * START_S)
         assert announced(system).frames_fused < before
-        said = "the map was of another world"
+        said = "map was of another world"  # the status capitalises it
         system.until(lambda: said in system.http.get("/v1/status").text, "the status says so")
         assert said in system.log("mapper").read_text()
     assert "apartment" in (aside / "world.txt").read_text()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from functools import lru_cache
 
 import numpy as np
@@ -19,11 +18,10 @@ from onemap_simulator.generation.floor_plan import (
     Space,
     sample_floor_plan,
 )
-from onemap_simulator.generation.mesh import Mesh
 from onemap_simulator.generation.model import Model
 from onemap_simulator.generation.room_layout import PlacedModel
 from onemap_simulator.generation.sampler import Sampler
-from onemap_simulator.generation.stairwell import DEPTH_M, floor_around, with_stairwell
+from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.generation.structure import (
     doors_and_windows,
     room_surfaces,
@@ -218,18 +216,6 @@ def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
     assert (again.parts[0].material.texture == models[3].parts[0].material.texture).all()
 
 
-@pytest.mark.parametrize("category", EVERY)
-def test_support_surfaces_lie_within_the_model(category: str) -> None:
-    for seed in range(4):
-        model = draw(category, seed)
-        for top in model.support_surfaces:
-            assert top.x_min < top.x_max
-            assert top.y_min < top.y_max
-            assert model.lower[0] <= top.x_min
-            assert top.x_max <= model.upper[0]
-            assert model.lower[2] < top.z <= model.upper[2] + 1e-6
-
-
 def plan_of(seed: int) -> FloorPlan:
     style = HELD_OUT if seed % 2 else TRAINING
     return sample_floor_plan(Sampler(np.random.default_rng(seed), style))
@@ -272,53 +258,6 @@ def test_windows_lie_in_outer_walls_and_do_not_overlap(seed: int) -> None:
         for other in openings[index + 1 :]:
             if (one.axis, one.line) == (other.axis, other.line):
                 assert one.end <= other.start or other.end <= one.start
-
-
-SOLIDS = {
-    "box": mesh.box((1.0, 2.0, 3.0)),
-    "span": mesh.box_between((-1, 0, 0), (1, 2, 0.5)),
-    "soft box": mesh.rounded_box((1.0, 0.6, 0.4), (0, 0, 0), 0.1),
-    "cylinder": mesh.cylinder(0.5, 2.0),
-    "cone": mesh.cone((0.5, 0.2), 1.0),
-    "lathe": mesh.lathe([(0.0, 0.0), (0.4, 0.3), (0.1, 1.0), (0.0, 1.1)]),
-    "shell": mesh.lathe([(0.5, 0), (0.5, 1), (0.4, 1), (0.4, 0), (0.5, 0)], capped=False),
-    "ellipsoid": mesh.ellipsoid((0.3, 0.5, 0.7)),
-    "tube": mesh.tube([(0, 0, 0), (1, 0, 0.2), (1.5, 0, 1)], 0.1),
-    "ring": mesh.torus(1.0, 0.1),
-    "rod": mesh.rod((0, 0, 0), (0.3, 0.5, 1.0), 0.05),
-    "prism": mesh.prism([(0, 0), (1, 0), (1, 1), (0, 1)], 0.2),
-}
-
-
-def volume(solid: Mesh) -> float:
-    a, b, c = np.moveaxis(solid.vertices[solid.faces], 1, 0)
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
-
-
-@pytest.mark.parametrize("name", SOLIDS)
-def test_solids_are_closed_and_wound_outwards(name: str) -> None:
-    solid = SOLIDS[name]
-    assert volume(solid) > 0
-    points, merged = np.unique(solid.vertices.round(9), axis=0, return_inverse=True)
-    faces = merged.reshape(-1)[solid.faces]
-    edges = Counter((int(f[i]), int(f[(i + 1) % 3])) for f in faces for i in range(3))
-    assert len(points) > 3
-    assert all(edges[(b, a)] == count for (a, b), count in edges.items())
-
-
-@pytest.mark.parametrize("name", SOLIDS)
-def test_texture_coordinates_are_metres_on_the_surface(name: str) -> None:
-    solid = SOLIDS[name]
-    assert solid.uv.shape == (len(solid.faces), 3, 2)
-    corners = solid.vertices[solid.faces]
-    along = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-    assert (np.linalg.norm(solid.uv[:, 1] - solid.uv[:, 0], axis=1) <= along + 1e-9).all()
-
-
-def test_known_volumes() -> None:
-    assert volume(mesh.box((1, 2, 3))) == pytest.approx(6.0)
-    assert volume(mesh.cylinder(1.0, 2.0, segments=64)) == pytest.approx(2 * np.pi, rel=0.01)
-    assert volume(mesh.ellipsoid((1, 2, 3), segments=64)) == pytest.approx(8 * np.pi, rel=0.01)
 
 
 def test_a_front_panel_faces_minus_y_with_its_image_upright() -> None:
@@ -408,16 +347,6 @@ def test_floor_is_missing_in_the_opening_alone() -> None:
     floor = MissingFloor.of(with_stairwell(box_room(), OPENING), 1.1)
     assert floor.touches(1.85, 1.5, 0.01)
     assert not floor.touches(1.25, 1.5, 0.2)
-
-
-def test_all_else_of_the_scene_stays() -> None:
-    room = box_room()
-    opened = with_stairwell(room, OPENING)
-    assert opened.objects == room.objects
-    things = opened.face_object != floor_around(room, OPENING)
-    before = room.vertices[room.faces[room.face_object != floor_around(room, OPENING)]]
-    np.testing.assert_array_equal(opened.vertices[opened.faces[things]], before)
-    assert opened.vertices[:, 2].min() == pytest.approx(-DEPTH_M - 0.02)
 
 
 def test_the_shortest_way_leads_around_an_opening() -> None:

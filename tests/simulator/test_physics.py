@@ -71,18 +71,6 @@ def test_a_holonomic_drive_moves_sideways_within_its_limits() -> None:
     assert left.y_m == pytest.approx(1.0)
 
 
-@given(st.floats(-0.7, 0.7), st.floats(-1.6, 1.6), st.floats(-0.4, 0.4))
-def test_an_arc_is_that_of_many_small_steps(linear: float, angular: float, lateral: float) -> None:
-    rolling = replace(START, velocity=Velocity2d(linear, angular, lateral))
-    once = step(rolling, rolling.velocity, 1.0, params=HOLONOMIC, collides=nowhere)
-    x, y, count = 1.0, 1.0, 2000
-    for k in range(count):  # Euler's way, with the heading in the middle of each step
-        yaw = angular * (k + 0.5) / count
-        x += (linear * np.cos(yaw) - lateral * np.sin(yaw)) / count
-        y += (linear * np.sin(yaw) + lateral * np.cos(yaw)) / count
-    assert (once.x_m, once.y_m) == pytest.approx((x, y), abs=1e-6)
-
-
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(commands=st.lists(COMMANDS, max_size=30), seed=st.integers(0, 99))
 def test_is_never_inside_an_obstacle(commands: list[Velocity2d], seed: int) -> None:
@@ -149,13 +137,6 @@ def test_clearance_is_close_to_the_truth_and_never_above_it(x: float, y: float) 
     clearance, truth = MAP.clearance_m(x, y), true_clearance(x, y)
     assert clearance <= truth + 1e-6
     assert clearance >= truth - 3 * MAP.grid.cell_size_m
-
-
-def test_what_lies_above_the_robot_is_no_obstacle() -> None:
-    builder = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES))
-    builder.add("rug", (1, 1, 0), (2, 2, 0.02)).add("lamp", (2, 1, 1.5), (3, 2, 1.8))
-    collision = CollisionMap.of(builder.build(), height_m=1.1)
-    assert collision.clearance_m(2.0, 1.5) > 1.4
 
 
 def test_standable_cells_are_connected_to_the_place() -> None:
@@ -243,11 +224,6 @@ def test_a_joint_between_boards_is_no_missing_floor() -> None:
     builder = SceneBuilder()
     builder.add("floor", (0, 0, -0.02), (1.97, 3, 0)).add("floor", (2.03, 0, -0.02), (4, 3, 0))
     assert not MissingFloor.of(builder.build(), 1.1).touches(2.0, 1.5, 0.2)
-
-
-def test_a_scene_without_floor_is_a_plane() -> None:
-    scene = SceneBuilder().add("wall", (0, 0, 0.3), (4, 0.1, 2)).build()
-    assert not MissingFloor.of(scene, 1.1).touches(2.0, 0.05, 0.2)
 
 
 @pytest.mark.parametrize(("opening", "edges"), [(OPENING, 1), (None, 0)])

@@ -12,32 +12,25 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from onemap_shared.geometry import F64, Bool
+from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
-from onemap_simulator.generation.mesh import box
 from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.scene.cell_masks import (
-    clearance_m,
     connected_part,
-    distance_m,
 )
 from onemap_simulator.scene.corrections import read_corrections
-from onemap_simulator.scene.loading import assemble, floor_height, load_scene
-from onemap_simulator.scene.mesh_texture import COLOUR_STEP, MAX_TEXTURE_PX, texture_and_uv
-from onemap_simulator.scene.occupancy_raster import occupied_cells, rasterise
+from onemap_simulator.scene.loading import floor_height, load_scene
+from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import Scene, SceneObject
 from onemap_simulator.scene.scene_file import category_of, check_file, read_scene_file
 from onemap_simulator.scene.spawn import (
-    LAMP_SPACING_M,
-    MAX_LAMPS,
     ROBOT_CLEARANCE_M,
-    ceiling_lamps,
     free_space,
     start_pose,
 )
 from tests.reference.occupancy_raster import touched_cells
 from tests.simulator.scene_files import RED, room_of, write_two_materials
-from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room, object_vertices
+from tests.simulator.scenes import SceneBuilder, box_room, object_vertices
 
 
 def extent(scene: Scene, category: str) -> np.ndarray:
@@ -66,16 +59,6 @@ def test_glb_is_turned_upright(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"room.{suffix}"
     path.write_bytes(room_of("y").export(file_type="glb"))
     check_room(load_scene(path))
-
-
-def test_each_material_of_a_node_keeps_its_colour(tmp_path: Path) -> None:
-    file = read_scene_file(write_two_materials(tmp_path, nodes=("Sofa-1", "Sofa-2")))
-    scene, _ = assemble(file)
-    assert [thing.category for thing in scene.objects] == ["sofa", "sofa"]
-    for thing in (0, 1):
-        used = np.unique(scene.face_texture[scene.face_object == thing])
-        blue = sorted(bool(t[0, 0, 2] > t[0, 0, 0]) for t in (scene.textures[i] for i in used))
-        assert blue == [False, True]
 
 
 def test_obj_keeps_its_objects_and_z(tmp_path: Path) -> None:
@@ -278,27 +261,6 @@ def test_textures_and_plain_materials(tmp_path: Path) -> None:
     np.testing.assert_allclose(scene.face_uv[rows][..., 1], 1 - corner[..., 1] / 4, atol=1e-6)
 
 
-def test_colours_per_face_become_texels_of_their_faces() -> None:
-    box = trimesh.creation.box((1, 1, 1))
-    colours = np.random.default_rng(0).integers(0, 256, (len(box.faces), 4), dtype=np.uint8)
-    box.visual.face_colors = colours
-    texture, uv = texture_and_uv(box)
-    height, width = texture.shape[:2]
-    column, row = (uv * (width, height)).astype(int).transpose(2, 0, 1)
-    shown = texture[row, column].astype(int)
-    assert np.abs(shown - colours[:, None, :3]).max() < COLOUR_STEP
-
-
-def test_large_textures_are_shrunk() -> None:
-    image = Image.fromarray(np.full((20, 2 * MAX_TEXTURE_PX, 3), 90, np.uint8))
-    box = trimesh.creation.box((1, 1, 1))
-    material = trimesh.visual.material.SimpleMaterial(image=image)
-    box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=material)
-    texture, uv = texture_and_uv(box)
-    assert texture.shape == (10, MAX_TEXTURE_PX, 3)
-    assert uv.shape == (len(box.faces), 3, 2)
-
-
 CELL_SIZE_M = 0.1
 
 
@@ -340,37 +302,7 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
         assert near & sampled or not sampled
 
 
-def test_a_box_occupies_its_footprint_only_at_its_heights() -> None:
-    block = box((0.35, 0.15, 0.5), (0.525, 0.275, 0.2))
-    scene = scene_of(block.vertices, block.faces)
-    spec, occupied = occupied_cells(scene, CELL_SIZE_M, 0.3, 0.6)
-    cells = {tuple(spec.centres(cell).round(2)) for cell in np.argwhere(occupied)}
-    edge = {(x, y) for x in (0.35, 0.45, 0.55, 0.65) for y in (0.25, 0.35)}
-    assert cells == edge
-    assert not occupied_cells(scene, CELL_SIZE_M, 0.8, 1.5)[1].any()
-    assert not occupied_cells(scene, CELL_SIZE_M, -1.0, 0.1)[1].any()
-
-
 masks = arrays(bool, st.tuples(st.integers(1, 12), st.integers(1, 12)))
-
-
-@settings(deadline=None, derandomize=True)
-@given(mask=masks.filter(np.any))
-def test_distance_is_that_to_the_nearest_cell_of_the_mask(mask: Bool) -> None:
-    cells = np.argwhere(np.ones_like(mask))
-    apart = np.linalg.norm(cells[:, None] - np.argwhere(mask), axis=2).min(axis=1)
-    np.testing.assert_allclose(distance_m(mask, 0.5).ravel(), 0.5 * apart, rtol=1e-5)
-    fast = distance_m(mask, 0.5, exact=False).ravel()
-    np.testing.assert_allclose(fast, 0.5 * apart, rtol=0.025)
-
-
-def test_clearance_counts_the_border_as_occupied() -> None:
-    occupied = np.zeros((9, 9), dtype=bool)
-    occupied[4, 4] = True
-    clearance = clearance_m(occupied, 0.5)
-    assert clearance[4, 4] == 0.0
-    assert clearance[4, 6] == pytest.approx(1.0)
-    assert clearance[0, 0] == pytest.approx(0.5)
 
 
 def test_the_connected_part_stays_on_its_side_of_a_wall() -> None:
@@ -408,13 +340,3 @@ def test_the_start_is_the_roomiest_place_and_faces_the_middle() -> None:
     ahead = middle - pose[:2]
     np.testing.assert_allclose(ahead / np.linalg.norm(ahead), (np.cos(pose[2]), np.sin(pose[2])))
     assert start_pose(grid, np.zeros_like(clearance)) is None
-
-
-def test_lamps_are_spread_and_limited() -> None:
-    builder = SceneBuilder().add("floor", (0, 0, 0), (20, 20, 2.5), sides=("z-", *WALL_SIDES))
-    grid, clearance = free_space(builder.build())
-    places = np.array([lamp.position_m[:2] for lamp in ceiling_lamps(grid, clearance)])
-    assert len(places) == MAX_LAMPS
-    apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
-    assert apart.min() > LAMP_SPACING_M
-    assert ceiling_lamps(grid, np.zeros_like(clearance)) == ()

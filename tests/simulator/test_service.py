@@ -132,9 +132,9 @@ def test_a_place_of_the_drifting_frame_is_judged_where_it_truly_is() -> None:
     place: list[F64] = []
 
     def driven() -> bool:
-        robot.drive(0.4, 0.0)
-        odometry = robot.odometry.take(0.0)
-        place.extend([odometry.T_map_body[:2, 3]] if odometry else [])
+        if odometry := robot.odometry.take(0.0):
+            place.append(odometry.T_map_body[:2, 3])
+            robot.drive(0.4, 0.0)
         error_m = (robot.worker.health().metrics or {})["largest_pose_error_m"]
         return error_m > 0.005
 
