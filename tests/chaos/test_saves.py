@@ -41,6 +41,8 @@ def large_map() -> MapSnapshot:
         confidence=ones,
         searched=ones,
         explored=None if small.explored is None else ones,
+        heights=None,  # of the small map's cells, as where they were seen from
+        seen=None,
     )
 
 
