@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -237,8 +238,10 @@ def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
         eventually(ready.exists)
         process.terminate()
         _, stderr = process.communicate(timeout=PATIENCE_S)
-    assert all(line.startswith("<6>{") for line in stderr.splitlines())
-    assert json.loads(stderr.splitlines()[-1][3:])["message"] == "mapper is down"
+    lines = stderr.splitlines()  # on a busy machine a warning may be one of them
+    assert [line for line in lines if not re.match(r"<[2-7]>\{", line)] == []
+    assert lines[-1].startswith("<6>")
+    assert json.loads(lines[-1][3:])["message"] == "mapper is down"
 
 
 def test_systemd_is_asked_for_more_time_until_there_is_a_router(tmp_path: Path) -> None:
