@@ -260,6 +260,23 @@ PATIENCE_S = 60.0
 WHAT = "compiling the map's kernels"
 
 
+def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(router: Router) -> None:
+    process = start(router.endpoint)
+    assert process.stderr is not None
+    eventually(lambda: "is up" in process.stderr.readline() or None)  # type: ignore[union-attr]
+    process.send_signal(signal.SIGABRT)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert "Fatal Python error: Aborted" in stderr
+
+
+def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    key = tmp_path / "role.key"
+    process = start(f"tls/127.0.0.1:1#connect_private_key_file={key}")
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    assert f"cannot read {key}: No such file or directory" in stderr
+
+
 def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runner, "HEARTBEAT_S", 0.01)
     router = MemoryRouter()
