@@ -21,9 +21,9 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage.map_file import write
 from onemap_mapper.storage.snapshot import sha256_of, take
 from onemap_shared import wire
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import client_on
 from tests.mapper import scenes
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import SAMPLES
 
 FILE = Path(__file__).with_name("golden.json")

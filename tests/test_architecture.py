@@ -55,7 +55,6 @@ IMPURE = {
     "multiprocessing",
     "onemap_shared.bus",
     "onemap_shared.config",
-    "onemap_shared.memory_bus",
     "onemap_shared.runner",
     "onemap_shared.text_embedding",
     "onemap_shared.tracing",

@@ -1,8 +1,7 @@
 """The bus as services use it: a Protocol, its errors and its counters.
 
-``bus.ZenohBus`` implements it over Zenoh, ``memory_bus.MemoryBus`` inside one
-process with the same semantics: a subscription keeps the newest messages only;
-a call without a server raises ``NoReply``, without an answer ``QueryTimeout``.
+``bus.ZenohBus`` implements it over Zenoh. A subscription keeps the newest messages only; a call
+without a server raises ``NoReply``, without an answer ``QueryTimeout``.
 """
 # Talks: inboxes between the bus's threads and a service.
 

@@ -9,8 +9,8 @@ import pytest
 from onemap import Client, Retry
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.conftest import mapper, planner, router
+from tests.memory_bus import MemoryRouter
 
 __all__ = ["mapper", "planner", "router"]  # the fixtures
 

@@ -17,10 +17,10 @@ from onemap_mapper.robots import MapRobot
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Counters
 from tests.gateway import fakes
+from tests.memory_bus import MemoryRouter
 from tests.structure import ROOT
 
 ALERTS = ROOT / "deploy" / "prometheus" / "alerts.yaml"

@@ -16,13 +16,13 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import buses_of
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import FeatureField
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import open_scene
 from onemap_tools.demo.robots import MIN_APART_M
 from tests.deploy.deployment import DEPLOY, compose, compose_document, models, mounts, with_file
 from tests.deploy.test_units import COMMON, FOLDER, settings
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import SAMPLES
 
 R1, R2 = "site/r1", "site/r2"

@@ -19,10 +19,10 @@ from onemap_planner.service import Planner
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
-from onemap_shared.memory_bus import MemoryBus
 from onemap_shared.messages import Odometry, SearchRequest
 from tests.gateway.fakes import client_on
 from tests.mapper.test_service import Rig, sofa_ahead
+from tests.memory_bus import MemoryBus
 from tests.planner.simulated_services import confirm
 
 JPEG = b"\xff\xd8 a JPEG \xff\xd9"

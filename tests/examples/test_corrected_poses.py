@@ -11,8 +11,8 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
-from onemap_shared.memory_bus import MemoryRouter
 from tests.mapper import scenes
+from tests.memory_bus import MemoryRouter
 
 
 def test_the_map_follows_the_example(tmp_path: Path) -> None:

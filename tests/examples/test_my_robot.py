@@ -14,9 +14,9 @@ import pytest
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_shared.transport import Bus
+from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, eventually, join, router
 from tests.structure import ROOT
 

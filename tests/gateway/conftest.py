@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 from starlette.testclient import TestClient
 
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
+from tests.memory_bus import MemoryRouter
 
 
 @pytest.fixture

@@ -23,8 +23,8 @@ from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import RequestRejected
+from tests.memory_bus import MemoryRouter
 
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000

@@ -33,7 +33,6 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchOrder, SearchState, SearchStatus
 from tests.gateway.fakes import (
     PICTURE,
@@ -49,6 +48,7 @@ from tests.gateway.fakes import (
     search,
     state_reached,
 )
+from tests.memory_bus import MemoryRouter
 from tests.structure import ROOT
 
 mcp = pytest.importorskip("mcp", reason="the extra 'mcp' is not installed")

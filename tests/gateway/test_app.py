@@ -20,7 +20,6 @@ from onemap_gateway.http.problems import PROBLEM_TYPES
 from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.http.schemas import EXAMPLE_PNG
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
 from tests.gateway.fakes import (
     FakeMapper,
@@ -31,6 +30,7 @@ from tests.gateway.fakes import (
     kept_object,
     state_reached,
 )
+from tests.memory_bus import MemoryRouter
 
 BODIES: dict[str, object] = {
     "/v1/queries": {"text": "sofa"},

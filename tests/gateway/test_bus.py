@@ -31,13 +31,13 @@ from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.present.service_status import hung_problem
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MapClear, SearchId, SearchStatus
 from onemap_shared.messages.search import FINAL_STATES
 from onemap_shared.transport import QueryTimeout
 from onemap_shared.wire import Packet, encode
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, FakePlanner, search, state_reached
+from tests.memory_bus import MemoryRouter
 
 MESSAGES: dict[str, BusMessage] = {
     "frame": fakes.rgbd(),

@@ -16,9 +16,9 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.connections import RESERVED_DESCRIPTORS, connection_limit, listen, raw_response
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.service import GatewayWorker, build
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.runner import StartError
 from tests.gateway.fakes import WAIT_S
+from tests.memory_bus import MemoryRouter
 
 LIMIT = 8
 REQUEST = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"

@@ -13,7 +13,6 @@ from starlette.testclient import TestClient
 from onemap_gateway.present.palette import DARK
 from onemap_gateway.present.render import BOX
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
 from tests.gateway.fakes import (
     PICTURE,
@@ -25,6 +24,7 @@ from tests.gateway.fakes import (
     kept_object,
     state_reached,
 )
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import PNG
 
 

@@ -22,10 +22,10 @@ from onemap_gateway.http.problems import (
 from onemap_gateway.http.schemas import QueryRequest
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MapClear, MapSummary
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError, RequestRejected
 from tests.gateway.fakes import gateway_on
+from tests.memory_bus import MemoryRouter
 
 
 def no_hung(_service: str) -> str:

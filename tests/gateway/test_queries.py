@@ -27,7 +27,6 @@ from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
 from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MAX_IMAGE_BYTES
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import (
@@ -41,6 +40,7 @@ from tests.gateway.fakes import (
     revision,
     state_reached,
 )
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import PNG
 
 IMAGE = b64encode(PNG).decode()

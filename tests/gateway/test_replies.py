@@ -29,7 +29,6 @@ from onemap_gateway.present.replies import (
     search_snapshot,
 )
 from onemap_gateway.present.service_status import PipelineFault
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     NO_CHOICE,
     Coverage,
@@ -47,6 +46,7 @@ from onemap_shared.messages import (
 from onemap_shared.transport import Counters
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, FakeMapper, full_state, kept_object, search_view
+from tests.memory_bus import MemoryRouter
 
 FOUND = replace(
     fakes.find_result("sofa", 1, 2), frame_ns=2**60 + 1, box_px=(1.0, 2.0, 3.0, 4.0), cells=7

@@ -20,10 +20,10 @@ from onemap_gateway.http.middleware import FleetApp
 from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry
 from tests.gateway import fakes
 from tests.gateway.fakes import client_of, gateway_on, state_reached
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
 

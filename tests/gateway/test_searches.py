@@ -24,7 +24,6 @@ from onemap_gateway.http.schemas import (
     SearchStart,
 )
 from onemap_gateway.service import build
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MAX_TEXT_CHARS,
     SearchKind,
@@ -33,6 +32,7 @@ from onemap_shared.messages import (
     SearchState,
 )
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
+from tests.memory_bus import MemoryRouter
 
 
 @contextmanager

@@ -26,8 +26,8 @@ from onemap_gateway.http.security import (
     client_network,
     required_role,
 )
-from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
+from tests.memory_bus import MemoryRouter
 
 JSON = {"Content-Type": "application/json"}
 

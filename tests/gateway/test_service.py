@@ -17,10 +17,10 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, HttpServer, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S, FakePlanner
+from tests.memory_bus import MemoryRouter
 
 TEST = GatewayConfig(port=0)
 

@@ -23,10 +23,10 @@ from onemap_mapper.storage.objects import (
     to_bytes,
 )
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import KeptObject, ObjectFind, ObjectId, ObjectListRequest
 from onemap_shared.transport import RemoteError
 from tests.mapper.finds import PICTURE, object_find
+from tests.memory_bus import MemoryRouter
 
 
 def remembered(*finds: ObjectFind) -> ObjectMemory:

@@ -21,9 +21,9 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.runner import is_starting
 from tests.mapper import scenes
+from tests.memory_bus import MemoryRouter
 
 MODULE = """
 from onemap_mapper.jit import compiled

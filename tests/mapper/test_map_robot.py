@@ -18,7 +18,6 @@ from onemap_mapper.robots import (
 )
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     FeatureField,
     Heartbeat,
@@ -39,6 +38,7 @@ from onemap_shared.transport import RemoteError
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 from tests.mapper.test_service import NEUTRAL, SOFA, sofa_ahead
+from tests.memory_bus import MemoryBus, MemoryRouter
 
 S = 10**9
 BEHIND = np.pi  # what robot 2 sees, and robot 1 does not

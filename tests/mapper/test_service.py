@@ -17,7 +17,6 @@ from onemap_mapper.service import Mapper, build
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
-from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     NO_VIEW,
     FeatureField,
@@ -45,6 +44,7 @@ from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
+from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.shared.samples import PNG
 
 SOFA = np.eye(16, dtype=np.float32)[3]

@@ -15,9 +15,9 @@ from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector
 from onemap_perception.service import build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import TextEmbeddings, TextRequest
 from onemap_shared.runner import StartError
+from tests.memory_bus import MemoryRouter
 from tests.perception.test_config import configured
 from tests.perception.tiny import (
     needs_open_clip,

@@ -14,7 +14,6 @@ from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import Perception, PerceptionComponents
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
-from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     Detections,
     ImageRequest,
@@ -23,6 +22,7 @@ from onemap_shared.messages import (
     TextRequest,
 )
 from onemap_shared.transport import RemoteError
+from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.perception.encoders.test_images import png
 from tests.perception.slow_detector import SlowDetector
 from tests.perception.toy import ColourEncoder, SeeingColours, frame

@@ -16,7 +16,6 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared import keys
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import pose_2d
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapRevision,
     MapSummary,
@@ -33,6 +32,7 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.transport import RequestRejected
+from tests.memory_bus import MemoryRouter
 from tests.planner.drawn_maps import drawn_map, search_view_of
 
 ROOM = drawn_map("##########", *["#........ "] * 8, "##########", scale=5)

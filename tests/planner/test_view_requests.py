@@ -11,7 +11,6 @@ from onemap_planner.planning_thread import ViewRequests
 from onemap_planner.world.map_view import AssembledView, ChangesDoNotFit, after, map_view_around
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     NO_VIEW,
     Layer,
@@ -23,6 +22,7 @@ from onemap_shared.messages import (
     ViewKey,
 )
 from onemap_shared.transport import NoReply, RemoteError
+from tests.memory_bus import MemoryRouter
 
 GRID = GridSpec(0.1, (-64, 0), (128, 64))
 SOFA = SearchViewRequest("sofa", ("bed",))

@@ -17,7 +17,6 @@ from onemap_shared.keys import (
     SEARCH_PATH,
     SEARCH_STATE,
 )
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapRevision,
     ObjectList,
@@ -26,6 +25,7 @@ from onemap_shared.messages import (
     SearchView,
     SearchViewRequest,
 )
+from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork, FakeWriter
 from tests.ros2.planner_messages import KEPT, path_to, status, view
 

@@ -18,9 +18,9 @@ from onemap_shared.keys import (
     SEARCH_PATH,
     SEARCH_STATE,
 )
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import VelocityCommand
 from onemap_shared.runner import StartError
+from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
 from tests.ros2.robot_messages import (

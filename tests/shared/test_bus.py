@@ -20,8 +20,8 @@ from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
 T = TypeVar("T")

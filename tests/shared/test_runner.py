@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from onemap_shared import keys, runner
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.runner import SWITCH_S, is_starting, long_start
+from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, router
 
 __all__ = ["router"]  # the fixture

@@ -7,10 +7,10 @@ import threading
 import pytest
 
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import ImageRequest, TextEmbeddings, TextRequest
 from onemap_shared.text_embedding import embed_image, embed_texts
 from onemap_shared.transport import RequestRejected
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import PNG, SAMPLES
 
 EMBEDDINGS = next(each for each in SAMPLES if isinstance(each, TextEmbeddings))

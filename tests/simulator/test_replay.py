@@ -15,13 +15,13 @@ import pytest
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import camera_mount, pose_2d, transform
 from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_simulator.replay.config import ReplayConfig
 from onemap_simulator.replay.recorder import write_recording
 from onemap_simulator.replay.recording import RecordedFrame, Recording, RecordingError
 from onemap_simulator.replay.service import body_below, build, check
+from tests.memory_bus import MemoryRouter
 
 INTRINSICS = Intrinsics(10.0, 10.0, 4.0, 3.0)
 

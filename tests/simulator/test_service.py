@@ -10,7 +10,6 @@ import trimesh
 
 from onemap_shared.geometry import F64, camera_mount
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import RgbdFrame, TruthRequest, VelocityCommand
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
@@ -19,6 +18,7 @@ from onemap_simulator.errors import ErrorChoice
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.service import SimulatorWorker, build, check, open_scene
+from tests.memory_bus import MemoryRouter
 from tests.simulator.scenes import box_room
 
 CONFIG = SimulatorConfig(rgbd_hz=60, camera=CameraParams(width=32, height=24))

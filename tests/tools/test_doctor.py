@@ -14,7 +14,6 @@ from rich.console import Console
 from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     Heartbeat,
     MapRevision,
@@ -47,6 +46,7 @@ from onemap_tools.doctor.report import (
     process_health,
 )
 from onemap_tools.processes.services import CORE
+from tests.memory_bus import MemoryRouter
 
 ENCODER = ("mini-1", "minilm")
 FLOOR = {

@@ -21,7 +21,6 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.present.replies import map_archive
 from onemap_gateway.service import build
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.app import app
 from onemap_tools.cli.map import MapLayer
@@ -36,6 +35,7 @@ from onemap_tools.map_export import (
     read_archive,
 )
 from tests.gateway.fakes import GRID, FakeMapper, kept_object, search_view
+from tests.memory_bus import MemoryRouter
 from tests.tools.cli.commands import error_of
 
 RUNNER = CliRunner()

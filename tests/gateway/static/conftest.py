@@ -12,11 +12,11 @@ import pytest
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import KeptObject
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, FakePlanner
 from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
+from tests.memory_bus import MemoryRouter
 
 PHONE = (360, 640)
 

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.network import any_free_port
 from tests.gateway.fakes import FakeMapper
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import PNG
 from tests.tools.cli.commands import error_of
 from tests.tools.fake_gateway import fake_gateway

@@ -14,10 +14,10 @@ from PIL import Image
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchList, SearchState
 from onemap_tools.demo import film
 from tests.gateway import fakes
+from tests.memory_bus import MemoryRouter
 
 RESULT: dict[str, Any] = {"name": "bed", "outcome": "found", "duration_s": 12.0}
 REPORT: dict[str, Any] = {

@@ -16,7 +16,6 @@ from onemap import Client, OneMapError
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapRevision,
     Odometry,
@@ -31,6 +30,7 @@ from onemap_tools.demo.robots import named_robots
 from onemap_tools.demo.run import DemoTargets
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.progress import LineView
+from tests.memory_bus import MemoryRouter
 from tests.tools.demo.test_run import RESULT, demo_of
 
 R1, R2 = named_robots(2, "simulator")

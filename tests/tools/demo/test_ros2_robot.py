@@ -17,9 +17,9 @@ from onemap_shared.keys import (
     ROBOT_RGBD,
     ROBOT_TRUTH,
 )
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
 from onemap_tools.demo.ros2_robot import COLOR, DEPTH, INFO, Ros2RobotBus, ros2_section
+from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
 
 T_BODY_CAMERA = camera_mount(0.1, 1.0, 0.2)

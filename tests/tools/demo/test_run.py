@@ -20,7 +20,6 @@ from rich.console import Console
 
 from onemap import Client
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat, Truth
 from onemap_tools.demo import run as module
 from onemap_tools.demo.robot_search import RobotSearch, RunMonitor
@@ -31,6 +30,7 @@ from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
+from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, router
 from tests.tools.demo.test_setup import options
 from tests.tools.fake_gateway import Routes, fake_gateway

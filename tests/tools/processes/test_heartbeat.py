@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 
 from onemap_shared.keys import heartbeat
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_tools.processes.heartbeat import next_heartbeat, problem_of
+from tests.memory_bus import MemoryRouter
 
 LONG_S = 60.0
 

@@ -15,7 +15,6 @@ from rich.console import Console
 
 from onemap_shared import keys
 from onemap_shared.config import BusConfig
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes import up as module
@@ -33,6 +32,7 @@ from onemap_tools.processes.up import (
     supervise,
     up,
 )
+from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture

@@ -9,7 +9,6 @@ import numpy as np
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapClear,
     RgbdFrame,
@@ -20,6 +19,7 @@ from onemap_shared.messages import (
 from onemap_tools.recording.bag_file import BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
 from tests.mapper import scenes
+from tests.memory_bus import MemoryRouter
 
 SECOND_NS = 10**9
 CHANNELS = 16  # of the fields of this room

@@ -21,7 +21,6 @@ from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     ObjectList,
     SearchState,
@@ -45,6 +44,7 @@ from onemap_tools.recording.live import (
 )
 from tests.end_to_end.system import PATIENCE_S, START_S, System
 from tests.gateway import fakes
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import KEPT
 from tests.structure import ROOT
 from tests.tools.recording.foxglove_client import FoxgloveClient, read

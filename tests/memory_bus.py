@@ -84,17 +84,14 @@ class MemoryBus:
 
     @property
     def namespace(self) -> str:
-        """See ``transport.Bus``."""
         return self._router.namespace
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
-        """See ``transport.Bus``."""
         return _MemoryPublisher(self._router, topic)
 
     def subscribe(
         self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
     ) -> Subscription[M]:
-        """See ``transport.Bus``."""
         inbox = Inbox(topic.message, capacity, arrived)
         with self._router.lock:
             self._router.inboxes[topic.key].append(inbox)
@@ -103,12 +100,10 @@ class MemoryBus:
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        """See ``transport.Bus``."""
         handle = partial(answer, procedure, handler)
         self._router.handlers[procedure.key].append((self, handle))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
-        """See ``transport.Bus``."""
         entries = self._router.handlers.get(procedure.key, [])
         asked = entries if procedure.to_all else entries[-1:]
         futures = [bus._pool.submit(handle, encode(request)) for bus, handle in asked]
@@ -123,26 +118,21 @@ class MemoryBus:
         raise refusal or NoReply(f"no process serves {procedure.key}")
 
     def alive(self) -> frozenset[str]:
-        """See ``transport.Bus``."""
         return frozenset(self._router.services.values())
 
     def members(self) -> frozenset[tuple[str, str]]:
-        """See ``transport.Bus``."""
         services = self._router.services.copy()
         return frozenset((service, bus.instance) for bus, service in services.items())
 
     def connected(self) -> bool:
-        """See ``transport.Bus``."""
         return True
 
     def sibling(self, namespace: str) -> MemoryBus:
-        """See ``transport.Bus``."""
         sibling = MemoryBus(self._router.space(namespace), self._service)
         sibling.instance = self.instance
         return sibling
 
     def claim(self) -> tuple[str, ...]:
-        """See ``transport.Bus``."""
         others = tuple(
             f"{service} {bus.instance}"
             for bus, service in self._router.services.items()
