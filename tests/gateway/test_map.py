@@ -124,28 +124,6 @@ def test_a_name_that_is_no_file_name_is_refused(
     assert mapper.saved == []
 
 
-def test_the_older_addresses_still_save_and_load(client: TestClient, mapper: FakeMapper) -> None:
-    saved = client.post("/v1/map/save", json={"name": "flat"})
-    assert saved.status_code == 200
-    assert mapper.saved == ["flat"]
-    assert client.post("/v1/map/load", json={"name": "flat"}).json() == saved.json()
-    assert client.post("/v1/map/load", json={"name": "nix"}).status_code == 404
-
-
-def test_the_older_addresses_are_marked_and_name_their_successors(client: TestClient) -> None:
-    paths = client.get("/openapi.json").json()["paths"]
-    deprecated = {
-        path: operation["description"].split("`")[1]
-        for path, methods in paths.items()
-        for operation in methods.values()
-        if operation.get("deprecated")
-    }
-    assert deprecated == {
-        "/v1/map/save": "PUT /v1/maps/{name}",
-        "/v1/map/load": "POST /v1/maps/{name}/load",
-    }
-
-
 def test_a_saved_map_is_merged_where_the_body_says(client: TestClient, mapper: FakeMapper) -> None:
     client.put("/v1/maps/flat")
     assert client.post("/v1/maps/flat/merge").json()["cells_observed"] == 315

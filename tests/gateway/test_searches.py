@@ -18,7 +18,6 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.routes.searches import search_events, supersedes
 from onemap_gateway.http.schemas import (
-    MapName,
     QueryRequest,
     RequestModel,
     SearchStart,
@@ -264,12 +263,6 @@ def test_what_is_no_place_is_refused(place: object) -> None:
 def test_a_text_that_no_service_takes_is_refused(text: object) -> None:
     with pytest.raises(ValidationError):
         QueryRequest.model_validate({"text": text})
-
-
-@pytest.mark.parametrize("name", ["", "-flat", ".flat", "a/b", "a b", "flat\n", "x" * 65])
-def test_a_map_may_not_have_any_other_name(name: str) -> None:
-    with pytest.raises(ValidationError, match="begins with a letter or a digit"):
-        MapName(name=name)
 
 
 @pytest.mark.parametrize("model", RequestModel.__subclasses__())

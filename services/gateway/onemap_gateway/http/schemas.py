@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from base64 import b64decode
 from typing import Annotated
 
@@ -250,31 +249,6 @@ class SearchStart(RequestModel):
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,
         )
-
-
-MAP_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-
-
-def check_map_name(name: str) -> str:
-    """Return ``name``, or raise ValueError with what a name may be."""
-    if not MAP_NAME.fullmatch(name):
-        raise ValueError(
-            "the name of a map begins with a letter or a digit and consists of at most 64 letters "
-            "(A-Z, a-z), digits, '.', '_' and '-'; no folder"
-        )
-    return name
-
-
-class MapName(RequestModel):
-    """The name of a map file in the mapper's map folder."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "flat"}]})
-
-    name: Annotated[StrictStr, AfterValidator(check_map_name)] = Field(
-        description="Begins with a letter or a digit; letters A-Z and a-z, digits, '.', '_' and "
-        "'-', at most 64; no folder.",
-        json_schema_extra={"pattern": f"^{MAP_NAME.pattern}$"},
-    )
 
 
 class MergeRequest(RequestModel):

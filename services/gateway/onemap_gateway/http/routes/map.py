@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from functools import partial
@@ -18,12 +19,9 @@ from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.queries import image_view
 from onemap_gateway.http.schemas import (
-    MAP_NAME,
     ComparedImage,
-    MapName,
     MergeRequest,
     ObjectName,
-    check_map_name,
 )
 from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.live import build_overlay
@@ -190,6 +188,19 @@ NO_MOTION = MergeRequest()
 JPEG_QUALITY = 80  # percent: shows no blocks
 FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
 
+MAP_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+def check_map_name(name: str) -> str:
+    """Return ``name``, or raise ValueError with what a name may be."""
+    if not MAP_NAME.fullmatch(name):
+        raise ValueError(
+            "the name of a map begins with a letter or a digit and consists of at most 64 letters "
+            "(A-Z, a-z), digits, '.', '_' and '-'; no folder"
+        )
+    return name
+
+
 Name = Annotated[
     str,
     AfterValidator(check_map_name),
@@ -272,30 +283,6 @@ async def merge_saved_map(
     """
     merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
     return MapContent.model_validate(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
-
-
-@maps_router.post(
-    "/map/save",
-    deprecated=True,
-    summary="Save the map",
-    responses=problem_responses(*BODY, 401, 409, 422, 503, 507),
-)
-async def save_map(request: MapName, gateway: GatewayDep) -> MapContent:
-    """As `PUT /v1/maps/{name}`, which replaces it: the next release does not have this address."""
-    return await put_map(request.name, gateway, Response())
-
-
-@maps_router.post(
-    "/map/load",
-    deprecated=True,
-    summary="Load a map",
-    responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
-)
-async def load_map(request: MapName, gateway: GatewayDep) -> MapContent:
-    """As `POST /v1/maps/{name}/load`, which replaces it: the next release does not have this
-    address.
-    """
-    return await load_saved_map(request.name, gateway)
 
 
 @camera_router.get(
