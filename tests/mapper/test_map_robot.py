@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from onemap_mapper.robots import (
 )
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
+from onemap_shared.geometry import F64, camera_mount, pose_2d
 from onemap_shared.messages import (
     FeatureField,
     Heartbeat,
@@ -166,6 +167,26 @@ def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -
     assert fleet.r1.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects == ()
     fleet.r1.bus.call(keys.MAP_LOAD, MapFile("flat"))
     assert fleet.r2.newest().frames_fused == 1
+
+
+def test_each_robot_is_told_what_its_camera_has_in_its_image(fleet: Fleet) -> None:
+    def mounted(height_m: float, down_deg: float, roll_deg: float = 0.0) -> F64:
+        T_map_camera = pose_2d(0.2, 0.1, 2.0) @ camera_mount(0.1, height_m, np.deg2rad(down_deg))
+        return scenes.rolled(T_map_camera, np.deg2rad(roll_deg))
+
+    half_deg = np.degrees(np.arctan(scenes.SIZE[0] / 2 / scenes.CAMERA.fy))
+    fleet.feed(fleet.r1, scenes.field(1, mounted(0.4, 0.0)))
+    assert fleet.r2.newest().camera == ()
+    fleet.feed(fleet.r2, scenes.field(1, mounted(1.3, 50.0)))
+    for robot, expected in (
+        (fleet.r1, (0.4, half_deg, half_deg)),
+        (fleet.r2, (1.3, half_deg + 50, half_deg - 50)),
+    ):
+        (camera,) = robot.newest().camera
+        assert astuple(camera) == pytest.approx(expected)
+    fleet.feed(fleet.r1, scenes.field(2, mounted(0.4, 0.0, roll_deg=90.0)))
+    (upright,) = fleet.r1.newest().camera
+    assert astuple(upright) == pytest.approx((0.4, 45.0, 45.0))  # half of the image's width
 
 
 def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:

@@ -54,6 +54,7 @@ def f32(*shape: int) -> np.ndarray:
     return np.linspace(0.1, 0.9, int(np.prod(shape)), dtype=np.float32).reshape(shape)
 
 
+SEES = m.CameraView(1.3, 55.0, -5.0)
 SAMPLES: tuple[Any, ...] = (
     m.RgbdFrame(
         7, 123, np.full((6, 8, 3), 9, np.uint8), np.full((6, 8), 1500, np.uint16), CAMERA, POSE
@@ -76,7 +77,7 @@ SAMPLES: tuple[Any, ...] = (
         "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
         0.3, (("armchair", "bed"),),
     ),
-    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9),
+    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9, (SEES,)),
     m.SimilarityRequest(
         "sofa", 3, include_grid=True, negatives=("bed",), area_m=(0.0, -1.0, 2.0, 1.0),
         robot_xy_m=(0.5, 0.0),
@@ -136,7 +137,15 @@ SAMPLES: tuple[Any, ...] = (
 
 
 # Of other messages: they have no key of their own.
-PARTS = (m.ObjectResult, m.GoalOption, m.GoalChoice, m.Coverage, m.MapVerdict, m.ViewKey)
+PARTS: tuple[type, ...] = (
+    m.ObjectResult,
+    m.GoalOption,
+    m.GoalChoice,
+    m.Coverage,
+    m.MapVerdict,
+    m.ViewKey,
+    m.CameraView,
+)
 
 
 def message_types() -> set[type]:
@@ -164,5 +173,5 @@ def equal(a: Any, b: Any) -> bool:
 
 def sample(cls: type[M]) -> M:
     """The valid message, or part of one, of this type."""
-    parts = (OPTION, CHOICE, SAVED, KEPT, m.ViewKey("5f3a", "1.2.3", 4))
+    parts = (OPTION, CHOICE, SAVED, KEPT, SEES, m.ViewKey("5f3a", "1.2.3", 4))
     return next(each for each in (*SAMPLES, *parts) if type(each) is cls)

@@ -132,6 +132,8 @@ IMPOSSIBLE = [
     refused(m.MapList, "at most 200", maps=(sample(m.SavedMap),) * 201),
     refused(m.MapList, "left_out is -1", left_out=-1),
     refused(m.MapMerge, "x_m is nan", x_m=NAN),
+    refused(m.CameraView, "height_m is nan", height_m=NAN),
+    refused(m.CameraView, "up_deg is 91", up_deg=91.0),
     *(
         refused(kind, reason, **changes)
         for kind in (m.ObjectFind, m.KeptObject)

@@ -28,6 +28,7 @@ from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
     AnsweredQuery,
+    CameraView,
     FeatureField,
     FrameReceipt,
     Heartbeat,
@@ -205,6 +206,7 @@ class MapRobot:
         self.number, self.bus = number, bus
         self.encoder_seen = ""
         self.world: str | None = None  # of its newest field
+        self.camera: tuple[CameraView, ...] = ()  # of its newest fused frame
         self.telemetry = MapperTelemetry()
         self.queries = MapQueries(bus, device, space)
         self._order, self._origin = FrameOrder(), OriginCheck()
@@ -259,6 +261,7 @@ class MapRobot:
                 rate_hz=self.telemetry.rate_hz(time.monotonic()),
                 objects_version=objects_version,
                 robot=self.number,
+                camera=self.camera,
             )
         )
 

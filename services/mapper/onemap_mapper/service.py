@@ -374,6 +374,7 @@ class Mapper:
                 return
             belief.fuse(update, robot=robot.number)
             self._session.resumed = False
+            robot.camera = (update.camera,)
             now_s = time.monotonic()
             robot.telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth

@@ -18,8 +18,9 @@ from onemap_planner.motion.staleness import (
     stale_reason,
 )
 from onemap_planner.motion.velocity_controller import ControllerInputs
+from onemap_planner.policy.context import USUAL_CAMERA
 from onemap_shared.geometry import yaw_of
-from onemap_shared.messages import Heartbeat, MapRevision, Odometry
+from onemap_shared.messages import CameraView, Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
 from onemap_shared.services import DRIVER, doubled, doubled_sentence
 
@@ -41,7 +42,7 @@ class LatestInputs:
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
     robots or mappers come, empty if they do not; held: why a search of before the planner's restart
-    does not go on yet.
+    does not go on yet; camera: of the robot, as the mapper last told it.
     """
 
     pose: Pose2d | None = None
@@ -61,6 +62,7 @@ class LatestInputs:
     stages_at_s: float = float("-inf")
     start: str = ""
     start_at_s: float = float("-inf")
+    camera: CameraView = USUAL_CAMERA
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -167,4 +169,5 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
         exchange_count=inputs.exchange_count + (another and revisions > 0),
+        camera=message.camera[0] if message.camera else inputs.camera,
     )

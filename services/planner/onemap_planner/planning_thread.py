@@ -387,6 +387,7 @@ class PlanningThread:
             blocked=now.blocked,
             creeps=now.creeps,
             patience_from_s=now.inputs.patience_from_s(now_s),
+            camera=now.inputs.camera,
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision

@@ -14,7 +14,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, I32, MAX_COORDINATE_M, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import clean_texts, expect
+from onemap_shared.messages.checks import ADDED, clean_texts, expect
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
@@ -42,6 +42,32 @@ class Layer(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class CameraView:
+    """Which heights a camera has in its image, from near and from far.
+
+    Attributes:
+        height_m: of the camera above the floor, which is z = 0 of the map frame, metres.
+        down_deg: its steepest line of sight below the horizontal, degrees; negative if all of the
+            image lies above it.
+        up_deg: its steepest line of sight above the horizontal, degrees; negative if all of the
+            image lies below it.
+    """
+
+    height_m: float
+    down_deg: float
+    up_deg: float
+
+    def __post_init__(self) -> None:
+        if not abs(self.height_m) <= MAX_COORDINATE_M:  # also refuses NaN
+            raise ValueError(
+                f"height_m is {self.height_m}; it must lie within {MAX_COORDINATE_M:g}"
+            )
+        for name in ("down_deg", "up_deg"):
+            if not abs(getattr(self, name)) <= 90:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must lie within 90")
+
+
+@dataclass(frozen=True, slots=True)
 class MapRevision:
     """The state of the map after the newest fused frame.
 
@@ -56,6 +82,7 @@ class MapRevision:
         update_ms: milliseconds that the last frame took.
         rate_hz: frames fused per second, of late.
         objects_version: changes whenever the list of found objects does.
+        camera: of this robot's newest fused frame; empty: not known.
     """
 
     revision: int
@@ -69,6 +96,7 @@ class MapRevision:
     update_ms: float
     rate_hz: float
     objects_version: int = 0
+    camera: tuple[CameraView, ...] = field(default=(), metadata=ADDED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Pose2d
+from onemap_mapper.frame.camera_check import camera_view
+from onemap_planner.inputs import LatestInputs, with_revision
+from onemap_planner.motion.motions import STOP, Drive, Pose2d
 from onemap_planner.policy.context import (
     APPROACH_LAST_RESORT_M,
     APPROACH_LIMIT_M,
     APPROACH_NEAREST_M,
+    USUAL_CAMERA,
     Bands,
-    Camera,
     build_context,
 )
+from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.step import step
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
     SightTarget,
@@ -23,9 +27,12 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
+from onemap_planner.search.phases import Approaching
 from onemap_planner.world.candidates import SAME_SIDE_M, Sighting
-from onemap_shared.geometry import I64
+from onemap_shared.geometry import I64, camera_mount
+from onemap_shared.messages import CameraView, MapRevision
 from onemap_simulator.rendering.rgbd_camera import CameraParams
+from tests.mapper import scenes
 from tests.planner.drawn_maps import (
     NO_POINTS,
     PARAMS,
@@ -33,7 +40,7 @@ from tests.planner.drawn_maps import (
     drawn_map,
     search_view_of,
 )
-from tests.planner.one_room import candidate, context
+from tests.planner.one_room import POSE, ROOM, candidate, context, planner_state
 
 
 def around(
@@ -190,7 +197,7 @@ def test_what_was_detected_over_low_things_is_looked_at_from_there(
         assert viewpoint == pytest.approx(seen_from, abs=0.1)
 
 
-BANDS = Bands(camera=Camera(down_deg=45.0))
+BANDS = Bands(camera=CameraView(1.0, 45.0, 20.0))
 
 
 @pytest.mark.parametrize(
@@ -225,12 +232,41 @@ def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
     assert away[1] > 0.89
 
 
-def test_the_camera_that_is_taken_for_granted_is_the_simulators() -> None:
-    camera, taken = CameraParams(), Camera()
+def metres_before_it(height_m: float, camera: tuple[CameraView, ...]) -> float:
+    """From how near a robot with this camera sets out to look at a thing of this height."""
+    seen = replace(candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
+    state = planner_state(seen)
+    state.search = replace(state.search, phase=Approaching(seen))
+    told = MapRevision(1, 1, 0, "e", "s", 1, 1, 1, 1.0, 1.0, camera=camera)
+    inputs = with_revision(LatestInputs(), told, 0.0)
+    here = Observation(0.0, POSE, 0.0, STOP, False, ROOM, (), "", camera=inputs.camera)
+    decision = step(state, here, PARAMS).decision
+    assert decision is not None
+    assert isinstance(decision.motion, Drive)
+    return float(np.hypot(*(decision.motion.points_xy[-1] - 1.55)))
+
+
+def test_a_robot_looks_from_where_its_own_camera_sees() -> None:
+    low, tilted = (
+        camera_view(scenes.field(1, camera_mount(0.0, height_m, np.deg2rad(down_deg))))
+        for height_m, down_deg in ((0.4, 0.0), (1.3, 32.0))
+    )
+    on_floor, on_table, on_shelf = (
+        [metres_before_it(height_m, camera) for camera in ((), (low,), (tilted,))]
+        for height_m in (0.05, 0.9, 1.4)
+    )
+    assert on_floor[0] > 0.89  # the usual camera looks over it, the others do not
+    assert max(on_floor[1:]) < 0.85
+    assert max(on_table) < 0.85
+    assert min(on_shelf) > 0.89  # all of them look under it
+
+
+def test_the_usual_camera_is_the_simulators() -> None:
+    camera = CameraParams()
     half_deg = np.degrees(np.arctan(camera.height / 2 / camera.intrinsics.fy))
-    assert taken.height_m == camera.height_m
-    assert taken.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
-    assert taken.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
+    assert USUAL_CAMERA.height_m == camera.height_m
+    assert USUAL_CAMERA.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
+    assert USUAL_CAMERA.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
 
 
 @pytest.mark.parametrize(("supported", "reached"), [(True, True), (False, False)])

@@ -2,7 +2,8 @@
 
 Each step renders and encodes a frame if one is due, fuses it, plans, computes a velocity command
 and moves the simulated robot, at the rates of the configuration and without latency. The result
-is a function of configuration and seed; no bus is involved.
+is a function of configuration and seed; no bus is involved. The planner keeps the usual camera, not
+the one that the mapper would tell it, so that searches compare with those of before.
 """
 
 from __future__ import annotations

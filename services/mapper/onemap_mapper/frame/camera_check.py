@@ -26,6 +26,7 @@ from scipy.sparse.csgraph import connected_components
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import AVAILABLE, compiled
 from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
+from onemap_shared.messages import CameraView, FeatureField
 
 
 @compiled
@@ -369,6 +370,20 @@ def _assessment_of(
         statistics.median(r.surface.height_m for r in readings),
         statistics.median(r.surface.tilt_rad for r in readings),
     )
+
+
+def camera_view(field: FeatureField) -> CameraView:
+    """What the camera of a frame has in its image; the floor is z = 0.
+
+    The middles of the four edges decide, so that a camera may be mounted upright or upside down.
+    """
+    height, width = field.depth_mm.shape
+    u, v = np.array([0, width, width / 2, width / 2]), np.array([height / 2, height / 2, 0, height])
+    x, y = field.intrinsics.x_at(u - 0.5), field.intrinsics.y_at(v - 0.5)
+    rays = _unit(np.stack([x, y, np.ones(4)], axis=-1)) @ field.T_map_camera[:3, :3].T
+    above_deg = np.degrees(np.arcsin(np.clip(rays[:, 2], -1.0, 1.0)))
+    height_m = float(field.T_map_camera[2, 3])
+    return CameraView(height_m, -float(above_deg.min()), float(above_deg.max()))
 
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens

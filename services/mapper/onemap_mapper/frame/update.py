@@ -15,7 +15,7 @@ from torch import Tensor
 
 from onemap_mapper import jit
 from onemap_mapper.frame.blur import blur_kernel, blurred
-from onemap_mapper.frame.camera_check import DepthDiagnostics, diagnose_depth
+from onemap_mapper.frame.camera_check import DepthDiagnostics, camera_view, diagnose_depth
 from onemap_mapper.frame.cloud import DeviceCloud, PointCloud, divided
 from onemap_mapper.frame.projection import CellWeights, cell_features, project, project_compiled
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
@@ -24,7 +24,7 @@ from onemap_mapper.occupancy.host import occupancy_update
 from onemap_mapper.occupancy.on_device import device_occupancy
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, F64
-from onemap_shared.messages import FeatureField
+from onemap_shared.messages import CameraView, FeatureField
 
 
 def images_of(field: FeatureField, params: MapParams) -> HostImages | DeviceImages:
@@ -149,6 +149,7 @@ class FrameUpdate:
     heights: Tensor
     occupancy: OccupancyUpdate
     depth: DepthDiagnostics
+    camera: CameraView
 
     @property
     def camera_m(self) -> F64:
@@ -178,6 +179,7 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         heights=images.heights(cells),
         occupancy=images.occupancy(),
         depth=diagnose_depth(images.cloud),
+        camera=camera_view(field),
     )
 
 

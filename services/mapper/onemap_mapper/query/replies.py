@@ -26,6 +26,7 @@ from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
     NO_VIEW,
     AnsweredQuery,
+    CameraView,
     MapRevision,
     MapSummary,
     SearchView,
@@ -167,7 +168,13 @@ def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
 
 
 def revision_of(
-    belief: BeliefMap, *, update_ms: float, rate_hz: float, objects_version: int, robot: int = 0
+    belief: BeliefMap,
+    *,
+    update_ms: float,
+    rate_hz: float,
+    objects_version: int,
+    robot: int,
+    camera: tuple[CameraView, ...],
 ) -> MapRevision:
     """The state of the map for a robot, published after every change."""
     history = belief.history(robot)
@@ -183,6 +190,7 @@ def revision_of(
         update_ms=update_ms,
         rate_hz=rate_hz,
         objects_version=objects_version,
+        camera=camera,
     )
 
 

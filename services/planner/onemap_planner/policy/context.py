@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isfinite, radians, tan
+from math import inf, isfinite, radians, tan
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from onemap_planner.world.costmap import (
 )
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, Bool
-from onemap_shared.messages import Coverage, Occupancy
+from onemap_shared.messages import CameraView, Coverage, Occupancy
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
 # Metres tried when nothing nearer can be reached; success is 1.5 m (paper), and what the map takes
@@ -37,14 +37,8 @@ LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """What the camera has in its image: from which height (metres), how far below the horizontal
-    and above it. The defaults are the simulator's: a field of view of 63 degrees, pitched by 12."""
-
-    height_m: float = 1.0
-    down_deg: float = 43.0
-    up_deg: float = 20.0
+# Of a robot whose mapper has not told its own: the simulator's, 63 degrees high, 12 down.
+USUAL_CAMERA = CameraView(height_m=1.0, down_deg=43.0, up_deg=20.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +46,7 @@ class Bands:
     """Distances from a target's surface to look at it from, by its height."""
 
     farthest_m: float = 1.1
-    camera: Camera = Camera()
+    camera: CameraView = USUAL_CAMERA
 
     @property
     def distances_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -70,7 +64,7 @@ class Bands:
             return self.distances_m
         below_m = self.camera.height_m - height_m
         reach_deg = self.camera.down_deg if below_m > 0 else self.camera.up_deg
-        shown_m = abs(below_m) / tan(radians(reach_deg))
+        shown_m = abs(below_m) / tan(radians(reach_deg)) if reach_deg > 0 else inf
         return tuple(
             (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
             for nearest_m, farthest_m in self.distances_m

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest
+from onemap_planner.policy.context import USUAL_CAMERA
 from onemap_planner.policy.goals import NO_CANDIDATES, Goal, GoalCandidates
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.search.phases import Event
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import Detections, ObjectFind
+from onemap_shared.messages import CameraView, Detections, ObjectFind
 
 STAND = Rest()
 
@@ -25,7 +26,7 @@ class Observation:
     the inputs are too old to act on, empty if they are fresh; other_view: of the object of
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
-    nobody could expect fresh inputs, because a stage was starting.
+    nobody could expect fresh inputs, because a stage was starting; camera: of the robot.
     """
 
     now_s: float
@@ -40,6 +41,7 @@ class Observation:
     blocked: bool = False
     creeps: bool = False
     patience_from_s: float = float("-inf")
+    camera: CameraView = USUAL_CAMERA
 
 
 @dataclass(frozen=True, slots=True)

@@ -145,7 +145,7 @@ def step(
     context = _context(state, pose, view, params, follow_window(state, observation))
     if not context.whole and not can_follow(state, context):
         context = _context(state, pose, view, params, None)
-    bands = Bands(params.explore.approach_farthest_m)
+    bands = Bands(params.explore.approach_farthest_m, observation.camera)
     context = replace(context, consensus=consensus, bands=bands)
     state.appeared = context.appeared
     _take_in_map(state, observation, context)
