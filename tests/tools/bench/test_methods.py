@@ -7,30 +7,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalUtility
 from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.phases import Exhausted
-from onemap_planner.world.candidates import Consensus
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
 from onemap_tools.bench.navigation.methods import (
     NEAREST_FRONTIER,
-    NO_CONSENSUS,
     ConfidenceValueMap,
     FrontierExploration,
-    planner_config,
     search_method,
     view_confidence,
     without_rivals,
     without_similarity,
 )
-from onemap_tools.bench.options import MethodName
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, explored, planner_state
 
@@ -153,20 +148,6 @@ def test_frames_are_averaged_by_confidence_and_forgotten() -> None:
     assert similarity(values)[1, 1] == pytest.approx(1.0, abs=0.01)
     values.clear()
     assert np.isnan(similarity(values)).all()
-
-
-def test_onemap_is_what_the_planner_does() -> None:
-    assert search_method("onemap", 0.1).exploration is explore
-    assert not search_method("onemap", 0.1).forgets
-    assert search_method("onemap_reset", 0.1).forgets
-    config = planner_config(PlannerConfig(), 120.0)
-    assert config.explore.object_limit_s == 120.0
-    assert search_method("onemap", 0.1).consensus == Consensus()
-
-
-@pytest.mark.parametrize("method", sorted(NO_CONSENSUS))
-def test_without_consensus_any_detection_counts(method: MethodName) -> None:
-    assert search_method(method, 0.1).consensus == Consensus(0.0, 0.0)
 
 
 def test_a_value_map_is_each_episode_s_own() -> None:

@@ -20,6 +20,7 @@ from onemap_simulator.generation.stairwell import Opening, with_stairwell
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd, SystemConfig
 from onemap_tools.bench.navigation.benchmark import run, setups
@@ -44,7 +45,7 @@ from onemap_tools.bench.navigation.results import episode_line, table_lines
 from onemap_tools.bench.options import FeaturesName, MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
-from tests.tools.bench.records import episode, failed
+from tests.tools.bench.test_results import episode, failed
 
 OPTIONS = NavigationBench(method="oracle", episodes=3, apartments="odd", objects_per_episode=2)
 FOUND = ObjectSummary(
@@ -69,7 +70,7 @@ def setup(
     options = NavigationBench(
         method=method, features=features, objects_per_episode=2, limit=limit_s
     )
-    return EpisodeSetup(0, SystemConfig.read(None, 2, "training"), options)
+    return EpisodeSetup(0, SystemConfig.read(None, seed=2), options)
 
 
 def room() -> Scene:
@@ -105,7 +106,8 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
     truth, collision = truth_of(scene), CollisionMap.of(scene, 1.1)
 
     def draw(seed: int, objects: int) -> NavigationEpisode:
-        return draw_episode(scene, truth, seed=seed, objects=objects, radius_m=0.2, height_m=1.1)
+        robot = RobotParams(radius_m=0.2)
+        return draw_episode(scene, truth, SimulatorConfig(seed=seed, robot=robot), objects)
 
     drawn = [draw(seed, 2) for seed in range(6)]
     for each in drawn:
@@ -122,7 +124,7 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
 
 
 def test_the_oracle_drives_the_shortest_paths_one_after_the_other() -> None:
-    drawn = NavigationEpisode(1, ("desk", "bed", "toilet"), (4.0, 2.0, 0.0))
+    drawn = NavigationEpisode(("desk", "bed", "toilet"), (4.0, 2.0, 0.0))
     (desk, bed, toilet), trajectory = oracle_objects(truth_of(room()), drawn, 0.5)
     assert (desk.success, desk.spl, bed.spl) == (True, 1.0, 1.0)
     assert 1.0 < desk.path_length_m < 2.5 < bed.path_length_m < 7.0
@@ -154,7 +156,7 @@ def test_a_failure_has_one_reason(
 def test_a_failure_is_named_in_the_episode_s_line_and_counted_in_the_table() -> None:
     late = replace(failed("fan", 2.0, Failure.NEVER_IN_VIEW), timed_out=True)
     line = episode_line(episode(6, failed("bed", 1.0, Failure.STUCK), late))
-    assert line == "apartment 7, 60 s: bed: the search failed; fan: never in view (time)"
+    assert line == "apartment 7, 0 s: bed: the search failed; fan: never in view (time)"
 
 
 def test_results_are_judged_at_true_places() -> None:
@@ -238,12 +240,9 @@ def test_every_kind_of_features_and_order_runs_an_episode(changes: dict[str, Any
 
 @cache
 def drawn(seed: int) -> tuple[Scene, SceneTruth, NavigationEpisode, tuple[Opening, ...]]:
-    config = SimulatorConfig(seed=seed)
-    scene, robot = generate_apartment(seed), config.robot
+    config, scene = SimulatorConfig(seed=seed), generate_apartment(seed)
     truth = scene_truth(scene, config)
-    made = draw_episode(
-        scene, truth, seed=seed, objects=3, radius_m=robot.radius_m, height_m=robot.height_m
-    )
+    made = draw_episode(scene, truth, config, 3)
     return scene, truth, made, draw_openings(scene, truth, made, config, 2)
 
 

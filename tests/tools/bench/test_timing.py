@@ -12,14 +12,12 @@ import torch
 
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_shared.messages import Occupancy
-from onemap_tools.bench import clients, fusion, perception, planning, query
+from onemap_tools.bench import clients, fusion, perception, query
 from onemap_tools.bench.machine import clock_of, parse_size, wall_clock
 from onemap_tools.bench.options import (
     ClientsBench,
     FusionBench,
     PerceptionBench,
-    PlanningBench,
     QueryBench,
 )
 from tests.perception.tiny import OPEN_CLIP_CONFIG, needs_open_clip
@@ -83,14 +81,6 @@ def test_all_times_of_a_query_are_measured(dtype: Any, value_bytes: int) -> None
     assert len(times) == 8
     assert all(value > 0 for value in times)
     assert result["table_bytes"] == 5000 * query.CHANNELS * value_bytes
-
-
-def test_the_robot_drives_through_a_building_seen_in_part_while_steps_are_timed() -> None:
-    view = planning.building_view(20, np.random.default_rng(0))
-    assert 0.4 < float((view.occupancy != Occupancy.UNKNOWN).mean()) < 0.95
-    (row,) = planning.run(PlanningBench(size=[10], steps=3), untold)["results"]
-    assert (row["size_m"], row["known_m2"] > 50) == (10, True)
-    assert 0 < row["cpu_min_ms"] <= row["cpu_p50_ms"] <= row["cpu_p95_ms"]
 
 
 @needs_open_clip

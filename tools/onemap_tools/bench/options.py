@@ -92,23 +92,6 @@ class QueryBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanningBench(Options):
-    """How long a planning step takes, by the size of the building.
-
-    A square building of rooms of 5 m, six in ten of them seen; the robot explores
-    and drives towards its goal. Processor time, which other processes disturb
-    less: of the median step, of the longest one in twenty, and the mean.
-    """
-
-    module = "planning"
-    extra = "planner"
-    size: Annotated[
-        list[int] | None, Option(min=10, max=100, help="Metres; default 10, 20, 30 and 50.")
-    ] = None
-    steps: Annotated[int, Option(min=1, help="Planning steps to measure.")] = 40
-
-
-@dataclass(frozen=True, kw_only=True)
 class PerceptionBench(Options):
     """How long an encoder takes for one frame, on CPU and GPU.
 
@@ -346,7 +329,6 @@ BENCHMARKS: tuple[type[Options], ...] = (
     QueriesBench,
     FusionBench,
     QueryBench,
-    PlanningBench,
     PerceptionBench,
     TransportBench,
     ClientsBench,

@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_shared.geometry import Velocity2d, check_rigid, yaw_of
 from onemap_shared.messages import ObjectResult, SearchState
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.habitat import benchmark, world
 from onemap_tools.bench.habitat.episode import (
     CategoryTruth,
-    EpisodeRun,
     HabitatRobot,
-    HabitatSetup,
     is_instance,
+    run_episode,
 )
 from onemap_tools.bench.habitat.episode_files import CategoryGoals, HabitatEpisode
 from onemap_tools.bench.habitat.world import (
@@ -164,19 +165,19 @@ def test_an_agent_heads_where_its_body_heads(yaw_rad: float) -> None:
 
 
 def test_the_robot_drives_arcs_and_counts_one_contact_at_the_wall(opened: HabitatWorld) -> None:
-    robot = HabitatRobot(opened, PARAMS)
-    assert robot.xy == pytest.approx((1.0, 1.0))
+    robot = HabitatRobot(opened)
+    assert robot.pose[:2, 3] == pytest.approx((1.0, 1.0))
     for k in range(20):  # a quarter turn to the left over a second, at 0.3 m/s
         robot.advance(Velocity2d(0.3, np.pi / 2), 0.05 * k, 0.05 * (k + 1))
     radius_m = 0.3 / (np.pi / 2)
-    assert robot.xy == pytest.approx((1.0 + radius_m, 1.0 + radius_m), abs=0.01)
+    assert robot.pose[:2, 3] == pytest.approx((1.0 + radius_m, 1.0 + radius_m), abs=0.01)
     assert yaw_of(robot.odometry()) == pytest.approx(np.pi / 2, abs=1e-3)
     assert (robot.collided, robot.contacts) == (False, 0)
     opened.place(START, habitat_rotation(0.0))
     for k in range(40):  # against the wall 3 m ahead, with the limit of 0.7 m/s
         robot.advance(Velocity2d(9.0), 0.2 * k, 0.2 * (k + 1))
     assert (robot.collided, robot.contacts) == (True, 1)
-    assert 3.0 < robot.xy[0] < 3.9
+    assert 3.0 < robot.pose[0, 3] < 3.9
     robot.advance(Velocity2d(), 8.0, 8.2)
     assert not robot.collided
 
@@ -184,8 +185,9 @@ def test_the_robot_drives_arcs_and_counts_one_contact_at_the_wall(opened: Habita
 def test_a_frame_has_the_pose_of_the_camera_and_depth_within_its_range(
     opened: HabitatWorld,
 ) -> None:
-    robot = HabitatRobot(opened, replace(PARAMS, max_depth_m=2.5))
-    frame = robot.frame(0.0)
+    opened.params = replace(PARAMS, max_depth_m=2.5)
+    robot = HabitatRobot(opened)
+    (frame,) = robot.frames(0.0, capture=True)
     assert (frame.sequence, frame.rgb.shape) == (1, (30, 40, 3))
     assert frame.depth_mm[15, 20] == 0  # the wall is 3 m ahead
     assert 500 < frame.depth_mm[25:].max() <= 2500
@@ -267,46 +269,41 @@ def test_without_annotations_only_habitat_s_rule_applies() -> None:
     assert truth("habitat").semantic_ids == {SOFA.semantic_id}
 
 
-@pytest.fixture
-def setup(tmp_path: Path) -> HabitatSetup:
-    for name in (SCENE, "hm3d/annotations.json"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).touch()
-    config = SystemConfig.read(None, 1, "training")
-    options = HabitatBench(episodes=tmp_path, scenes=tmp_path, out=tmp_path, limit=40.0)
-    return HabitatSetup(options, config, CAMERA)
-
-
-def run_episode(
-    setup: HabitatSetup, monkeypatch: pytest.MonkeyPatch, *objects: str, yaw: float = 0.0
-) -> EpisodeRecord:
-    scene = box_room()
-    monkeypatch.setattr(world, "habitat_sim", lambda: FakeHabitat(scene))
-    rng = np.random.default_rng(1)
-    encoder = SimulatedEncoder(scene, SHIPPED, SimulatedFeatureParams(), rng)
+def simulated(scene: Scene, config: PerceptionConfig) -> PerceptionPipeline:
+    encoder = SimulatedEncoder(scene, SHIPPED, SimulatedFeatureParams(), np.random.default_rng(1))
     detector = SimulatedDetector(scene, SimulatedDetectorParams(stray=0.0), 1)
-    perception = PerceptionPipeline(setup.config.perception, encoder=encoder, detector=detector)
-    start = (-1.0, FLOOR_Y_M, -1.0)
-    rotation = habitat_rotation(yaw)
-    episode = HabitatEpisode(4, SCENE, "hm3d/annotations.json", start, rotation, objects)
+    return PerceptionPipeline(config, encoder=encoder, detector=detector)
+
+
+def run_one(
+    habitat: FakeHabitat, folder: Path, *objects: str, yaw: float = 0.0, limit_s: float = 40.0
+) -> EpisodeRecord:
+    for name in (SCENE, CONFIG):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    config = SystemConfig()
+    options = HabitatBench(episodes=folder, scenes=folder, out=folder, limit=limit_s)
+    begin = HabitatEpisode(4, SCENE, CONFIG, START, habitat_rotation(yaw), objects)
     goals = {
         ("Room.basis.glb", name): CategoryGoals(frozenset({ids}), VIEW_POINTS)
         for name, ids in (("sofa", 4), ("tv_monitor", 5))
     }
-    return EpisodeRun(episode, goals, HabitatWorld(CAMERA), setup, perception).run()
+    perception = simulated(habitat.scene, config.perception)
+    world = HabitatWorld(CAMERA)
+    return run_episode(begin, goals, world, options=options, config=config, perception=perception)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.0, 2.5])
 def test_a_sofa_is_found_where_habitat_has_it(
-    setup: HabitatSetup, monkeypatch: pytest.MonkeyPatch, yaw: float
+    habitat: FakeHabitat, tmp_path: Path, yaw: float
 ) -> None:
-    record = run_episode(setup, monkeypatch, "sofa", yaw=yaw)
+    record = run_one(habitat, tmp_path, "sofa", yaw=yaw)
     assert record.start == pytest.approx((1.0, 1.0, yaw))
     assert (record.index, record.scene) == (4, "Room.basis episode 4")
     (sofa,) = record.objects
     assert (sofa.success, sofa.failure, sofa.goal_distance_m) == (True, Failure.NONE, 0.0)
-    shortest = np.linalg.norm(VIEW_POINTS - [-1.0, FLOOR_Y_M, -1.0], axis=1).min()
+    shortest = np.linalg.norm(VIEW_POINTS - START, axis=1).min()
     assert sofa.shortest_path_m == pytest.approx(shortest, abs=0.01)
     assert sofa.in_view >= sofa.detected > 0
     assert record.contacts == 0
@@ -314,11 +311,10 @@ def test_a_sofa_is_found_where_habitat_has_it(
 
 
 @pytest.mark.slow
-def test_an_episode_repeats_itself_and_ends_in_time(
-    setup: HabitatSetup, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    short = replace(setup, options=replace(setup.options, limit=4.0))
-    first, second = (run_episode(short, monkeypatch, "tv_monitor", "sofa") for _ in range(2))
+def test_an_episode_repeats_itself_and_ends_in_time(habitat: FakeHabitat, tmp_path: Path) -> None:
+    first, second = (
+        run_one(habitat, tmp_path, "tv_monitor", "sofa", limit_s=4.0) for _ in range(2)
+    )
     assert first == second
     assert [item.name for item in first.objects] == ["television", "sofa"]
     assert first.objects[0].timed_out
@@ -357,21 +353,13 @@ def test_what_cannot_be_run_is_said_before_habitat_is_needed(data: Path) -> None
 
 @pytest.mark.slow
 def test_a_sequence_runs_from_its_files_to_the_results_once(
-    data: Path, monkeypatch: pytest.MonkeyPatch
+    data: Path, habitat: FakeHabitat, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene, told = box_room(), list[str]()
-
-    def simulated(config: Any) -> PerceptionPipeline:
-        rng = np.random.default_rng(1)
-        encoder = SimulatedEncoder(scene, SHIPPED, SimulatedFeatureParams(), rng)
-        detector = SimulatedDetector(scene, SimulatedDetectorParams(stray=0.0), 1)
-        return PerceptionPipeline(config, encoder=encoder, detector=detector)
-
-    fake, small = FakeHabitat(scene), AgentParams(width=80, height=80)
-    monkeypatch.setattr(world, "habitat_sim", lambda: fake)
-    monkeypatch.setattr(benchmark, "PerceptionPipeline", simulated)
-    whole = benchmark.setup_of
-    monkeypatch.setattr(benchmark, "setup_of", lambda asked: replace(whole(asked), agent=small))
+    told = list[str]()
+    monkeypatch.setattr(
+        benchmark, "PerceptionPipeline", lambda config: simulated(habitat.scene, config)
+    )
+    monkeypatch.setattr(benchmark, "AgentParams", lambda: CAMERA)
     options = HabitatBench(
         episodes=data / "multi",
         scenes=data / "scenes",
@@ -383,10 +371,7 @@ def test_a_sequence_runs_from_its_files_to_the_results_once(
     assert (result["episodes"], result["objects"], result["features"]) == (1, 2, "mini")
     assert result["metrics"]["spl_1"]["value"] > 0.2
     assert benchmark.run(options, told.append) == result
-    assert (len(told), len(fake.made)) == (
-        1,
-        1,
-    )  # nothing was missing: Habitat was not needed
-    assert fake.made[0].closed
+    assert (len(told), len(habitat.made)) == (1, 1)  # nothing was missing: it was not needed
+    assert habitat.made[0].closed
     assert json.loads((data / "out" / "results.json").read_text()) == result
     assert "episode 0" in (data / "out" / "index.html").read_text()

@@ -10,7 +10,7 @@ own do.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
 
@@ -28,7 +28,6 @@ from onemap_tools.bench.habitat.episode_files import (
 )
 from onemap_tools.bench.habitat.world import (
     AgentImage,
-    AgentParams,
     AnnotatedBox,
     HabitatWorld,
     Point,
@@ -51,7 +50,7 @@ from onemap_tools.bench.navigation.episode import (
     not_sought,
     object_record,
 )
-from onemap_tools.bench.navigation.methods import planner_config, search_method
+from onemap_tools.bench.navigation.methods import search_method
 from onemap_tools.bench.navigation.records import EpisodeRecord
 from onemap_tools.bench.options import HabitatBench, SuccessRule
 from onemap_tools.demo.summary import ObjectSummary
@@ -66,30 +65,29 @@ ALSO_NAMED = {"plant": "flower", "sofa": "couch"}
 
 
 class HabitatRobot:
-    """Implements ``Robot`` of the lockstep simulation; a new one for each episode.
+    """A ``Robot`` of the lockstep simulation; a new one for each episode.
 
     The agent must stand at the start of its episode: its height becomes the map's z = 0.
     """
 
-    def __init__(self, world: HabitatWorld, params: AgentParams) -> None:
-        self._world, self._params = world, params
+    def __init__(self, world: HabitatWorld) -> None:
+        self._world, self._params = world, world.params
         self.floor_y_m = world.pose[0][1]
         self.collided = self._touches = False
-        self.contacts = self.edges_crossed = self._frames = 0
+        self.contacts = self._frames = 0
         self.image: AgentImage | None = None
 
     @property
-    def xy(self) -> tuple[float, float]:
-        """True position in the map, metres; odometry has no error here."""
-        x, y, _ = self.odometry()[:3, 3]
-        return float(x), float(y)
-
-    def odometry(self) -> F64:
-        """T_map_body (4, 4)."""
+    def pose(self) -> F64:
+        """See ``Robot``."""
         return body_pose(*self._world.pose, self.floor_y_m)
 
+    def odometry(self) -> F64:
+        """See ``Robot``; without error here."""
+        return self.pose
+
     def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
-        """Drive along the arc of a command from ``before_s`` to ``now_s``."""
+        """See ``Robot``: drives along the command's arc."""
         p = self._params
         linear_mps = float(np.clip(command.linear_mps, -p.max_linear_mps, p.max_linear_mps))
         turn = float(np.clip(command.angular_radps, -p.max_angular_radps, p.max_angular_radps))
@@ -99,7 +97,7 @@ class HabitatRobot:
             self._drive(linear_mps, turn, (now_s - before_s) / steps)
 
     def _drive(self, linear_mps: float, turn_radps: float, dt_s: float) -> None:
-        T_map_body = self.odometry()
+        T_map_body = self.pose
         yaw, turned = yaw_of(T_map_body), turn_radps * dt_s
         heading = yaw + turned / 2
         chord_m = linear_mps * dt_s * float(np.sinc(turned / 2 / np.pi))  # sinc has pi in it
@@ -112,15 +110,17 @@ class HabitatRobot:
         if self._touches and not touched and abs(linear_mps) > IMPACT_MPS:
             self.contacts += 1
 
-    def frame(self, now_s: float) -> RgbdFrame:
-        """The camera's frame; ``image`` keeps it with what only the benchmark may know."""
+    def frames(self, now_s: float, *, capture: bool) -> list[RgbdFrame]:
+        """See ``Robot``; ``image`` keeps the newest with what only the benchmark may know."""
+        if not capture:
+            return []
         p, self.image = self._params, self._world.capture()
         self._frames += 1
         depth_mm = measured_mm(self.image.depth_m, p.min_depth_m, p.max_depth_m)
-        T_map_camera = self.odometry() @ p.mount
-        return RgbdFrame(
-            self._frames, stamp_of(now_s), self.image.rgb, depth_mm, p.intrinsics, T_map_camera
-        )
+        stamp_ns, T_map_camera = stamp_of(now_s), self.pose @ p.mount
+        return [
+            RgbdFrame(self._frames, stamp_ns, self.image.rgb, depth_mm, p.intrinsics, T_map_camera)
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,99 +212,78 @@ def horizontal_m(box: AnnotatedBox, place: Point) -> float:
     return float((gaps[0] ** 2 + gaps[1] ** 2) ** 0.5)
 
 
-@dataclass(frozen=True, slots=True)
-class HabitatSetup:
-    """How episodes are run: as the command has it, with the services' configuration."""
+def run_episode(
+    episode: HabitatEpisode,
+    goals: GoalsOfScene,
+    world: HabitatWorld,
+    *,
+    options: HabitatBench,
+    config: SystemConfig,
+    perception: PerceptionPipeline,
+) -> EpisodeRecord:
+    """Open the scene, search for the objects, judge every result; ``wall_s`` stays 0."""
+    world.open(options.scenes / episode.scene, options.scenes / episode.scene_config)
+    world.place(episode.start, episode.rotation)
+    boxes, robot = world.boxes(), HabitatRobot(world)
+    words = tuple(WORDS.get(name, name.replace("_", " ")) for name in episode.objects)
+    truths = [
+        CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes, options.success)
+        for name in episode.objects
+    ]
+    counts = FrameCounts()
+    heights_m: list[list[float]] = [[] for _ in words]  # of the body, in the frames of each object
 
-    options: HabitatBench
-    config: SystemConfig
-    agent: AgentParams = field(default_factory=AgentParams)
-
-
-class EpisodeRun:
-    """One episode: opens its scene, searches for its objects, judges every result."""
-
-    def __init__(
-        self,
-        episode: HabitatEpisode,
-        goals: GoalsOfScene,
-        world: HabitatWorld,
-        setup: HabitatSetup,
-        perception: PerceptionPipeline,
-    ) -> None:
-        options = setup.options
-        self._episode, self._setup, self._world = episode, setup, world
-        world.open(options.scenes / episode.scene, options.scenes / episode.scene_config)
-        world.place(episode.start, episode.rotation)
-        boxes = world.boxes()
-        self._words = tuple(
-            WORDS.get(category, category.replace("_", " ")) for category in episode.objects
-        )
-        self._truth = [
-            CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes, options.success)
-            for name in episode.objects
-        ]
-        self._robot = HabitatRobot(world, setup.agent)
-        simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
-        planner = planner_config(setup.config.planner, options.limit)
-        self._simulation = LockstepSimulation(
-            self._robot,
-            replace(setup.config, simulator=simulator, planner=planner),
-            perception,
-            method=search_method(options.method, setup.config.mapper.cell_size_m),
-            watch=self._watch,
-        )
-        self._counts = FrameCounts(())
-        self._heights_m: dict[int, list[float]] = {}  # of the body, in the frames of each object
-
-    def run(self) -> EpisodeRecord:
-        """Search and judge; ``wall_s`` stays 0."""
-        (x, y), yaw = self._robot.xy, yaw_of(self._robot.odometry())
-        limit_s = self._setup.options.limit * len(self._words) * OVERALL_LIMIT
-        search = self._simulation.search(self._words, limit_s)
-        missing = [not_sought(word) for word in self._words[len(search.results) :]]
-        return EpisodeRecord(
-            index=self._episode.index,
-            seed=self._episode.index,
-            start=(x, y, yaw),
-            objects=tuple(
-                object_record(self._judge(index, result), self._counts)
-                for index, result in enumerate((*search.results, *missing))
-            ),
-            contacts=self._robot.contacts,
-            simulated_s=round(self._simulation.now_s, 3),
-            trajectory=tuple(self._counts.trajectory),
-            wall_s=0.0,
-            scene=f"{Path(self._episode.scene).stem} episode {self._episode.index}",
-        )
-
-    def _watch(self, _frame: RgbdFrame, found: Detections) -> None:
-        counts, state, image = self._counts, self._simulation.state, self._robot.image
-        counts.trajectory.append(self._robot.xy)
+    def watch(_frame: RgbdFrame, found: Detections) -> None:
+        counts.trajectory.append(simulation.xy)
+        state, image = simulation.state, robot.image
         if state is None or image is None or not state.search.active:
             return
-        index, name = state.search.index, state.search.target
-        self._heights_m.setdefault(index, []).append(float(self._robot.odometry()[2, 3]))
-        wanted = list(self._truth[index].semantic_ids)
-        if np.isin(image.semantic_ids, wanted).mean() >= IN_VIEW_SHARE:
-            counts.in_view[name] = counts.in_view.get(name, 0) + 1
-            counts.detected[name] = counts.detected.get(name, 0) + (name in found.names)
+        index = state.search.index
+        heights_m[index].append(float(robot.pose[2, 3]))
+        shown = np.isin(image.semantic_ids, list(truths[index].semantic_ids))
+        if shown.mean() >= IN_VIEW_SHARE:
+            counts.add(state.search.target, found)
 
-    def _judge(self, index: int, result: ObjectResult) -> ObjectSummary:
-        if not result.end_xy_m:  # the search did not come to it
-            outcome = result.outcome.value
-            return ObjectSummary(
-                result.name, outcome, result.reason, (), 0.0, 0.0, nan, inf, goal_distance_m=inf
-            )
-        heights_m = self._heights_m.get(index, [0.0])
+    def judged(index: int, result: ObjectResult) -> ObjectSummary:
+        heights = heights_m[index] or [0.0]
 
         def place(xy_m: tuple[float, ...], z_m: float) -> Point:
-            return as_point(to_habitat(np.array([*xy_m, z_m]), self._robot.floor_y_m))
+            return as_point(to_habitat(np.array([*xy_m[:2], z_m]), robot.floor_y_m))
 
-        return self._truth[index].judged(
+        return truths[index].judged(
             result,
-            self._world,
-            start=place(result.start_xy_m or result.end_xy_m, heights_m[0]),
-            end=place(result.end_xy_m, heights_m[-1]),
-            claimed=place(result.position_m[:2], heights_m[-1]) if result.position_m else None,
+            world,
+            start=place(result.start_xy_m or result.end_xy_m, heights[0]),
+            end=place(result.end_xy_m, heights[-1]),
+            claimed=place(result.position_m, heights[-1]) if result.position_m else None,
         )
+
+    simulation = LockstepSimulation(
+        robot,
+        config.searching(rgbd_hz=RGBD_HZ, limit_s=options.limit),
+        perception,
+        method=search_method(options.method, config.mapper.cell_size_m),
+        watch=watch,
+    )
+    (x, y), yaw = simulation.xy, yaw_of(robot.pose)
+    search = simulation.search(words, options.limit * len(words) * OVERALL_LIMIT)
+    summaries = [judged(index, result) for index, result in enumerate(search.results)]
+    summaries += [not_come_to(word) for word in words[len(summaries) :]]
+    return EpisodeRecord(
+        index=episode.index,
+        seed=episode.index,
+        start=(x, y, yaw),
+        objects=tuple(object_record(each, counts) for each in summaries),
+        contacts=robot.contacts,
+        simulated_s=round(simulation.now_s, 3),
+        trajectory=tuple(counts.trajectory),
+        scene=f"{Path(episode.scene).stem} episode {episode.index}",
+    )
+
+
+def not_come_to(word: str) -> ObjectSummary:
+    """Of an object that the search did not come to."""
+    result = not_sought(word)
+    return ObjectSummary(
+        word, result.outcome.value, result.reason, (), 0.0, 0.0, nan, inf, goal_distance_m=inf
+    )

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64, U8, camera_mount
@@ -30,43 +31,23 @@ SEED = 0  # of Habitat's own generator; nothing here draws from it
 R_MAP_HABITAT: F64 = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def to_map(points_habitat: F64, floor_y_m: float) -> F64:
-    """Points (..., 3) of Habitat in the map, whose floor is at ``floor_y_m`` in Habitat."""
-    points: F64 = np.asarray(points_habitat, np.float64) @ R_MAP_HABITAT.T
-    points[..., 2] -= floor_y_m
-    return points
-
-
 def to_habitat(points_map: F64, floor_y_m: float) -> F64:
-    """Points (..., 3) of the map in Habitat: the inverse of ``to_map``."""
-    lifted = np.asarray(points_map, np.float64) + [0.0, 0.0, floor_y_m]
-    points: F64 = lifted @ R_MAP_HABITAT
+    """Points (..., 3) of the map, whose floor is at ``floor_y_m`` in Habitat, there."""
+    points: F64 = (np.asarray(points_map) + [0.0, 0.0, floor_y_m]) @ R_MAP_HABITAT
     return points
 
 
 def body_pose(position: Point, rotation: Quaternion, floor_y_m: float) -> F64:
     """T_map_body (4, 4) of an agent at a position with a unit rotation, both Habitat's."""
     T = np.eye(4)
-    T[:3, :3] = R_MAP_HABITAT @ rotation_matrix(rotation) @ R_MAP_HABITAT.T
-    T[:3, 3] = to_map(np.array(position), floor_y_m)
+    T[:3, :3] = R_MAP_HABITAT @ Rotation.from_quat(rotation).as_matrix() @ R_MAP_HABITAT.T
+    T[:3, 3] = R_MAP_HABITAT @ position - [0.0, 0.0, floor_y_m]
     return T
 
 
 def habitat_rotation(yaw_rad: float) -> Quaternion:
     """Habitat's rotation of an upright agent that heads ``yaw_rad`` to the left of the map's x."""
     return (0.0, float(np.sin(yaw_rad / 2)), 0.0, float(np.cos(yaw_rad / 2)))
-
-
-def rotation_matrix(rotation: Quaternion) -> F64:
-    """Matrix (3, 3) of a unit quaternion (x, y, z, w)."""
-    x, y, z, w = rotation
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +115,7 @@ class HabitatWorld:
     """One scene at a time with one agent in it. One thread may use it: Habitat renders in it."""
 
     def __init__(self, params: AgentParams) -> None:
-        self._params = params
+        self.params = params
         self._habitat = habitat_sim()
         self._sim: Any = None
         self._opened: tuple[Path, Path] | None = None
@@ -202,7 +183,7 @@ class HabitatWorld:
         self._sim = self._opened = None
 
     def _configuration(self, scene: Path, config: Path) -> Any:
-        habitat, p = self._habitat, self._params
+        habitat, p = self._habitat, self.params
         backend = habitat.SimulatorConfiguration()
         backend.scene_id = str(scene)
         backend.scene_dataset_config_file = str(config)
@@ -210,18 +191,16 @@ class HabitatWorld:
         backend.random_seed = SEED
         agent = habitat.agent.AgentConfiguration()
         agent.radius, agent.height = p.radius_m, p.height_m
-        agent.sensor_specifications = [self._sensor(name) for name in SENSORS]
+        agent.sensor_specifications = []
+        for name in SENSORS:
+            sensor = habitat.CameraSensorSpec()
+            sensor.uuid = name
+            sensor.sensor_type = getattr(habitat.SensorType, name.upper())
+            sensor.resolution = [p.height, p.width]
+            sensor.hfov = p.horizontal_fov_deg
+            sensor.position = np.array([0.0, p.camera_height_m, 0.0])
+            agent.sensor_specifications.append(sensor)
         return habitat.Configuration(backend, [agent])
-
-    def _sensor(self, name: str) -> Any:
-        p = self._params
-        sensor = self._habitat.CameraSensorSpec()
-        sensor.uuid = name
-        sensor.sensor_type = getattr(self._habitat.SensorType, name.upper())
-        sensor.resolution = [p.height, p.width]
-        sensor.hfov = p.horizontal_fov_deg
-        sensor.position = np.array([0.0, p.camera_height_m, 0.0])
-        return sensor
 
     def _state(self, position: Point, rotation: Quaternion) -> Any:
         return self._habitat.AgentState(np.array(position, np.float32), list(rotation))

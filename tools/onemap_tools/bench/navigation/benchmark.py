@@ -16,9 +16,9 @@ from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
 from onemap_tools.bench.navigation.records import (
+    EPISODE,
     EpisodeRecord,
     comparison,
-    episode_record,
     estimates,
     summary,
 )
@@ -47,7 +47,7 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
         )
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
     return tuple(
-        EpisodeSetup(index, _sections(options, seed), options) for index, seed in enumerate(seeds)
+        EpisodeSetup(index, _config(options, seed), options) for index, seed in enumerate(seeds)
     )
 
 
@@ -58,18 +58,14 @@ def described(options: NavigationBench) -> dict[str, Any]:
         del document[name]
     if wells := document.pop("stairwells"):
         document["stairwells_per_episode"] = wells
-    config = _sections(options, options.seed)
-    sections = config.document("simulator", "perception", "mapper", "planner")
-    return {**document, "limit_s": document.pop("limit"), "config": sections}
+    config = _config(options, options.seed).document()
+    return {**document, "limit_s": document.pop("limit"), "config": config}
 
 
-def _sections(options: NavigationBench, seed: int) -> SystemConfig:
+def _config(options: NavigationBench, seed: int) -> SystemConfig:
     """The configuration in an apartment, with the errors."""
-    config = SystemConfig.read(options.config, seed, options.style)
-    if options.errors == "none":
-        return config
-    changed = config.simulator.model_copy(update={"errors": options.errors})
-    return replace(config, simulator=changed)
+    errors = {} if options.errors == "none" else {"errors": options.errors}
+    return SystemConfig.read(options.config, seed=seed, style=options.style, **errors)
 
 
 def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:
@@ -82,7 +78,7 @@ def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in asked if setup.index not in done]
     for finished in run_all(todo, options.workers, options.out):
-        record = episode_record(finished.document())  # rounded as one that is read from the folder
+        record = EPISODE.validate_python(finished.document())  # rounded, as one that is read
         done[record.index] = record
         if folder:
             folder.add(record)
@@ -94,23 +90,20 @@ def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]
         **document,
         **summary(episodes, options.seed),
         "compared_with": {
-            method: _beside(episodes, theirs, options.seed) for method, theirs in others.items()
+            method: {
+                "metrics": estimates(theirs, options.seed),
+                "compared": comparison(episodes, theirs, options.seed),
+            }
+            for method, theirs in others.items()
         },
         "wall_s": round(time.perf_counter() - started_s, 1),
     }
     if folder:
         folder.write_results(result, episodes)
-    return {**result, "results": [_short(episode) for episode in episodes]}
-
-
-def _beside(
-    own: Sequence[EpisodeRecord], other: Sequence[EpisodeRecord], seed: int
-) -> dict[str, Any]:
-    """The other method's metrics, and own over or less those on the same apartments."""
-    return {
-        "metrics": {name: asdict(each) for name, each in estimates(other, seed).items()},
-        "compared": {name: asdict(each) for name, each in comparison(own, other, seed).items()},
-    }
+    rows = [episode.document() for episode in episodes]
+    for row in rows:
+        del row["trajectory"]
+    return {**result, "results": rows}
 
 
 def run_all(
@@ -139,9 +132,3 @@ def timed_episode(setup: EpisodeSetup, pictures: Path | None) -> EpisodeRecord:
         image = episode_picture(record, simulator.style, simulator.robot)
         write_png(pictures / picture_name(record.index), image)
     return replace(record, wall_s=round(time.perf_counter() - started_s, 1))
-
-
-def _short(episode: EpisodeRecord) -> dict[str, Any]:
-    document = episode.document()
-    del document["trajectory"]
-    return document

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import reduce
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from onemap_tools.bench.lockstep import (
     SystemConfig,
 )
 from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode, draw_openings
-from onemap_tools.bench.navigation.methods import planner_config, search_method
+from onemap_tools.bench.navigation.methods import search_method
 from onemap_tools.bench.navigation.records import EpisodeRecord, Failure, ObjectRecord
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
@@ -69,12 +70,17 @@ class EpisodeSetup:
 
 @dataclass(slots=True)
 class FrameCounts:
-    """What was seen and detected of each object while it was sought, and where the robot was."""
+    """In how many frames each object was in view and detected while it was sought, and where the
+    robot was in every frame."""
 
-    categories: tuple[str, ...]
-    in_view: dict[str, int] = field(default_factory=dict)
-    detected: dict[str, int] = field(default_factory=dict)
+    in_view: Counter[str] = field(default_factory=Counter)
+    detected: Counter[str] = field(default_factory=Counter)
     trajectory: list[tuple[float, float]] = field(default_factory=list)
+
+    def add(self, name: str, found: Detections) -> None:
+        """Count a frame that shows the object that is sought."""
+        self.in_view[name] += 1
+        self.detected[name] += name in found.names
 
 
 def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
@@ -82,21 +88,12 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     simulator, options = setup.config.simulator, setup.options
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
     truth = scene_truth(scene, simulator)
-    episode = draw_episode(
-        scene,
-        truth,
-        seed=simulator.seed,
-        objects=options.objects_per_episode,
-        radius_m=simulator.robot.radius_m,
-        height_m=simulator.robot.height_m,
-    )
+    episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
     openings = draw_openings(scene, truth, episode, simulator, options.stairwells)
     if openings:
         scene = reduce(with_stairwell, openings, scene)
         truth = scene_truth(scene, simulator)
-    record = EpisodeRecord(
-        setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0, stairwells=openings
-    )
+    record = EpisodeRecord(setup.index, simulator.seed, episode.start, stairwells=openings)
     if options.method == "oracle":
         speed_mps = setup.config.planner.drive.max_linear_mps
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
@@ -112,32 +109,43 @@ def _search(
     setup: EpisodeSetup,
     record: EpisodeRecord,
 ) -> EpisodeRecord:
-    config = system_config(setup)
+    options, config = setup.options, system_config(setup)
     if ERRORS[config.simulator.errors].people:
         scene = with_person(scene)
-    labels = LabelRenderer(scene)
-    counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))
-    robot = SimulatedRobot(
-        scene, config.simulator, None if setup.options.features == "mini" else labels
-    )
+    labels, counts = LabelRenderer(scene), FrameCounts()
+    categories = [normalised(thing.category) for thing in scene.objects]
+    robot = SimulatedRobot(scene, config.simulator, None if options.features == "mini" else labels)
+
+    def watch(frame: RgbdFrame, found: Detections) -> None:
+        counts.trajectory.append(simulation.xy)
+        state = simulation.state
+        if state is None or not state.search.active:
+            return
+        pixels = pixels_in_view(labels, frame, robot.truth_of(frame), len(categories))
+        shown = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
+        if normalised(state.search.target) in {categories[index] for index in shown}:
+            counts.add(state.search.target, found)
+
     simulation = LockstepSimulation(
         robot,
         config,
         perception(scene, setup, config),
-        method=search_method(setup.options.method, config.mapper.cell_size_m),
-        watch=lambda frame, found: _count(
-            counts, labels, simulation, (frame, robot.truth_of(frame)), found
-        ),
+        method=search_method(options.method, config.mapper.cell_size_m),
+        watch=watch,
     )
-    limit_s = setup.options.limit * len(episode.objects) * OVERALL_LIMIT
-    search = simulation.search(episode.objects, limit_s, SearchOrder(setup.options.order))
+    limit_s = options.limit * len(episode.objects) * OVERALL_LIMIT
+    search = simulation.search(episode.objects, limit_s, SearchOrder(options.order))
     results = true_results(search.results, simulation.ends)
+    ended = {result.name for result in results}
+    missing = [not_sought(name) for name in episode.objects if name not in ended]
     return replace(
         record,
-        objects=tuple(_judged(results, truth, episode, counts)),
-        contacts=robot.contacts,
-        people_touched=robot.people_touched,
-        edges_crossed=robot.edges_crossed,
+        objects=tuple(
+            object_record(judged(result, truth), counts) for result in (*results, *missing)
+        ),
+        contacts=robot.simulation.counts.collisions,
+        people_touched=robot.simulation.counts.people_touched,
+        edges_crossed=robot.simulation.counts.edges_crossed,
         frames_lost=robot.link.lost,
         pose_jumps=robot.localisation.jumps,
         pose_error_m=round(robot.localisation.largest_error_m, 3),
@@ -166,14 +174,13 @@ def true_results(
 
 
 def system_config(setup: EpisodeSetup) -> SystemConfig:
-    """The configuration of the episode: frame rate, camera, and the method's planner."""
-    simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
+    """The configuration of the episode: frame rate, camera, and the planner's limit."""
+    camera = setup.config.simulator.camera
     if setup.options.features != "mini":
         width, height = SIMULATED_CAMERA_PX
-        camera = simulator.camera.model_copy(update={"width": width, "height": height})
-        simulator = simulator.model_copy(update={"camera": camera})
-    planner = planner_config(setup.config.planner, setup.options.limit)
-    return replace(setup.config, simulator=simulator, planner=planner)
+        camera = camera.model_copy(update={"width": width, "height": height})
+    limit_s = setup.options.limit
+    return setup.config.searching(rgbd_hz=RGBD_HZ, limit_s=limit_s, camera=camera)
 
 
 def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionPipeline:
@@ -188,55 +195,33 @@ def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> Perce
     return PerceptionPipeline(config.perception, encoder=encoder, detector=detector)
 
 
-def _count(
-    counts: FrameCounts,
-    labels: LabelRenderer,
-    simulation: LockstepSimulation,
-    captured: tuple[RgbdFrame, FrameTruth],
-    found: Detections,
-) -> None:
-    counts.trajectory.append(simulation.robot.xy)
-    state = simulation.state
-    if state is None or not state.search.active:
-        return
-    name, (width, height) = state.search.target, VIEW_PX
-    frame, truth = captured
-    rows, columns = frame.depth_mm.shape
-    intrinsics = frame.intrinsics.scaled(width / columns, height / rows)
+def pixels_in_view(
+    labels: LabelRenderer, frame: RgbdFrame, truth: FrameTruth, objects: int
+) -> np.ndarray:
+    """Pixels (objects,) of each object in an image of ``VIEW_PX`` where the frame was captured."""
+    (width, height), (rows, columns) = VIEW_PX, frame.depth_mm.shape
     image = labels.render(
-        truth.T_map_camera, intrinsics, width=width, height=height, people=truth.people
+        truth.T_map_camera,
+        frame.intrinsics.scaled(width / columns, height / rows),
+        width=width,
+        height=height,
+        people=truth.people,
     )
-    pixels = np.bincount(image.labels[image.labels >= 0], minlength=len(counts.categories))
-    large = pixels >= IN_VIEW_SHARE * width * height
-    if any(counts.categories[i] == normalised(name) for i in np.flatnonzero(large)):
-        counts.in_view[name] = counts.in_view.get(name, 0) + 1
-        counts.detected[name] = counts.detected.get(name, 0) + (name in found.names)
+    return np.bincount(image.labels[image.labels >= 0], minlength=objects)
 
 
-def _judged(
-    results: Sequence[ObjectResult],
-    truth: SceneTruth,
-    episode: NavigationEpisode,
-    counts: FrameCounts,
-) -> list[ObjectRecord]:
-    """The records of all objects in the order in which they ended; the search did not come to
-    the others, and they are not found."""
-    ended = {result.name for result in results}
-    missing = [not_sought(name) for name in episode.objects if name not in ended]
-    records = []
-    for result in (*results, *missing):
-        judged = evaluate_result(
-            asdict(result),
-            result.name,
-            lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
-        )
-        records.append(object_record(judged, counts))
-    return records
+def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:
+    """The result beside the ground truth."""
+    return evaluate_result(
+        asdict(result),
+        result.name,
+        lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
+    )
 
 
 def object_record(judged: ObjectSummary, counts: FrameCounts) -> ObjectRecord:
     """The record of a judged result."""
-    in_view, detected = counts.in_view.get(judged.name, 0), counts.detected.get(judged.name, 0)
+    in_view, detected = counts.in_view[judged.name], counts.detected[judged.name]
     return ObjectRecord(
         name=judged.name,
         outcome=str(judged.outcome),
@@ -289,30 +274,23 @@ def oracle_objects(
     """The records of all objects and the positions on the way, driven at the highest speed."""
     here, records, trajectory = episode.start[:2], [], [episode.start[:2]]
     for name in episode.objects:
-        length_m = truth.distances(name, *here).path_m
+        length_m = float(truth.distances(name, *here).path_m)
         path = truth.shortest_path(name, *here)
-        reached = bool(np.isfinite(length_m))
+        reached = isfinite(length_m)
         if reached:
             trajectory += [(float(x), float(y)) for x, y in (*path[::POINT_EVERY], path[-1])]
             here = trajectory[-1]
-        records.append(_record(name, length_m if reached else None, speed_mps))
+        driven_m = length_m if reached else 0.0
+        driven = ObjectSummary(
+            name=name,
+            outcome=(SearchState.FOUND if reached else SearchState.NOT_FOUND).value,
+            reason="the shortest path" if reached else "no path leads there",
+            position_m=(),
+            time_s=driven_m / speed_mps,
+            path_length_m=driven_m,
+            shortest_path_m=length_m,
+            true_distance_m=0.0,
+            goal_distance_m=0.0 if reached else inf,
+        )
+        records.append(object_record(driven, FrameCounts()))
     return tuple(records), tuple(trajectory)
-
-
-def _record(name: str, length_m: float | None, speed_mps: float) -> ObjectRecord:
-    reached, driven_m = length_m is not None, length_m or 0.0
-    return ObjectRecord(
-        name=name,
-        outcome=(SearchState.FOUND if reached else SearchState.NOT_FOUND).value,
-        reason="the shortest path" if reached else "no path leads there",
-        success=reached,
-        claimed_wrongly=False,
-        spl=float(reached),
-        path_length_m=driven_m,
-        shortest_path_m=length_m,
-        goal_distance_m=0.0 if reached else None,
-        time_s=driven_m / speed_mps,
-        in_view=0,
-        detected=0,
-        failure=Failure.NONE if reached else Failure.NEVER_IN_VIEW,
-    )

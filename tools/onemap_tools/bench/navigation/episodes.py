@@ -44,7 +44,6 @@ DRAWS = 1000
 class NavigationEpisode:
     """objects: categories to find, in this order; start: x, y in metres and yaw in radians."""
 
-    seed: int
     objects: tuple[str, ...]
     start: tuple[float, float, float]
 
@@ -59,14 +58,16 @@ def apartment_seeds(first: int, count: int, apartments: Parity) -> tuple[int, ..
 
 
 def draw_episode(
-    scene: Scene, truth: SceneTruth, *, seed: int, objects: int, radius_m: float, height_m: float
+    scene: Scene, truth: SceneTruth, simulator: SimulatorConfig, objects: int
 ) -> NavigationEpisode:
-    """The episode of a seed; ValueError if the scene has too few objects that can be reached."""
-    rng = np.random.default_rng((seed, objects))
-    collision = CollisionMap.of(scene, height_m)
-    reachable = collision.reachable_cells(*scene.start[:2], radius_m)
-    reachable &= collision.clearance >= radius_m + START_MARGIN_M
-    start = _draw_start(collision, reachable, rng)
+    """The episode of the seed; ValueError if the scene has too few objects that can be reached."""
+    rng, robot = np.random.default_rng((simulator.seed, objects)), simulator.robot
+    collision = CollisionMap.of(scene, robot.height_m)
+    reachable = collision.reachable_cells(*scene.start[:2], robot.radius_m)
+    reachable &= collision.clearance >= robot.radius_m + START_MARGIN_M
+    places = collision.grid.centres(np.argwhere(reachable))
+    x, y = places[int(rng.integers(len(places)))].tolist()
+    start = (x, y, float(rng.uniform(-np.pi, np.pi)))
     left = [str(name) for name in rng.permutation(sorted(GOALS.intersection(scene.categories)))]
     chosen: list[str] = []
     while len(chosen) < objects:
@@ -78,7 +79,7 @@ def draw_episode(
             )
         chosen.append(name)
         left.remove(name)
-    return NavigationEpisode(seed, tuple(chosen), start)
+    return NavigationEpisode(tuple(chosen), start)
 
 
 def _is_away(
@@ -90,14 +91,6 @@ def _is_away(
     return bool(np.isfinite(from_start_m)) and way_m >= MIN_WAY_M
 
 
-def _draw_start(
-    collision: CollisionMap, cells: Bool, rng: np.random.Generator
-) -> tuple[float, float, float]:
-    places = collision.grid.centres(np.argwhere(cells))
-    x, y = places[int(rng.integers(len(places)))]
-    return float(x), float(y), float(rng.uniform(-np.pi, np.pi))
-
-
 def draw_openings(
     scene: Scene,
     truth: SceneTruth,
@@ -105,23 +98,22 @@ def draw_openings(
     simulator: SimulatorConfig,
     count: int,
 ) -> tuple[Opening, ...]:
-    """At most ``count`` openings, no two in a room, by the episode's seed.
+    """At most ``count`` openings, no two in a room, by the seed.
 
     Every object of the episode can still be reached, and with PASSING_M to spare where it could.
     """
-    rng = np.random.default_rng((episode.seed, 3))
+    rng = np.random.default_rng((simulator.seed, 3))
     space = _Space(scene, truth, episode, simulator)
-    chosen: list[Opening] = []
-    floors = set[int]()
+    chosen: dict[int, Opening] = {}  # by the floor of its room
     for _ in range(DRAWS):
         if len(chosen) == count:
             break
         opening = _draw(space.ways, rng)
         floor = floor_around(scene, opening, FROM_WALLS_M)
-        if floor is not None and floor not in floors and space.allows([*chosen, opening]):
-            chosen.append(opening)
-            floors.add(floor)
-    return tuple(chosen)
+        openings = [*chosen.values(), opening]
+        if floor is not None and floor not in chosen and space.allows(openings):
+            chosen[floor] = opening
+    return tuple(chosen.values())
 
 
 def _draw(ways: Sequence[F64], rng: np.random.Generator) -> Opening:

@@ -15,14 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from onemap_mapper.query.replies import NO_GRID
-from onemap_planner.config import PlannerConfig
+from onemap_mapper.query.replies import NO_GRID, NO_RANKS
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
 from onemap_planner.policy.memory import (
     LINGER_S,
@@ -32,6 +31,7 @@ from onemap_planner.policy.memory import (
     TargetMemory,
 )
 from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.step import Exploration
 from onemap_planner.search.phases import Event, Exhausted
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import distance_cells
@@ -40,42 +40,45 @@ from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
-from onemap_tools.bench.lockstep import SearchMethod
 from onemap_tools.bench.options import MethodName
 
 VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
 EXTENT_M = 80.0  # side of the value map, around the origin: any apartment
 RANGE_M = 8.0  # the camera's; a wall nearer than this ends the view
-# Without consensus: any cell of a detection counts.
-ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)
-NO_CONSENSUS = frozenset({"onemap_no_consensus", "vlfm", "nearest_frontier"})
+ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)  # any cell of a detection counts
+
+
+@dataclass(frozen=True, slots=True)
+class SearchMethod:
+    """exploration: where to drive while nothing is approached; consensus: when detector and map
+    agree; view: changes what the planner sees of the map, None: nothing; value_map: scores cells
+    in place of the belief map; forgets: the map and what the planner knows of it are cleared for
+    each object."""
+
+    exploration: Exploration = explore
+    consensus: Consensus = CONSENSUS
+    view: Callable[[SearchView], SearchView] | None = None
+    value_map: ConfidenceValueMap | None = None
+    forgets: bool = False
+
+
+ONEMAP = SearchMethod()
 
 
 def search_method(method: MethodName, cell_size_m: float) -> SearchMethod:
     """The switches of a method that searches on a map of these cells."""
-    consensus = ANY_DETECTION if method in NO_CONSENSUS else CONSENSUS
-    return replace(_switches(method, cell_size_m), consensus=consensus)
-
-
-def _switches(method: MethodName, cell_size_m: float) -> SearchMethod:
     match method:
         case "onemap_reset":
             return SearchMethod(forgets=True)
         case "onemap_no_consensus":
-            return SearchMethod(view=without_rivals)
+            return SearchMethod(consensus=ANY_DETECTION, view=without_rivals)
         case "nearest_frontier":
-            return SearchMethod(exploration=NEAREST_FRONTIER, view=without_similarity)
+            return SearchMethod(NEAREST_FRONTIER, ANY_DETECTION, without_similarity)
         case "vlfm":
             values = ConfidenceValueMap(cell_size_m)
-            return SearchMethod(exploration=VLFM, value_map=values, forgets=True)
+            return SearchMethod(VLFM, ANY_DETECTION, value_map=values, forgets=True)
         case _:
-            return SearchMethod()
-
-
-def planner_config(config: PlannerConfig, limit_s: float) -> PlannerConfig:
-    """The planner's parameters for so many simulated seconds per object."""
-    changed = merged(config.model_dump(), {"explore": {"object_limit_s": limit_s}})
-    return PlannerConfig.model_validate(changed)
+            return ONEMAP
 
 
 def without_rivals(view: SearchView) -> SearchView:
@@ -88,15 +91,9 @@ def without_similarity(view: SearchView) -> SearchView:
     return scored_view(view, view.similarity * np.float32(0))
 
 
-def merged(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """The document with the changes, sections within sections."""
-    return {
-        **document,
-        **{
-            name: merged(document[name], value) if isinstance(value, dict) else value
-            for name, value in changes.items()
-        },
-    }
+def scored_view(view: SearchView, similarity: F32) -> SearchView:
+    """The layers of a view with this similarity (nx, ny), without what else words decide."""
+    return replace(view, similarity=similarity, rival=NO_GRID, guidance=NO_RANKS, calibrated=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +182,7 @@ def _idle(state: PlannerState) -> Event | None:
 
 
 class ConfidenceValueMap:
-    """Implements ``ValueMap``."""
+    """Scores of cells for one object, from all frames since the last ``clear``."""
 
     def __init__(self, cell_size_m: float) -> None:
         half = round(EXTENT_M / 2 / cell_size_m)
@@ -222,20 +219,6 @@ class ConfidenceValueMap:
         x, y = np.moveaxis(np.clip(cells, 0, np.asarray(self._grid.shape) - 1), -1, 0)
         known = inside & (self._confidence[x, y] > 0)
         return scored_view(view, np.where(known, self._value[x, y], np.float32(np.nan)))
-
-
-def scored_view(view: SearchView, similarity: F32) -> SearchView:
-    """The layers of a view with this similarity (nx, ny), without what else words decide."""
-    return SearchView(
-        text=view.text,
-        revision=view.revision,
-        sequence=view.sequence,
-        stamp_ns=view.stamp_ns,
-        grid=view.grid,
-        occupancy=view.occupancy,
-        layers=view.layers,
-        similarity=similarity,
-    )
 
 
 def image_score(field: FeatureField, query: TextEmbeddings) -> float:

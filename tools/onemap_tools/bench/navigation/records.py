@@ -16,11 +16,12 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from onemap_shared.geometry import F64
-from onemap_tools.demo.summary import json_value, path_efficiency
+from onemap_tools.demo.summary import path_efficiency
 
-TRAJECTORY_DIGITS = 2  # centimetres
+DIGITS, TRAJECTORY_DIGITS = 4, 2
 RESAMPLES = 2000  # the ends of a 95 % interval are then known to a tenth of its width
 COVERAGE = (2.5, 97.5)  # percentiles
 RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m")  # compared by quotients
@@ -75,11 +76,11 @@ class EpisodeRecord:
     index: int
     seed: int
     start: tuple[float, float, float]
-    objects: tuple[ObjectRecord, ...]
-    contacts: int
-    simulated_s: float
-    trajectory: tuple[tuple[float, float], ...]
-    wall_s: float
+    objects: tuple[ObjectRecord, ...] = ()
+    contacts: int = 0
+    simulated_s: float = 0.0
+    trajectory: tuple[tuple[float, float], ...] = ()
+    wall_s: float = 0.0
     scene: str = ""
     people_touched: int = 0
     frames_lost: int = 0
@@ -95,29 +96,23 @@ class EpisodeRecord:
         return next(failed, len(self.objects))
 
     def document(self) -> dict[str, Any]:
-        """As a JSON object."""
-        fields = asdict(self)
-        fields["objects"] = [
-            {**{key: json_value(value) for key, value in item.items()}, "failure": kept.failure}
-            for item, kept in zip(fields["objects"], self.objects, strict=True)
-        ]
-        fields["trajectory"] = [
-            [round(x, TRAJECTORY_DIGITS), round(y, TRAJECTORY_DIGITS)] for x, y in self.trajectory
-        ]
-        return {name: json_value(value) for name, value in fields.items()}
+        """As a JSON object, lengths and times rounded."""
+        fields: dict[str, Any] = EPISODE.dump_python(self, mode="json")
+        return {
+            name: _rounded(value, TRAJECTORY_DIGITS if name == "trajectory" else DIGITS)
+            for name, value in fields.items()
+        }
 
 
-def episode_record(document: dict[str, Any]) -> EpisodeRecord:
-    """The record of a JSON object; raises ValueError, KeyError or TypeError if it is not one."""
-    objects = tuple(
-        ObjectRecord(**{**item, "failure": Failure(item["failure"])})
-        for item in document["objects"]
-    )
-    x, y, yaw = document["start"]
-    trajectory = tuple((float(a), float(b)) for a, b in document["trajectory"])
-    known = {"objects": objects, "start": (x, y, yaw), "trajectory": trajectory}
-    stairwells = tuple(tuple(map(float, corners)) for corners in document.get("stairwells", ()))
-    return EpisodeRecord(**{**document, **known, "stairwells": stairwells})
+EPISODE = TypeAdapter(EpisodeRecord)
+
+
+def _rounded(value: Any, digits: int) -> Any:
+    if isinstance(value, list):
+        return [_rounded(each, digits) for each in value]
+    if isinstance(value, dict):
+        return {name: _rounded(each, digits) for name, each in value.items()}
+    return round(value, digits) if isinstance(value, float) else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,13 +124,13 @@ class Estimate:
     high: float | None
 
     @classmethod
-    def of(cls, resampled: F64, value: float) -> Estimate:
-        """The value with the percentiles of its resampled values (R,), NaN left out."""
-        resampled = resampled[np.isfinite(resampled)]
-        if not np.isfinite(value) or len(resampled) == 0:
+    def of(cls, values: F64) -> Estimate:
+        """The first of the values (1 + R,), and percentiles of the others, NaN left out."""
+        resampled = values[1:][np.isfinite(values[1:])]
+        if not np.isfinite(values[0]) or len(resampled) == 0:
             return cls(None, None, None)
         low, high = np.percentile(resampled, COVERAGE)
-        return cls(round(float(value), 4), round(float(low), 4), round(float(high), 4))
+        return cls(*(round(float(each), 4) for each in (values[0], low, high)))
 
     def __str__(self) -> str:
         if self.value is None or self.low is None or self.high is None:
@@ -143,50 +138,52 @@ class Estimate:
         return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
 
 
-@dataclass(frozen=True, slots=True)
-class Ratio:
-    """Sums whose quotient is the metric: numerator and denominator (episodes,)."""
-
-    numerator: F64
-    denominator: F64
-
-    def of(self, weights: F64) -> F64:
-        """The quotients (R,) for weights (R, episodes); NaN where the denominator is 0."""
-        below = weights @ self.denominator
-        quotient: F64 = np.divide(
-            weights @ self.numerator, below, out=np.full(len(below), np.nan), where=below > 0
-        )
-        return quotient
+def resampling(episodes: int, seed: int) -> F64:
+    """How often each episode counts (1 + RESAMPLES, episodes): once, then drawn with
+    replacement."""
+    rng = np.random.default_rng(seed)
+    drawn = rng.multinomial(episodes, np.full(episodes, 1 / episodes), RESAMPLES)
+    return np.vstack([np.ones(episodes), drawn])
 
 
-def ratios_of(episodes: Sequence[EpisodeRecord]) -> dict[str, Ratio]:
-    """All metrics but ``spl_third_over_first`` by name."""
+def metrics_of(episodes: Sequence[EpisodeRecord], weights: F64) -> dict[str, F64]:
+    """All metrics by name: quotients (R,) of sums with weights (R, episodes), NaN over 0."""
 
     def column(value: Callable[[EpisodeRecord], float]) -> F64:
         return np.array([float(value(episode)) for episode in episodes])
 
-    ones, counts = np.ones(len(episodes)), column(lambda e: len(e.objects))
-    per_object: dict[str, Callable[[EpisodeRecord], float]] = {
-        "sr": lambda e: sum(item.success for item in e.objects),
-        "spl": lambda e: sum(item.spl for item in e.objects),
-        "wrong_claims": lambda e: sum(item.claimed_wrongly for item in e.objects),
-        "path_m": lambda e: sum(item.path_length_m for item in e.objects),
-        "time_s": lambda e: sum(item.time_s for item in e.objects),
+    def of_position(k: int) -> tuple[F64, F64]:
+        reached = [k < len(e.objects) and e.progress >= k for e in episodes]
+        spl = [
+            e.objects[k].spl if there else 0.0 for e, there in zip(episodes, reached, strict=True)
+        ]
+        return np.array(spl), np.array(reached, np.float64)
+
+    objects, once = column(lambda e: len(e.objects)), np.ones(len(episodes))
+    sums: dict[str, tuple[F64, F64]] = {
+        "sr": (column(lambda e: sum(item.success for item in e.objects)), objects),
+        "spl": (column(lambda e: sum(item.spl for item in e.objects)), objects),
+        "wrong_claims": (column(lambda e: sum(i.claimed_wrongly for i in e.objects)), objects),
+        "path_m": (column(lambda e: sum(item.path_length_m for item in e.objects)), objects),
+        "time_s": (column(lambda e: sum(item.time_s for item in e.objects)), objects),
+        "sequence_sr": (column(lambda e: e.progress == len(e.objects)), once),
+        "sequence_spl": (column(sequence_spl), once),
+        "pr": (column(lambda e: e.progress / len(e.objects)), once),
+        "ppl": (column(progress_by_path_length), once),
+        "contacts": (column(lambda e: e.contacts), once),
     }
-    per_episode: dict[str, Callable[[EpisodeRecord], float]] = {
-        "sequence_sr": lambda e: e.progress == len(e.objects),
-        "sequence_spl": sequence_spl,
-        "pr": lambda e: e.progress / len(e.objects),
-        "ppl": progress_by_path_length,
-        "contacts": lambda e: e.contacts,
-    }
-    ratios = {name: Ratio(column(each), counts) for name, each in per_object.items()}
-    ratios |= {name: Ratio(column(each), ones) for name, each in per_episode.items()}
     for k in range(max(len(episode.objects) for episode in episodes)):
-        sought = np.array([float(k < len(e.objects) and e.progress >= k) for e in episodes])
-        spl = [e.objects[k].spl if k < len(e.objects) and e.progress >= k else 0 for e in episodes]
-        ratios[f"spl_{k + 1}"] = Ratio(np.array(spl, np.float64), sought)
-    return ratios
+        sums[f"spl_{k + 1}"] = of_position(k)
+    found = {name: _quotient(weights @ a, weights @ b) for name, (a, b) in sums.items()}
+    if "spl_3" in found:
+        found["spl_third_over_first"] = _quotient(found["spl_3"], found["spl_1"])
+    return found
+
+
+def _quotient(above: F64, below: F64) -> F64:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotient: F64 = above / below
+    return quotient
 
 
 def sequence_spl(episode: EpisodeRecord) -> float:
@@ -207,31 +204,16 @@ def _efficiency(episode: EpisodeRecord, driven: int) -> float:
     return path_efficiency(shortest, sum(i.path_length_m for i in episode.objects[:driven]))
 
 
-def _weights(episodes: int, seed: int) -> tuple[F64, F64]:
-    """How often (RESAMPLES, episodes) each is in a sample drawn with replacement; and once each."""
-    rng = np.random.default_rng(seed)
-    drawn = rng.multinomial(episodes, np.full(episodes, 1 / episodes), RESAMPLES)
-    return drawn.astype(np.float64), np.ones((1, episodes))
-
-
-def estimates(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Estimate]:
-    """All metrics by name."""
-    weights, once = _weights(len(episodes), seed)
-    ratios = ratios_of(episodes)
-    found = {
-        name: Estimate.of(ratio.of(weights), float(ratio.of(once)[0]))
-        for name, ratio in ratios.items()
-    }
-    if (third := ratios.get("spl_3")) is not None:
-        both = [_quotient(third.of(each), ratios["spl_1"].of(each)) for each in (weights, once)]
-        found["spl_third_over_first"] = Estimate.of(both[0], float(both[1][0]))
-    return found
+def estimates(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
+    """All metrics by name, each as the fields of an ``Estimate``."""
+    found = metrics_of(episodes, resampling(len(episodes), seed))
+    return {name: asdict(Estimate.of(values)) for name, values in found.items()}
 
 
 def comparison(
     own: Sequence[EpisodeRecord], other: Sequence[EpisodeRecord], seed: int
-) -> dict[str, Estimate]:
-    """Own over other for ``RATIOS``, own less other for ``DIFFERENCES``, by name.
+) -> dict[str, Any]:
+    """Own over other for ``RATIOS``, own less other for ``DIFFERENCES``, as ``estimates``.
 
     Both on the apartments that both searched, resampled together; ValueError if there are none.
     """
@@ -239,34 +221,29 @@ def comparison(
     common = sorted(first.keys() & second.keys())
     if not common:
         raise ValueError("the runs have no apartment in common: compare runs of the same seeds")
-    weights, once = _weights(len(common), seed)
-    mine = ratios_of([first[apartment] for apartment in common])
-    theirs = ratios_of([second[apartment] for apartment in common])
-    found = {}
-    for name in (*RATIOS, *DIFFERENCES):
-        if name in mine:
-            compare = _quotient if name in RATIOS else np.subtract
-            both = [compare(mine[name].of(each), theirs[name].of(each)) for each in (weights, once)]
-            found[name] = Estimate.of(both[0], float(both[1][0]))
-    return found
-
-
-def _quotient(above: F64, below: F64) -> F64:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        quotient: F64 = above / below
-    return quotient
+    weights = resampling(len(common), seed)
+    mine, theirs = (metrics_of([each[k] for k in common], weights) for each in (first, second))
+    return {
+        name: asdict(
+            Estimate.of(
+                _quotient(mine[name], theirs[name]) if name in RATIOS else mine[name] - theirs[name]
+            )
+        )
+        for name in (*RATIOS, *DIFFERENCES)
+        if name in mine
+    }
 
 
 def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
     """Metrics with intervals, and counts of the reasons of failure, as a JSON object."""
     objects = [item for episode in episodes for item in episode.objects]
-    reasons = Counter(item.failure.value for item in objects)
+    reasons = Counter(item.failure for item in objects)
     counted = ("contacts", "people_touched", "edges_crossed", "frames_lost", "pose_jumps")
     return {
         "episodes": len(episodes),
         "objects": len(objects),
-        "metrics": {name: asdict(each) for name, each in estimates(episodes, seed).items()},
-        "failures": {reason.value: reasons[reason.value] for reason in Failure if reason.value},
+        "metrics": estimates(episodes, seed),
+        "failures": {reason.value: reasons[reason] for reason in Failure if reason.value},
         "timed_out": sum(item.timed_out for item in objects),
         "stairwells": sum(len(episode.stairwells) for episode in episodes),
         **{name: sum(getattr(episode, name) for episode in episodes) for name in counted},

@@ -21,10 +21,10 @@ from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
 from onemap_tools.bench.navigation.records import (
     DIFFERENCES,
+    EPISODE,
     EpisodeRecord,
     Estimate,
     ObjectRecord,
-    episode_record,
 )
 from onemap_tools.cli.floor_plan import draw_floor_plan, draw_path
 
@@ -78,28 +78,29 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
     told = "" if errors == "none" else f", errors: {errors}"
     if wells := result.get("stairwells_per_episode"):
         told += f", {wells} stairwells"
-    lines = [
-        f"{result['method']}, {result['features']} features{told}: "
-        f"{result['episodes']} episodes, {result['objects']} objects, 95 % intervals"
-    ]
-    lines += [
-        f"{title(name):38} {Estimate(**values)}" for name, values in result["metrics"].items()
-    ]
-    lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
-    lines.append(f"{'of these, by the time limit':38} {result['timed_out']}")
+    rows = {_title(name): Estimate(**values) for name, values in result["metrics"].items()}
+    rows |= {f"failed: {name}": count for name, count in result["failures"].items()}
+    rows["of these, by the time limit"] = result["timed_out"]
     shown = {key for key in COUNTS if result.get(key)}
     shown |= {"edges_crossed"} if "stairwells" in shown else set()
-    lines += [f"{name:38} {result[key]}" for key, name in COUNTS.items() if key in shown]
-    for method, other in result["compared_with"].items():
-        for name, values in other["compared"].items():
-            how = "less that of" if name in DIFFERENCES else "over that of"
-            lines.append(f"{f'{title(name)}, {how} {method}':52} {Estimate(**values)}")
-    return lines
+    rows |= {name: result[key] for key, name in COUNTS.items() if key in shown}
+    compared = {
+        f"{_title(name)}, {'less' if name in DIFFERENCES else 'over'} that of {method}": Estimate(
+            **values
+        )
+        for method, other in result["compared_with"].items()
+        for name, values in other["compared"].items()
+    }
+    return [
+        f"{result['method']}, {result['features']} features{told}: "
+        f"{result['episodes']} episodes, {result['objects']} objects, 95 % intervals",
+        *(f"{name:38} {value}" for name, value in rows.items()),
+        *(f"{name:52} {value}" for name, value in compared.items()),
+    ]
 
 
-def title(name: str) -> str:
-    """The metric's name for people."""
-    return TITLES.get(name, f"SPL of object {name.removeprefix('spl_')}")
+def _title(metric: str) -> str:
+    return TITLES.get(metric, f"SPL of object {metric.removeprefix('spl_')}")
 
 
 class ResultsFolder:
@@ -128,13 +129,11 @@ class ResultsFolder:
         """Write the summary, and the page with the episodes in their order."""
         text = json.dumps(document, indent=2) + "\n"
         (self.folder / RESULTS_FILE).write_text(text, encoding="utf-8")
-        pictures = [self.folder / picture_name(episode.index) for episode in episodes]
-        figures = "".join(
-            f'<p>{escape(episode_line(episode))}</p><img loading="lazy" src="{picture.name}">'
-            if picture.exists()
-            else f"<p>{escape(episode_line(episode))}</p>"
-            for episode, picture in zip(episodes, pictures, strict=True)
-        )
+        figures = ""
+        for episode in episodes:
+            figures += f"<p>{escape(episode_line(episode))}</p>"
+            if (self.folder / picture_name(episode.index)).exists():
+                figures += f'<img loading="lazy" src="{picture_name(episode.index)}">'
         table = escape("\n".join(table_lines(document)))
         page = (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>Episodes</title>'
@@ -153,7 +152,7 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[Epi
     file = folder / OPTIONS_FILE
     if not file.exists():
         raise ValueError(f"{folder} holds no results of onemap bench navigation")
-    before = dict(_options(file))
+    before = _options(file)
     differing = _differing(before, options)
     settings = [name for name in differing if name.startswith(SEARCHING)]
     another = {k: each for k, each in differing.items() if k not in {*FREE, *settings}}
@@ -173,9 +172,8 @@ def _differing(before: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str
     """Both values of each option in which the two differ, by its dotted name."""
     had, want = _flat(before), _flat(wanted)
     names = dict.fromkeys((*had, *want))
-    return {
-        name: (had.get(name), want.get(name)) for name in names if had.get(name) != want.get(name)
-    }
+    both = {name: (had.get(name), want.get(name)) for name in names}
+    return {name: (one, other) for name, (one, other) in both.items() if one != other}
 
 
 def _flat(document: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -199,13 +197,11 @@ def _options(file: Path) -> Mapping[str, Any]:
 
 def _finished(file: Path) -> list[EpisodeRecord]:
     """The episodes of the file; a line that is not one, cut off by a kill, is left out."""
-    if not file.exists():
-        return []
     records = {}
-    for line in file.read_text(encoding="utf-8").splitlines():
+    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
         try:
-            record = episode_record(json.loads(line))
-        except (ValueError, KeyError, TypeError):
+            record = EPISODE.validate_json(line)
+        except ValueError:
             continue
         records[record.index] = record
     return list(records.values())
