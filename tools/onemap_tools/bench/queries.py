@@ -1,10 +1,4 @@
-"""Scores of present and absent objects: the floor of an encoder and its error rates.
-
-Every map of a generated apartment is queried for class names, synonyms that were never training
-targets, aliases, and words that name nothing there. An object is *present* if the map was shown
-it well enough and *absent* if the apartment has none; otherwise the query does not count. The
-score of a reply is that of its best region.
-"""
+"""Scores of present and absent objects: the floor of an encoder and its error rates."""
 
 from __future__ import annotations
 
@@ -16,36 +10,32 @@ import numpy as np
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.query.replies import similarity_reply
-from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder, with_channels
-from onemap_perception.feature_field import VarianceParams, feature_field
+from onemap_perception.feature_field import VarianceParams
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import load
 from onemap_shared.geometry import F32
-from onemap_shared.messages import RgbdFrame, SimilarityRequest
+from onemap_shared.messages import RgbdFrame
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING
 from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.rendered_image import RenderedImage
-from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
+from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.frames import answer, map_of, rendered_frames
 from onemap_tools.bench.machine import machine_facts
 from onemap_tools.bench.options import QueriesBench
 
 SEEDS = tuple(range(800, 900))  # encoders are evaluated on 900 to 999, trained from 1000 on
 MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one image: three patches of 8 x 8
 MAX_OBSERVED_RANGE_M = 4.0  # beyond, the released model's confidence is below a quarter
-FRAME_NS = 100_000_000
 FLOORS = tuple(round(0.01 * step, 2) for step in range(1, 100))
 SHOWN_FLOORS = (0.0, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 MAX_FALSE_POSITIVE_RATE = 0.05  # of unrelated words, at the chosen floor
@@ -134,19 +124,15 @@ def _query(word: QueryWord, encoder: Encoder) -> TextQuery:
 
 def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedScene:
     """The map of images of ``images`` poses drawn from the seed."""
-    params, camera, renderer = MapParams(), CameraParams(), Renderer(scene)
-    belief, observed = BeliefMap(params), set[str]()
+    observed = set[str]()
     poses = sample_camera_poses(scene, np.random.default_rng(seed), images)
-    for sequence, T_map_camera in enumerate(poses):
-        view = renderer.render(
-            T_map_camera, camera.intrinsics, width=camera.width, height=camera.height
-        )
-        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
-        stamp_ns = (sequence + 1) * FRAME_NS
-        frame = RgbdFrame(sequence, stamp_ns, view.rgb, depth_mm, camera.intrinsics, T_map_camera)
-        field = feature_field(frame, encoder.encode(view.rgb), encoder, VarianceParams())
-        belief.fuse(compute_update(field, params))
-        observed |= observed_categories(scene, view)
+
+    def frames() -> Iterator[RgbdFrame]:
+        for frame, view in rendered_frames(scene, CameraParams(), poses):
+            observed.update(observed_categories(scene, view))
+            yield frame
+
+    belief = map_of(frames(), encoder, VarianceParams(), MapParams())
     return MappedScene(scene, belief, frozenset(observed))
 
 
@@ -178,10 +164,7 @@ def query_map(
         present = word.category in mapped.observed
         if not present and word.category in categories:
             continue  # in the apartment, but not shown well enough
-        reply = similarity_reply(
-            MapScores(mapped.belief).of([query]),
-            request=SimilarityRequest(word.text, max_regions=1),
-        )
+        reply = answer(mapped.belief, query, max_regions=1)
         near = present and distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield QueryOutcome(word, seed, present, reply.best_score, near)
 

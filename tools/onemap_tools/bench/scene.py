@@ -11,16 +11,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import torch
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from onemap_gateway.present.render import Overlay, encode_png, render_map
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame.update import compute_update
-from onemap_mapper.query.replies import search_view, similarity_reply
+from onemap_mapper.query.replies import search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
@@ -28,38 +29,48 @@ from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.factory import make_encoder
-from onemap_perception.feature_field import VarianceParams, feature_field
-from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_perception.feature_field import VarianceParams
+from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import read, section
-from onemap_shared.geometry import F64, pose_2d
-from onemap_shared.messages import RgbdFrame, SimilarityReply, SimilarityRequest
+from onemap_shared.geometry import F32, F64, Bool, pose_2d
+from onemap_shared.messages import RgbdFrame, SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
+from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.replay.recording import Recording, RecordingError
 from onemap_simulator.scene.loading import load_scene
-from onemap_simulator.scene.scene import Scene
+from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
+from onemap_tools.bench.frames import FRAME_NS, answer, map_of, rendered_frames
 from onemap_tools.bench.options import SceneBench
-from onemap_tools.bench.places import (
-    PlaceLabel,
-    labels_of_scene,
-    place_results,
-    read_labels,
-    table_lines,
-    totals,
-    within,
-)
 from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.errors import requires_extra
 from onemap_tools.recording.bag_file import BagError
 
 BAG_SUFFIX = ".mcap"
-FRAME_NS = 100_000_000
 MAX_ANSWERS = 20  # regions of one reply: more than one room holds of a thing
 CLEARANCE_M = 0.4  # from walls and furniture: closer, an image shows a patch of one thing
 MIN_CLEARANCE_M = 0.25  # in narrow scenes; a little more than a robot's radius
 HEADINGS = 8  # at each place: 45 degrees apart, of a view of 79
-lines = table_lines
+COLUMNS = ("name", "x", "y", "radius", "here", "elsewhere", "rank", "found", "looks most like")
+MARGIN_M = 0.3  # around an object of a scene: an answer's centre may lie on its edge
+# The map's reply for each word, with the score of every cell; None: the encoder cannot place it.
+Replies: TypeAlias = Mapping[str, SimilarityReply | None]
+# Metres up to 100 km: what is larger is in another unit.
+Coordinate = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
+
+
+class PlaceLabel(BaseModel):
+    """Something called ``name`` stands within ``radius_m`` of (x, y), metres in the map frame."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", str_strip_whitespace=True)
+    name: Annotated[str, Field(min_length=1)]
+    x: Coordinate
+    y: Coordinate
+    radius_m: Annotated[float, Field(gt=0, le=1e5)]
+
+    def holds(self, places_m: F64 | F32) -> Bool:
+        """Which of the places (..., 2) lie in it."""
+        apart = np.linalg.norm(places_m - np.array([self.x, self.y]), axis=-1)
+        return np.asarray(apart <= self.radius_m)
 
 
 def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
@@ -67,7 +78,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     torch.set_num_threads(options.threads)
     sections = read(options.config)
     perception = section(sections, "perception", PerceptionConfig)
-    mapper = section(sections, "mapper", MapperConfig)
+    params = section(sections, "mapper", MapperConfig).map
     if options.out is not None:
         create(options.out)
     try:
@@ -77,7 +88,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         names = tuple(dict.fromkeys(label.name for label in labels))
         if names:
             check_names(names, encoder, options.labels or options.path)
-        belief = map_frames(frames, encoder, perception, mapper)
+        belief = map_of(frames, encoder, VarianceParams(perception.variance), params)
     except (BackendError, RecordingError, BagError) as error:
         raise ValueError(str(error)) from error
     if not belief.store.count:
@@ -88,6 +99,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     words = (*names, *others) if names else ()
     replies = {word: ask(belief, encoder, word) for word in words}
     results = place_results(labels, replies, vocabulary)
+    bounds_m = render_map(search_view(MapScores(belief).of([]), text="")).bounds_m
     document = {
         "benchmark": "scene",
         "path": str(options.path),
@@ -96,7 +108,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "frames": belief.frames_fused,
         "cells": belief.store.count,
         "seconds": round(time.perf_counter() - started_s, 2),
-        "bounds_m": picture_bounds_m(belief),
+        "bounds_m": [round(bound, 3) for bound in bounds_m],
         **totals(labels, results, replies),
         "places": results,
     }
@@ -109,39 +121,32 @@ def _open(
     options: SceneBench, ros2: Mapping[str, Any]
 ) -> tuple[tuple[PlaceLabel, ...], Iterator[RgbdFrame]]:
     """The labels and the frames of a recording or of a tour through a scene file."""
+    path = options.path
     labels = read_labels(options.labels) if options.labels else None
-    if options.path.is_dir() or options.path.suffix == BAG_SUFFIX:
+    if path.is_dir() or path.suffix == BAG_SUFFIX:
         if labels is None:
             raise ValueError(
-                f"{options.path} is a recording, which names nothing: give --labels, a file with "
-                "[] for the map alone"
+                f"{path} is a recording, which names nothing: give --labels, a file with [] for "
+                "the map alone"
             )
-        frames = (
-            recorded_frames(Recording.open(options.path))
-            if options.path.is_dir()
-            else bag_frames(options.path, ros2)
-        )
+        frames = recorded_frames(path) if path.is_dir() else bag_frames(path, ros2)
         return labels, islice(frames, 0, None, options.every)
-    scene = load_scene(options.path)
+    scene, camera = load_scene(path), CameraParams()
     if labels is None and not (labels := labels_of_scene(scene)):
         raise ValueError(
-            f"{options.path} has no named objects: give --labels, or names in the YAML beside it"
+            f"{path} has no named objects: give --labels, or names in the YAML beside it"
         )
-    return labels, toured_frames(scene, options.places)
+    poses = tour_poses(scene, camera, options.places)
+    return labels, (frame for frame, _ in rendered_frames(scene, camera, poses))
 
 
-def recorded_frames(recording: Recording) -> Iterator[RgbdFrame]:
-    """All frames of a recording, in their order."""
+def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
+    """All frames of a recording's folder, in their order; raises RecordingError."""
+    recording = Recording.open(path)
     for index in range(len(recording)):
-        frame = recording.frame(index)
-        yield RgbdFrame(
-            index,
-            (index + 1) * FRAME_NS,
-            frame.rgb,
-            frame.depth_mm,
-            recording.intrinsics,
-            frame.T_map_camera,
-        )
+        frame, stamp_ns = recording.frame(index), (index + 1) * FRAME_NS
+        intrinsics, pose = recording.intrinsics, frame.T_map_camera
+        yield RgbdFrame(index, stamp_ns, frame.rgb, frame.depth_mm, intrinsics, pose)
 
 
 def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
@@ -160,42 +165,42 @@ def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
     return Ros2Bag(path, section({"ros2": ros2}, "ros2", Ros2Config)).frames()
 
 
-def toured_frames(scene: Scene, places: int) -> Iterator[RgbdFrame]:
-    """What the simulator's camera shows from places spread over the floor, turning all around."""
-    camera, renderer = CameraParams(), Renderer(scene)
-    for index, pose in enumerate(tour_poses(scene, camera, places)):
-        view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)
-        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
-        stamp_ns = (index + 1) * FRAME_NS
-        yield RgbdFrame(index, stamp_ns, view.rgb, depth_mm, camera.intrinsics, pose)
-
-
-def map_frames(
-    frames: Iterator[RgbdFrame],
-    encoder: Encoder,
-    perception: PerceptionConfig,
-    mapper: MapperConfig,
-) -> BeliefMap:
-    """The map of all frames."""
-    belief = BeliefMap(mapper.map)
-    for frame in frames:
-        features = encoder.encode(frame.rgb)
-        fields = feature_field(frame, features, encoder, VarianceParams(perception.variance))
-        belief.fuse(compute_update(fields, belief.params))
-    return belief
-
-
-def ask(belief: BeliefMap, encoder: Encoder, word: str) -> SimilarityReply | None:
-    """The map's answers to a word with the score of every cell; None if it is unknown."""
+def read_labels(path: Path) -> tuple[PlaceLabel, ...]:
+    """The labels of a YAML file: a list, maybe empty; ValueError names the wrong entry."""
     try:
-        embeddings = encoder.embed_text((word,))
-    except UnknownWordError:
-        return None
-    query = text_query(embeddings, 0, belief.params.torch_device)
-    return similarity_reply(
-        MapScores(belief).of([query]),
-        request=SimilarityRequest(word, max_regions=MAX_ANSWERS, include_grid=True),
-    )
+        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return tuple(TypeAdapter(list[PlaceLabel]).validate_python(entries))
+    except OSError as problem:
+        raise ValueError(f"cannot read {path}: {problem.strerror or problem}") from problem
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        raise ValueError(f"{path} is not valid YAML: {' '.join(str(problem).split())}") from problem
+    except ValidationError as problem:
+        first = problem.errors()[0]
+        number, *key = first["loc"] or ("",)
+        where = f", entry {int(number) + 1}" if number != "" else ""
+        raise ValueError(
+            f"{path}{where}: {' '.join(map(str, (*key, first['msg'])))}; it must be a list of "
+            "places with name, x, y, radius_m in metres, or [] for none"
+        ) from problem
+
+
+def labels_of_scene(scene: Scene) -> tuple[PlaceLabel, ...]:
+    """A label for each object with a name that is no part of the building.
+
+    Around the middle of the rectangle that the object covers seen from above, MARGIN_M wider
+    than the circle around it.
+    """
+    labels = []
+    for index, thing in enumerate(scene.objects):
+        faces = scene.faces[scene.face_object == index]
+        if thing.category in STRUCTURE | {UNNAMED} or not len(faces):
+            continue
+        corners = scene.vertices[faces].reshape(-1, 3)[:, :2].astype(np.float64)
+        lower, upper = corners.min(axis=0), corners.max(axis=0)
+        x, y = ((lower + upper) / 2).tolist()
+        radius_m = float(np.linalg.norm(upper - lower)) / 2 + MARGIN_M
+        labels.append(PlaceLabel(name=thing.category, x=x, y=y, radius_m=radius_m))
+    return tuple(labels)
 
 
 def check_names(names: tuple[str, ...], encoder: Encoder, file: Path) -> None:
@@ -204,27 +209,18 @@ def check_names(names: tuple[str, ...], encoder: Encoder, file: Path) -> None:
         encoder.embed_text(names)
     except UnknownWordError as error:
         if set(names) <= set(error.words):
-            raise ValueError(
-                f"{file}: the encoder knows none of the labels' names: {error}"
-            ) from error
+            why = f"{file}: the encoder knows none of the labels' names: {error}"
+            raise ValueError(why) from error
 
 
 def tour_poses(scene: Scene, camera: CameraParams, places: int) -> list[F64]:
     """Poses T_map_camera (4, 4): ``places`` places with HEADINGS each, without chance.
 
     The first place is the reachable floor nearest to the scene's start; each further one is the
-    floor that is farthest from all before it. ValueError without floor that can be reached.
+    floor that is farthest from all before it, fewer on a floor with fewer cells. ValueError
+    without floor that can be reached.
     """
-    return [
-        pose_2d(x, y, 2 * np.pi * heading / HEADINGS) @ camera.mount
-        for x, y in tour_places(scene, camera.height_m, places).tolist()
-        for heading in range(HEADINGS)
-    ]
-
-
-def tour_places(scene: Scene, height_m: float, count: int) -> F64:
-    """Up to ``count`` places (n, 2) in metres; fewer on a floor with fewer cells."""
-    collision = CollisionMap.of(scene, height_m)
+    collision = CollisionMap.of(scene, camera.height_m)
     x, y = scene.start[:2]
     for clearance_m in (CLEARANCE_M, MIN_CLEARANCE_M):
         reachable = collision.reachable_cells(x, y, clearance_m)
@@ -235,16 +231,170 @@ def tour_places(scene: Scene, height_m: float, count: int) -> F64:
     floor = collision.grid.centres(np.argwhere(reachable))
     chosen = [int(np.linalg.norm(floor - (x, y), axis=1).argmin())]
     apart = np.linalg.norm(floor - floor[chosen[0]], axis=1)
-    while len(chosen) < min(count, len(floor)):
+    while len(chosen) < min(places, len(floor)):
         chosen.append(int(apart.argmax()))
         apart = np.minimum(apart, np.linalg.norm(floor - floor[chosen[-1]], axis=1))
-    return floor[chosen]
+    return [
+        pose_2d(x, y, 2 * np.pi * heading / HEADINGS) @ camera.mount
+        for x, y in floor[chosen].tolist()
+        for heading in range(HEADINGS)
+    ]
 
 
-def picture_bounds_m(belief: BeliefMap) -> list[float]:
-    """(x_min, y_min, x_max, y_max) of every picture of the map, in metres to the millimetre."""
-    view = search_view(MapScores(belief).of([]), text="")
-    return [round(bound, 3) for bound in render_map(view).bounds_m]
+def ask(belief: BeliefMap, encoder: Encoder, word: str) -> SimilarityReply | None:
+    """The map's answers to a word with the score of every cell; None if it is unknown."""
+    try:
+        embeddings = encoder.embed_text((word,))
+    except UnknownWordError:
+        return None
+    query = text_query(embeddings, 0, belief.params.torch_device)
+    return answer(belief, query, max_regions=MAX_ANSWERS, grid=True)
+
+
+def place_results(
+    labels: Sequence[PlaceLabel], replies: Replies, vocabulary: Vocabulary
+) -> list[dict[str, Any]]:
+    """A JSON object per label. ``replies`` holds those of all labels' names, and of other words.
+
+    best_here, best_elsewhere: highest score of a cell in the place, and outside of all places of
+    this name; None without such a cell. rank: of the first answer whose centre lies in the place;
+    None if none does: then it is not found. looks_like: the other word with the highest score in
+    the place. known: whether the encoder can place the word; without that it is not asked for.
+    """
+    if not labels:
+        return []
+    answered = {word: reply for word, reply in replies.items() if reply is not None}
+    first = next(iter(answered.values()))
+    centres_m = first.grid.centres(np.stack(np.indices(first.grid.shape), axis=-1))
+    results = []
+    for label in labels:
+        reply, here = answered.get(label.name), label.holds(centres_m)
+        named = [each.holds(centres_m) for each in labels if each.name == label.name]
+        others = [
+            (score, word)
+            for word, other in answered.items()
+            if not same_thing(word, label.name, vocabulary)
+            and (score := _best(other.scores_grid, here)) is not None
+        ]
+        score, like = max(others, default=(None, None))
+        ranks = np.flatnonzero(label.holds(reply.centres_m)) if reply else ()
+        elsewhere = ~np.logical_or.reduce(named)
+        results.append(
+            {
+                **label.model_dump(),
+                "known": reply is not None,
+                "mapped": _best(first.scores_grid, here) is not None,
+                "best_here": _best(reply.scores_grid, here) if reply else None,
+                "best_elsewhere": _best(reply.scores_grid, elsewhere) if reply else None,
+                "rank": int(ranks[0]) + 1 if len(ranks) else None,
+                "looks_like": like,
+                "looks_like_score": score,
+                "found": len(ranks) > 0,
+            }
+        )
+    return results
+
+
+def _best(scores: F32, cells: Bool) -> float | None:
+    """Highest score (nx, ny) of the observed ones of the cells; None if none was observed."""
+    chosen = scores[cells & np.isfinite(scores)]
+    return round(float(chosen.max()), 4) if chosen.size else None
+
+
+def same_thing(a: str, b: str, vocabulary: Vocabulary) -> bool:
+    """Whether two words are equal or names of one class."""
+
+    def class_of(word: str) -> int | None:
+        trained = vocabulary.class_of(word)
+        return vocabulary.query_alias_of(word) if trained is None else trained
+
+    return a == b or (class_of(a) is not None and class_of(a) == class_of(b))
+
+
+def totals(
+    labels: Sequence[PlaceLabel], results: Sequence[Mapping[str, Any]], replies: Replies
+) -> dict[str, Any]:
+    """Counts of places, and of names by their first answer."""
+    verdicts: dict[str, bool | None] = {}
+    for label in labels:
+        reply = replies[label.name]
+        if reply is None or not len(reply.centres_m):
+            verdicts[label.name] = None
+        else:
+            right = bool(label.holds(reply.centres_m[0]))
+            verdicts[label.name] = verdicts.get(label.name) or right
+    counts = list(verdicts.values())
+    return {
+        "labelled": len(labels),
+        "found": sum(result["found"] for result in results),
+        "not_mapped": sum(not result["mapped"] for result in results),
+        "names": len(counts),
+        "first_answer_right": counts.count(True),
+        "first_answer_wrong": counts.count(False),
+        "without_answer": counts.count(None),
+        "unknown_words": sorted({result["name"] for result in results if not result["known"]}),
+    }
+
+
+def _within(x: float, y: float, bounds_m: Sequence[float]) -> bool:
+    """Whether (x, y), metres, lies in the bounds (x_min, y_min, x_max, y_max)."""
+    x_min, y_min, x_max, y_max = bounds_m
+    return x_min <= x <= x_max and y_min <= y <= y_max
+
+
+def lines(document: Mapping[str, Any]) -> list[str]:
+    """The document of a run as lines of text."""
+    run = (
+        f"{document['encoder_id']}, {document['frames']} frames, {document['cells']} cells, "
+        f"{document['seconds']:.1f} s"
+    )
+    places = document["places"]
+    if not places:
+        return ["No place is labelled: the map was asked for nothing.", run]
+    rows = [COLUMNS, *map(_row, places)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    told = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    told += [
+        "",
+        f"{document['found']} of {document['labelled']} places found; of {document['names']} names "
+        f"the first answer is right for {document['first_answer_right']}, wrong for "
+        f"{document['first_answer_wrong']}, and {document['without_answer']} have none.",
+    ]
+    if unknown := document["unknown_words"]:
+        told.append(f"Not asked for, unknown to the encoder: {', '.join(unknown)}.")
+    if outside := [
+        f"{place['name']} at ({place['x']:g}, {place['y']:g})"
+        for place in places
+        if not place["mapped"] and not _within(place["x"], place["y"], document["bounds_m"])
+    ]:
+        x_min, y_min, x_max, y_max = document["bounds_m"]
+        told.append(
+            f"Not mapped because outside the map, which reaches from ({x_min:.1f}, {y_min:.1f}) "
+            f"to ({x_max:.1f}, {y_max:.1f}) m: {', '.join(outside)}."
+        )
+    return [*told, run]
+
+
+def _row(place: Mapping[str, Any]) -> tuple[str, ...]:
+    verdict = "yes" if place["found"] else "no"
+    if not place["known"]:
+        verdict = "unknown word"
+    elif not place["mapped"]:
+        verdict = "not mapped"
+
+    def shown(key: str) -> str:
+        return "-" if place[key] is None else f"{place[key]:.2f}"
+
+    return (
+        place["name"],
+        *(shown(key) for key in ("x", "y", "radius_m", "best_here", "best_elsewhere")),
+        str(place["rank"] or "-"),
+        verdict,
+        f"{place['looks_like']} {shown('looks_like_score')}" if place["looks_like"] else "-",
+    )
 
 
 def create(folder: Path) -> None:
@@ -267,14 +417,13 @@ def write(
     encoder: Encoder,
 ) -> None:
     """Write the document, the map with all labels, and the map of each name with its labels."""
-    shown = [label for label in labels if within(label.x, label.y, document["bounds_m"])]
+    shown = [label for label in labels if _within(label.x, label.y, document["bounds_m"])]
+    names = dict.fromkeys(label.name for label in labels)
     try:
         text = json.dumps(document, indent=2) + "\n"
         (folder / "scene.json").write_text(text, encoding="utf-8")
         (folder / "scene.png").write_bytes(_picture(belief, [], "", shown))
-        for name in dict.fromkeys(label.name for label in labels):
-            if name in document["unknown_words"]:
-                continue
+        for name in (each for each in names if each not in document["unknown_words"]):
             query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
             there = [label for label in shown if label.name == name]
             png = _picture(belief, [query], name, there)
