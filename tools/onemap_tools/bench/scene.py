@@ -265,7 +265,7 @@ def place_results(
         return []
     answered = {word: reply for word, reply in replies.items() if reply is not None}
     first = next(iter(answered.values()))
-    centres_m = first.grid.centres(np.stack(np.indices(first.grid.shape), axis=-1))
+    centres_m = first.grid.centres(np.moveaxis(np.indices(first.grid.shape), 0, -1))
     results = []
     for label in labels:
         reply, here = answered.get(label.name), label.holds(centres_m)
@@ -277,7 +277,7 @@ def place_results(
             and (score := _best(other.scores_grid, here)) is not None
         ]
         score, like = max(others, default=(None, None))
-        ranks = np.flatnonzero(label.holds(reply.centres_m)) if reply else ()
+        ranks = np.flatnonzero(label.holds(reply.centres_m)).tolist() if reply else []
         elsewhere = ~np.logical_or.reduce(named)
         results.append(
             {
@@ -286,10 +286,10 @@ def place_results(
                 "mapped": _best(first.scores_grid, here) is not None,
                 "best_here": _best(reply.scores_grid, here) if reply else None,
                 "best_elsewhere": _best(reply.scores_grid, elsewhere) if reply else None,
-                "rank": int(ranks[0]) + 1 if len(ranks) else None,
+                "rank": ranks[0] + 1 if ranks else None,
                 "looks_like": like,
                 "looks_like_score": score,
-                "found": len(ranks) > 0,
+                "found": bool(ranks),
             }
         )
     return results
