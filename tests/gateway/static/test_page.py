@@ -8,7 +8,7 @@ import pytest
 
 from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, Robot, start_search
+from tests.gateway.static.conftest import PHONE, Robot, open_still, start_search
 
 pytestmark = pytest.mark.slow
 
@@ -26,6 +26,24 @@ PIXELS = """(() => {
   return count;
 })()"""
 
+# Left, top, right and bottom of the floor's pixels, in the window.
+EXTENT = """(() => {
+  const canvas = document.getElementById("map");
+  const hex = getComputedStyle(document.documentElement).getPropertyValue("--map-free").trim();
+  const wanted = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const { x: left, y: top } = canvas.getBoundingClientRect();
+  const found = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < data.length; i += 4) {
+    if (wanted.some((value, channel) => Math.abs(data[i + channel] - value) > 3)) continue;
+    const [x, y] = [left + ((i / 4) % width), top + Math.floor(i / 4 / width)];
+    found[0] = Math.min(found[0], x);
+    found[1] = Math.min(found[1], y);
+    found[2] = Math.max(found[2], x);
+    found[3] = Math.max(found[3], y);
+  }
+  return found;
+})()"""
 # Where the page's parts are: what a notice must not move.
 PLACES = """["#map", "#zoom-in", "#where", "#regions-card"].map((name) => {
   const { x, y, width, height } = document.querySelector(name).getBoundingClientRect();
@@ -211,18 +229,6 @@ def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
     assert page.centre("#stop") is not None
 
 
-def test_the_age_does_not_cover_the_fitted_map(page: Page, robot: Robot) -> None:
-    page.resize(390, 844, mobile=True)
-    page.open(robot.address)
-    page.wait_for("!document.getElementById('freshness').hidden")
-    age = page.evaluate("""document.getElementById("freshness").getBoundingClientRect().bottom
-        - document.getElementById("map").getBoundingClientRect().top""")
-    page.evaluate(PROBE)
-    page.wait_for("view.canvas.height === 388")
-    assert page.evaluate("view.pixels(0, 10)[1]") > age
-    assert page.evaluate("view.pixels(0, 0)[1]") < 388
-
-
 def test_the_numbers_of_neighbouring_regions_stand_apart(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     page.evaluate(PROBE)
@@ -263,21 +269,40 @@ def test_the_map_has_the_colours_of_the_page(page: Page, robot: Robot, scheme: s
     page.wait_for(f"{PIXELS % 'occupied'} > 50")
 
 
-def test_the_legend_is_closed_on_a_phone_and_leaves_the_zoom_buttons_free(
-    page: Page, robot: Robot
-) -> None:
-    page.open(robot.address)
-    assert page.evaluate("document.getElementById('legend').open")
-    for size in (PHONE, (390, 844), (844, 390)):
-        page.resize(*size, mobile=True)
-        page.wait_for("!document.getElementById('legend').open")
+def test_the_whole_map_lies_beside_what_covers_it(page: Page, robot: Robot) -> None:
+    """The legend is closed at first; opened, it pushes the map aside and leaves buttons free."""
+    covered = """(() => {
+      const [left, top, right, bottom] = (%s);
+      return ["#legend", ".zoom", "#freshness"].filter((name) => {
+        const box = document.querySelector(name).getBoundingClientRect();
+        return left < box.right && box.left < right && top < box.bottom && box.top < bottom;
+      });
+    })()"""
+    for size in ((1280, 800), PHONE, (390, 844), (844, 390)):
+        page.resize(*size, mobile=size[0] < 1000)
+        open_still(page, robot)
+        assert page.evaluate("document.getElementById('legend').open") is False
+        assert page.evaluate(covered % EXTENT) == []
         page.click("#legend summary")
         page.wait_for("document.getElementById('legend').open")
+        page.evaluate(NEXT_PICTURE)
+        assert page.evaluate(covered % EXTENT) == []
         page.evaluate("window.scrollTo(0, 0)")
         for button in ("in", "out", "fit"):
             assert page.centre(f"#zoom-{button}") is not None, (size, button)
-        page.resize(1280, 800)
-        page.wait_for("document.getElementById('legend').open")
+
+
+def test_the_camera_is_in_sight_while_the_robot_searches(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    start_search(page)
+    camera = "document.getElementById('camera').getBoundingClientRect()"
+    page.wait_for(f"{camera}.bottom < 800")
+    page.resize(390, 844, mobile=True)
+    page.wait_for(f"{camera}.bottom < document.getElementById('stop').getBoundingClientRect().top")
+    page.click("#health summary")
+    page.wait_for("document.getElementById('services').innerText.includes('planner')")
+    page.click("#health summary")
+    assert page.evaluate("document.documentElement.scrollHeight") < 2 * 844
 
 
 def test_a_phone_says_tap_and_has_a_wide_link_to_the_api(page: Page, robot: Robot) -> None:
@@ -289,7 +314,6 @@ def test_a_phone_says_tap_and_has_a_wide_link_to_the_api(page: Page, robot: Robo
     assert "Or click on the map" in page.text(".ask")
     assert page.evaluate(target) >= 24
     page.resize(390, 844, mobile=True)
-    page.wait_for("!document.getElementById('legend').open")
     page.evaluate("document.getElementById('legend').open = true")
     assert "Or tap on the map" in page.text(".ask")
     assert "found (tap it)" in page.text("#legend")
@@ -299,6 +323,7 @@ def test_a_phone_says_tap_and_has_a_wide_link_to_the_api(page: Page, robot: Robo
 
 def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
     page.open(robot.address)
+    page.click("#legend summary")
     legend = page.text("#legend")
     drawn = (
         "floor, wall, unknown, similarity, robot, driven, path, goal, frontier, look, answer, "

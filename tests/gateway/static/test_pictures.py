@@ -111,6 +111,7 @@ def test_a_text_that_is_asked_next_takes_the_place_of_the_picture(
 
 def test_a_thing_is_cut_out_of_the_camera_image_with_the_mouse(page: Page, robot: Robot) -> None:
     page.open(robot.address)
+    page.click(".pictures summary")
     page.click("#image-camera")
     page.wait_for(OPENED)
     # of 32 x 24 pixels: the middle, but no side shorter than the gateway takes

@@ -14,6 +14,8 @@ import { PlaceMenu } from "./place_menu.js";
 const MAP_MS = 600; // between two images of the map
 const FINDS_MS = 500; // between two looks whether there are others
 const SCALE = 4; // pixels per cell
+const EDGE_PX = 14; // around what lies over the map, as in style.css
+const TAGS_PX = 48; // the age of the map at its top
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
@@ -34,8 +36,9 @@ let queried = ""; // text whose similarity is shown; empty: the current target
 let pictured = null; // the picture whose similarity is shown instead, as a data URL
 let dismissed = ""; // the target whose heatmap the user removed
 
-showLegend();
-phone.addEventListener("change", showLegend);
+fold();
+phone.addEventListener("change", fold);
+by("legend").addEventListener("toggle", leaveFree);
 light.addEventListener("change", () => map.showTheme());
 listenForPictures(queryPicture, act);
 follow(onState, onConnection);
@@ -43,8 +46,17 @@ repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
 
-function showLegend() {
-  by("legend").open = !phone.matches;
+// A phone begins with the details folded; what the user unfolds stays.
+function fold() {
+  by("legend").open = false;
+  for (const details of document.querySelectorAll(".fold, #health")) details.open = !phone.matches;
+  leaveFree();
+}
+
+// All of the map is shown between what lies over it.
+function leaveFree() {
+  const right = document.querySelector(".zoom").offsetWidth + 2 * EDGE_PX;
+  map.leaveFree({ top: TAGS_PX, right, bottom: by("legend").offsetHeight + 2 * EDGE_PX });
 }
 
 function onState(next) {

@@ -13,7 +13,6 @@ const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const LABEL_PX = 16; // height of a label
 const LABEL_GAP_PX = 7; // between two labels beside each other: their outlines, and a space
-const TOP_PX = 44; // at the top when all of the map is shown: there stands its age
 const PIN_PX = 15; // from a pin's tip to the middle of its head
 const REACH_PX = 13; // around a pin's head in which a click is meant for it
 const TOUCH_REACH_PX = 24; // the same for a finger
@@ -28,6 +27,7 @@ export class MapView {
     this.image = null; // { bitmap, bounds: [x_min, y_min, x_max, y_max] }
     this.camera = { x: 0, y: 0, pixelsPerM: 60 };
     this.fitted = true; // follows the map as it grows, until the user moves it
+    this.free = { top: 0, right: 0, bottom: 0 };
     this.state = null;
     this.answers = [];
     this.finds = [];
@@ -84,6 +84,12 @@ export class MapView {
     this.dirty = true;
   }
 
+  // Pixels at the edges of the canvas under which nothing lies when all of the map is shown.
+  leaveFree(edges) {
+    this.free = edges;
+    if (this.fitted) this.fit();
+  }
+
   fit() {
     this.fitted = true;
     this.dirty = true;
@@ -95,10 +101,12 @@ export class MapView {
       [x1, y1] = [Math.max(x1, x + ROBOT_MARGIN_M), Math.max(y1, y + ROBOT_MARGIN_M)];
     }
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    const room = Math.max(height - TOP_PX, 1);
-    const fitting = Math.min(width / (x1 - x0), room / (y1 - y0)) * 0.94;
-    const pixelsPerM = Math.min(fitting, 160);
-    this.camera = { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + TOP_PX / 2 / pixelsPerM, pixelsPerM };
+    const { top, right, bottom } = this.free;
+    const columns = Math.max(width - right, 1);
+    const rows = Math.max(height - top - bottom, 1);
+    const pixelsPerM = Math.min((columns / (x1 - x0)) * 0.97, rows / (y1 - y0), 160);
+    const x = (x0 + x1) / 2 + right / 2 / pixelsPerM;
+    this.camera = { x, y: (y0 + y1) / 2 + (top - bottom) / 2 / pixelsPerM, pixelsPerM };
   }
 
   lookAt(x, y) {

@@ -30,6 +30,11 @@ export function refill(node, shown, children) {
 }
 
 export function showServices(services) {
+  const wrong = services.filter((service) => service.condition !== "ok");
+  const worst = wrong.find((service) => service.condition === "down") ?? wrong[0];
+  const summary = by("health-summary");
+  summary.textContent = wrong.length > 1 ? `${wrong.length} problems` : worst ? `${worst.name} ${worst.condition}` : "all well";
+  summary.className = `chip ${worst?.condition ?? "ok"}`;
   refill(by("services"), services.map((s) => [s.name, s.condition, s.problem]), () =>
     services.map((service) => {
       const chip = element("li", {
