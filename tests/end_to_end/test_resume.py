@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,14 +15,6 @@ from tests.end_to_end.system import START_S, System
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 MAPPING = ("simulator", "perception", "mapper")
-
-
-@pytest.fixture
-def mapping(tmp_path: Path) -> Iterator[System]:
-    """A robot that stands and looks, and a mapper that writes a checkpoint every 15 s."""
-    sections = {"simulator": SIMULATOR}
-    with System(tmp_path, MAPPING, sections) as system:
-        yield system
 
 
 def kept(system: System) -> tuple[int, int]:
@@ -41,36 +32,31 @@ def announced(system: System) -> MapRevision:
     return system.monitor.revision
 
 
-def test_a_mapper_that_ended_resumes_its_map(mapping: System) -> None:
-    mapping.until(lambda: kept(mapping)[1] > 10, "a checkpoint is written", 2 * START_S)
-    for end, code in (("kill", -9), ("terminate", 0)):
-        last = announced(mapping)
-        getattr(mapping.processes["mapper"], end)()
-        assert mapping.processes["mapper"].wait() == code
-        cells, frames = kept(mapping)
-        assert cells > 100
-        if end == "terminate":  # written once more at the end
-            assert frames >= last.frames_fused
-        mapping.monitor.revision = None
-        mapping.start("mapper")
-        first = announced(mapping)
-        assert first.frames_fused >= frames  # a map that began anew has one
-        assert first.cells_observed >= cells
-        assert announced(mapping).frames_fused > frames  # and frames reach it
+def apartment(folder: Path, seed: int) -> System:
+    """A robot that stands and looks, and a mapper that writes a checkpoint every 15 s."""
+    return System(folder, (*MAPPING, "gateway"), {"simulator": {**SIMULATOR, "seed": seed}})
 
 
-def test_a_map_of_another_world_is_set_aside(tmp_path: Path) -> None:
-    """Everything is started again with another apartment, in the same folders."""
-
-    def apartment(seed: int) -> System:
-        simulated = {"simulator": {**SIMULATOR, "seed": seed}}
-        return System(tmp_path, (*MAPPING, "gateway"), simulated)
-
+def test_a_map_is_resumed_in_its_world_and_set_aside_in_another(tmp_path: Path) -> None:
+    with apartment(tmp_path, 1) as mapping:
+        mapping.until(lambda: kept(mapping)[1] > 10, "a checkpoint is written", 2 * START_S)
+        for end, code in (("kill", -9), ("terminate", 0)):
+            last = announced(mapping)
+            getattr(mapping.processes["mapper"], end)()
+            assert mapping.processes["mapper"].wait() == code
+            cells, frames = kept(mapping)
+            assert cells > 100
+            if end == "terminate":  # written once more at the end
+                assert frames >= last.frames_fused
+            mapping.monitor.revision = None
+            mapping.start("mapper")
+            first = announced(mapping)
+            assert first.frames_fused >= frames  # a map that began anew has one
+            assert first.cells_observed >= cells
+            assert announced(mapping).frames_fused > frames  # and frames reach it
+    before = kept(mapping)[1]
     aside = tmp_path / "maps" / "other_worlds" / "1"
-    with apartment(1) as system:
-        system.until(lambda: kept(system)[1] > 20, "a checkpoint is written", 2 * START_S)
-    before = kept(system)[1]
-    with apartment(2) as system:
+    with apartment(tmp_path, 2) as system:
         system.until(aside.exists, "the map is set aside", 2 * START_S)
         assert announced(system).frames_fused < before
         said = "map was of another world"  # the status capitalises it
