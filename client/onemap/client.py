@@ -6,9 +6,10 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from types import TracebackType
 from typing import Any
-from urllib.parse import quote, urlencode
+from urllib.parse import quote
 
 import httpx
 
@@ -17,7 +18,6 @@ from onemap.connection import (
     FILE_TIMEOUT_S,
     TIMEOUT_S,
     Connection,
-    EventStreams,
     InvalidSetting,
     OneMapError,
     Retry,
@@ -37,7 +37,7 @@ from onemap.replies import (
 )
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
-MAPS, OBJECTS, STANDING = "/v1/maps", "/v1/objects", "/v1/queries/events"
+MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
 QueryEvent = QueryResult | QueryInterrupted
 
@@ -54,29 +54,22 @@ class QueryOptions:
     negatives: tuple[str, ...] = ()
     area_m: tuple[float, float, float, float] | None = None
 
-    def body(self, texts: str | Sequence[str]) -> dict[str, Any]:
-        """The body of a request; what is not asked for is left out, for older gateways."""
-        return self._completed({"text": texts} if isinstance(texts, str) else {"texts": [*texts]})
+    def body(self, asked: str | Sequence[str] | bytes) -> dict[str, Any]:
+        """The body of a request for a text, for several, or for what a PNG or JPEG shows.
 
-    def image_body(self, image: bytes) -> dict[str, Any]:
-        """The body of a request for what a PNG or JPEG shows."""
-        return self._completed({"image": b64encode(image).decode()})
-
-    def _completed(self, asked: dict[str, Any]) -> dict[str, Any]:
-        asked["max_regions"] = self.max_regions
+        What is not asked for is left out, for older gateways.
+        """
+        body: dict[str, Any]
+        if isinstance(asked, bytes):
+            body = {"image": b64encode(asked).decode()}
+        else:
+            body = {"text": asked} if isinstance(asked, str) else {"texts": [*asked]}
+        body["max_regions"] = self.max_regions
         if self.negatives:
-            asked["negatives"] = list(self.negatives)
+            body["negatives"] = list(self.negatives)
         if self.area_m is not None:
-            asked["area_m"] = list(self.area_m)
-        return asked
-
-    def query(self, texts: Sequence[str]) -> str:
-        """The same in the query of an address."""
-        asked = [("text", text) for text in texts]
-        asked += [("negative", text) for text in self.negatives]
-        if self.area_m is not None:
-            asked.append(("area_m", ",".join(map(str, self.area_m))))
-        return urlencode([*asked, ("max_regions", str(self.max_regions))])
+            body["area_m"] = list(self.area_m)
+        return body
 
 
 NO_OPTIONS = QueryOptions()
@@ -116,9 +109,7 @@ class MapFiles:
         Its frame is that of the map in use unless a motion is given.
         """
         motion = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad}
-        return self._connection.fetch(
-            MapContent.of, "POST", f"{_address(MAPS, name)}/merge", motion, timeout_s=FILE_TIMEOUT_S
-        )
+        return self._change("POST", f"{_address(MAPS, name)}/merge", motion)
 
     def delete(self, name: str) -> StoredMap:
         """Delete a file and say what it was; the map in use stays."""
@@ -136,8 +127,8 @@ class MapFiles:
         path = f"/v1/map.npz?text={quote(text)}" if text else "/v1/map.npz"
         return self._connection.download(path, timeout_s=FILE_TIMEOUT_S)
 
-    def _change(self, method: str, path: str) -> MapContent:
-        return self._connection.fetch(MapContent.of, method, path, timeout_s=FILE_TIMEOUT_S)
+    def _change(self, method: str, path: str, body: dict[str, float] | None = None) -> MapContent:
+        return self._connection.fetch(MapContent.of, method, path, body, timeout_s=FILE_TIMEOUT_S)
 
 
 class Client:
@@ -156,10 +147,9 @@ class Client:
         retry: Retry | None = None,
         transport: httpx.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection(url, token or "", timeout_s, transport)
-        self._streams = EventStreams(self._connection, retry or Retry())
+        self._connection = Connection(url, token or "", timeout_s, transport, retry or Retry())
         self.url = url
-        self.searches = RemoteSearches(self._connection, self._streams)
+        self.searches = RemoteSearches(self._connection)
         self.maps = MapFiles(self._connection)
 
     def __enter__(self) -> Client:
@@ -189,35 +179,33 @@ class Client:
 
         negatives: what it must not be; area_m: x_min, y_min, x_max, y_max, only there.
         """
-        options = QueryOptions(max_regions, tuple(negatives), area_m)
-        body = options.body(text)
-        return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
+        body = QueryOptions(max_regions, tuple(negatives), area_m).body(text)
+        return self._connection.fetch(QueryResult.of, "POST", QUERIES, body)
 
     def query_image(self, image: bytes, options: QueryOptions = NO_OPTIONS) -> QueryResult:
         """Where is what a PNG or JPEG of one thing shows? Its scores rank, they are no
         probabilities. The options may have no negatives."""
-        body = options.image_body(image)
-        return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
+        return self._connection.fetch(QueryResult.of, "POST", QUERIES, options.body(image))
 
     def query_all(
         self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
     ) -> tuple[QueryResult, ...]:
         """Where are they? The answers to several texts, in their order."""
         body = options.body(tuple(texts))
-        return self._connection.fetch(QueryListReply.of, "POST", "/v1/queries", body).answers
+        return self._connection.fetch(QueryListReply.of, "POST", QUERIES, body).answers
 
     def follow_queries(
         self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """Standing queries: the answer to each text, and again whenever it changes, without end."""
-        path = f"{STANDING}?{options.query(texts)}"
-        return self._streams.follow(path, "answer", QueryResult.of)
+        body = options.body(tuple(texts))
+        return self._connection.follow(STANDING, "answer", QueryResult.of, body)
 
     def follow_image(
         self, image: bytes, options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """The same for what a PNG or JPEG of one thing shows, as of ``query_image``."""
-        return self._streams.follow(STANDING, "answer", QueryResult.of, options.image_body(image))
+        return self._connection.follow(STANDING, "answer", QueryResult.of, options.body(image))
 
     def search(
         self,
@@ -231,8 +219,9 @@ class Client:
         any_order: the robot takes the cheapest order by what its map shows, and revises it; the
         results are in the order of ``objects`` all the same.
         """
-        names = (objects,) if isinstance(objects, str) else tuple(objects)
-        return self.searches.start(names, any_order=any_order, limits=limits)
+        names = [objects] if isinstance(objects, str) else [*objects]
+        order = {"order": "any"} if any_order else {}  # an older gateway knows no order
+        return self.searches.start({"objects": names, **order}, limits)
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""
@@ -248,11 +237,11 @@ class Client:
 
     def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
-        return self.searches.go_to(x_m, y_m, limits=limits)
+        return self.searches.start({"go_to_m": _place(x_m, y_m)}, limits)
 
     def look_at(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to where a place in the map can be seen, metres, and face it."""
-        return self.searches.look_at(x_m, y_m, limits=limits)
+        return self.searches.start({"look_at_m": _place(x_m, y_m)}, limits)
 
     def status(self) -> SystemStatus:
         """What runs, and how."""
@@ -277,3 +266,9 @@ def _address(folder: str, name: str) -> str:
             "digit; Client.maps.list() and Client.objects() have them."
         )
     return f"{folder}/{quote(name, safe='')}"
+
+
+def _place(x_m: float, y_m: float) -> tuple[float, float]:
+    if not (isfinite(x_m) and isfinite(y_m)):  # JSON has no such numbers
+        raise InvalidSetting(f"({x_m}, {y_m}) is no place: x and y must be finite, in metres.")
+    return float(x_m), float(y_m)

@@ -120,12 +120,18 @@ class Connection:
     """Requests to the gateway at ``url``."""
 
     def __init__(
-        self, url: str, token: str, timeout_s: float, transport: httpx.BaseTransport | None
+        self,
+        url: str,
+        token: str,
+        timeout_s: float,
+        transport: httpx.BaseTransport | None,
+        retry: Retry,
     ) -> None:
         if not (token.isascii() and token.isprintable()):
             raise InvalidSetting("The token may hold only printable ASCII characters.")
         self.url = url
         self._timeout_s = timeout_s
+        self._retry = retry
         self._http = httpx.Client(
             base_url=checked_url(url),
             headers={"Authorization": f"Bearer {token}"} if token else {},
@@ -163,7 +169,38 @@ class Connection:
         """The content at a path."""
         return self._request("GET", path, None, timeout_s).content
 
-    def stream(
+    def follow(
+        self,
+        path: str,
+        event: str,
+        parse: Callable[[Mapping[str, Any]], Parsed],
+        body: Mapping[str, Any] | None = None,
+    ) -> Iterator[Parsed | StreamInterrupted]:
+        """The data of each server-sent ``event``, and of each ``problem``, without end.
+
+        An interrupted stream is opened again; body: of a POST. Raises OneMapError if the stream is
+        refused or the gateway stays away (see ``Retry``).
+        """
+        failures = 0
+        while True:
+            try:
+                with closing(self._stream(path, body)) as chunks:
+                    for message in stream_messages(chunks):
+                        failures = 0
+                        if message.event == event:
+                            yield _parsed(message, parse)
+                        elif message.event == "problem":
+                            detail = _parsed(message, lambda problem: str(problem["detail"]))
+                            yield StreamInterrupted(detail)
+            except OneMapError as error:
+                failures += 1
+                if not error.temporary or failures > self._retry.attempts:
+                    raise
+                if failures == 1:
+                    yield StreamInterrupted(error.detail)
+            time.sleep(self._retry.delay_s(failures))
+
+    def _stream(
         self, path: str, body: Mapping[str, Any] | None = None
     ) -> Generator[bytes, None, None]:
         """The body of a reply that has no end, as it comes; to a POST if there is a ``body``."""
@@ -267,47 +304,6 @@ def _lines(chunks: Iterable[bytes]) -> Iterator[str]:
     for chunk in chunks:
         *lines, rest = (rest + chunk).split(b"\n")
         yield from (line.removesuffix(b"\r").decode("utf-8", "replace") for line in lines)
-
-
-class EventStreams:
-    """Streams of server-sent events; an interrupted one is opened again."""
-
-    def __init__(
-        self, connection: Connection, retry: Retry, sleep: Callable[[float], None] = time.sleep
-    ) -> None:
-        self._connection = connection
-        self._retry = retry
-        self._sleep = sleep
-
-    def follow(
-        self,
-        path: str,
-        event: str,
-        parse: Callable[[Mapping[str, Any]], Parsed],
-        body: Mapping[str, Any] | None = None,
-    ) -> Iterator[Parsed | StreamInterrupted]:
-        """The data of each ``event``, and of each ``problem`` why there are none, without end.
-
-        Raises OneMapError if the stream is refused or the gateway stays away (see ``Retry``).
-        """
-        failures = 0
-        while True:
-            try:
-                with closing(self._connection.stream(path, body)) as chunks:
-                    for message in stream_messages(chunks):
-                        failures = 0
-                        if message.event == event:
-                            yield _parsed(message, parse)
-                        elif message.event == "problem":
-                            detail = _parsed(message, lambda problem: str(problem["detail"]))
-                            yield StreamInterrupted(detail)
-            except OneMapError as error:
-                failures += 1
-                if not error.temporary or failures > self._retry.attempts:
-                    raise
-                if failures == 1:
-                    yield StreamInterrupted(error.detail)
-            self._sleep(self._retry.delay_s(failures))
 
 
 def _parsed(message: StreamMessage, parse: Callable[[Mapping[str, Any]], Parsed]) -> Parsed:

@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 from urllib.parse import quote
 
-from onemap.connection import Connection, EventStreams, InvalidSetting, StreamInterrupted
+from onemap.connection import Connection, InvalidSetting, StreamInterrupted
 from onemap.replies import SearchListReply, SearchSnapshot
 
 
@@ -49,11 +49,8 @@ SearchEvent = SearchChanged | SearchInterrupted
 class RemoteSearch:
     """A search on the robot. ``latest`` is the newest snapshot that arrived here."""
 
-    def __init__(
-        self, connection: Connection, streams: EventStreams, latest: SearchSnapshot
-    ) -> None:
+    def __init__(self, connection: Connection, latest: SearchSnapshot) -> None:
         self._connection = connection
-        self._streams = streams
         self.latest = latest
 
     def __repr__(self) -> str:
@@ -88,7 +85,7 @@ class RemoteSearch:
         """
         last: SearchSnapshot | None = None
         path = f"/v1/searches/{self.id}/events"
-        for event in self._streams.follow(path, "status", SearchSnapshot.of):
+        for event in self._connection.follow(path, "status", SearchSnapshot.of):
             if isinstance(event, StreamInterrupted):
                 yield event
             elif last is None or _differ(last, event):
@@ -106,28 +103,8 @@ class RemoteSearch:
 class RemoteSearches:
     """The robot's searches: ``client.searches``."""
 
-    def __init__(self, connection: Connection, streams: EventStreams) -> None:
+    def __init__(self, connection: Connection) -> None:
         self._connection = connection
-        self._streams = streams
-
-    def start(
-        self,
-        objects: tuple[str, ...],
-        *,
-        any_order: bool = False,
-        limits: SearchLimits = NO_LIMITS,
-    ) -> RemoteSearch:
-        """Search for these objects, one after the other, as given or in the cheapest order."""
-        order = {"order": "any"} if any_order else {}  # an older gateway knows no order
-        return self._begin({"objects": objects, **order}, limits)
-
-    def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
-        """Drive to a place."""
-        return self._begin({"go_to_m": _place(x_m, y_m)}, limits)
-
-    def look_at(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
-        """Drive to where a place can be seen, and face it."""
-        return self._begin({"look_at_m": _place(x_m, y_m)}, limits)
 
     def get(self, search_id: str = "current") -> RemoteSearch:
         """A search by its id; ``current`` is the newest."""
@@ -136,25 +113,18 @@ class RemoteSearches:
     def list(self) -> tuple[RemoteSearch, ...]:
         """The searches since the planner started, newest first."""
         listed = self._connection.fetch(SearchListReply.of, "GET", "/v1/searches")
-        return tuple(
-            RemoteSearch(self._connection, self._streams, each) for each in listed.searches
-        )
+        return tuple(RemoteSearch(self._connection, each) for each in listed.searches)
 
-    def _begin(self, what: Mapping[str, Any], limits: SearchLimits) -> RemoteSearch:
+    def start(self, asked: Mapping[str, Any], limits: SearchLimits) -> RemoteSearch:
+        """Start what the body of a request describes, see `Client.search` and `Client.go_to`."""
         given = {name: value for name, value in asdict(limits).items() if value is not None}
-        return self._search("POST", "/v1/searches", {**what, **given})
+        return self._search("POST", "/v1/searches", {**asked, **given})
 
     def _search(
         self, method: str, path: str, body: Mapping[str, Any] | None = None
     ) -> RemoteSearch:
         snapshot = self._connection.fetch(SearchSnapshot.of, method, path, body)
-        return RemoteSearch(self._connection, self._streams, snapshot)
-
-
-def _place(x_m: float, y_m: float) -> tuple[float, float]:
-    if not (isfinite(x_m) and isfinite(y_m)):  # JSON has no such numbers
-        raise InvalidSetting(f"({x_m}, {y_m}) is no place: x and y must be finite, in metres.")
-    return float(x_m), float(y_m)
+        return RemoteSearch(self._connection, snapshot)
 
 
 def _differ(a: SearchSnapshot, b: SearchSnapshot) -> bool:

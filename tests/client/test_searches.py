@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import httpx
@@ -13,6 +14,8 @@ from onemap import (
     Client,
     InvalidSetting,
     OneMapError,
+    QueryOptions,
+    QueryResult,
     Retry,
     SearchChanged,
     SearchEvent,
@@ -20,8 +23,9 @@ from onemap import (
     SearchLimits,
     Unreachable,
 )
-from onemap_shared.messages import SearchOrder, SearchState
-from tests.gateway.fakes import FakePlanner
+from onemap_shared.messages import SearchState
+from tests.gateway.fakes import FakeMapper, FakePlanner
+from tests.shared.samples import PNG
 
 REPORT: dict[str, Any] = {
     "id": "s1",
@@ -55,24 +59,13 @@ def test_a_search_is_found_again_and_cancelled(client: Client, planner: FakePlan
     started = client.search("sofa")
     again = client.searches.get(started.id)
     assert again.id == client.searches.get().id == "s1"
-    assert again.status().active
-    assert again.cancel().state == "cancelled"
-    assert started.wait().reason == "cancelled by the user"
-
-
-def test_searches_are_listed(client: Client, planner: FakePlanner) -> None:
-    assert client.searches.list() == ()
-    started = client.search("sofa")
-    (listed,) = client.searches.list()
-    assert (listed.id, listed.latest.state) == (started.id, "exploring")
-    assert repr(listed) == "RemoteSearch(s1, sofa, exploring)"
-
-
-def test_a_second_search_is_refused_with_the_first(client: Client, planner: FakePlanner) -> None:
-    client.search("sofa")
+    assert [repr(each) for each in client.searches.list()] == ["RemoteSearch(s1, sofa, exploring)"]
     with pytest.raises(OneMapError, match="DELETE /v1/searches/s1") as error:
         client.search("kettle")
     assert (error.value.status, error.value.search_id) == (409, "s1")
+    assert again.status().active
+    assert again.cancel().state == "cancelled"
+    assert started.wait().reason == "cancelled by the user"
 
 
 class BrokenBody(httpx.SyncByteStream):
@@ -122,10 +115,10 @@ def test_an_interrupted_stream_is_opened_again() -> None:
     assert states(iter(rest)) == ["found"]  # the same state is told once
 
 
-def test_a_gateway_that_stays_away_ends_the_events() -> None:
+def test_a_gateway_that_stays_away_ends_the_events(monkeypatch: pytest.MonkeyPatch) -> None:
     waits: list[float] = []
+    monkeypatch.setattr("onemap.connection.time.sleep", waits.append)
     search = client_of(0, retry=Retry(first_s=0.5, most_s=1.5, attempts=3)).search("sofa")
-    search._streams._sleep = waits.append
     with pytest.raises(Unreachable):
         search.wait()
     assert waits == [0.5, 1.0, 1.5]
@@ -156,15 +149,15 @@ def test_a_drive_to_a_place_ends_as_arrived(client: Client, planner: FakePlanner
     assert not drive.latest.all_found  # nothing was sought
 
 
-def test_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
+def test_order_and_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
     limits = SearchLimits(max_distance_m=20.0)
-    client.search("sofa", limits=limits)
+    client.search(["sofa", "bed"], any_order=True, limits=limits)
     planner.move(SearchState.FAILED)
     client.go_to(1.0, 2.0, limits=SearchLimits(max_time_s=30.0))
     planner.move(SearchState.FAILED)
     client.look_at(1.0, 2.0, limits=limits)
-    asked = [(each.max_distance_m, each.max_time_s) for each in planner.requests]
-    assert asked == [(20.0, 0.0), (0.0, 30.0), (20.0, 0.0)]
+    asked = [(each.order, each.max_distance_m, each.max_time_s) for each in planner.requests]
+    assert asked == [("any", 20.0, 0.0), ("given", 0.0, 30.0), ("given", 20.0, 0.0)]
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
@@ -179,10 +172,35 @@ def test_a_place_that_is_none_is_refused_here(client: Client, place: tuple[float
         client.go_to(*place)
 
 
-def test_objects_are_sought_in_any_order_if_so_asked(client: Client, planner: FakePlanner) -> None:
-    orders = []
-    for any_order in (False, True):
-        client.search(["sofa", "kettle"], any_order=any_order).cancel()
-        assert planner.status is not None
-        orders.append(planner.status.order)
-    assert orders == [SearchOrder.GIVEN, SearchOrder.ANY]
+def test_standing_queries_are_answered(client: Client, mapper: FakeMapper) -> None:
+    options = QueryOptions(max_regions=1, negatives=("kettle",), area_m=(0, -1, 2, 3))
+    answers = list(islice(client.follow_queries(["sofa", "kite"], options), 2))
+    assert [
+        (each.text, len(each.regions)) for each in answers if isinstance(each, QueryResult)
+    ] == [
+        ("sofa", 1),
+        ("kite", 0),
+    ]
+    asked = mapper.asked[-1]
+    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
+    with pytest.raises(OneMapError, match="flurb"):
+        next(client.follow_queries(["flurb"]))
+
+
+def test_an_image_is_followed(client: Client, mapper: FakeMapper) -> None:
+    answer = next(client.follow_image(PNG, QueryOptions(max_regions=1)))
+    assert isinstance(answer, QueryResult)
+    assert (answer.text, answer.calibrated, len(answer.regions)) == ("image", False, 1)
+    assert set(mapper.images) == {PNG}
+    with pytest.raises(OneMapError, match="negatives"):
+        next(client.follow_image(PNG, QueryOptions(negatives=("bed",))))
+
+
+def test_a_standing_query_says_why_there_is_no_answer() -> None:
+    sofa = b'event: answer\ndata: {"text": "sofa", "regions": [], "verdict": "not_here"}\n\n'
+    lost = b'event: problem\ndata: {"detail": "The mapper is not running."}\n\n'
+    events = client_of(sofa, b"event: news\ndata: {}\n\n" + lost + sofa).follow_queries(["sofa"])
+    told = [
+        each.verdict if isinstance(each, QueryResult) else str(each) for each in islice(events, 3)
+    ]
+    assert told == ["not_here", "The mapper is not running.", "not_here"]

@@ -364,10 +364,9 @@ class FakePlanner:
         return m.SearchList((*([self.status] if self.status else []), *self.past), 2)
 
     def _cancel(self, request: m.SearchId) -> m.SearchStatus:
-        self._get(request)
-        self.move(m.SearchState.CANCELLED, "cancelled by the user")
-        assert self.status is not None
-        return self.status
+        if self._get(request).active:
+            self.move(m.SearchState.CANCELLED, "cancelled by the user")
+        return self._get(request)
 
 
 def decoded(data: bytes) -> np.ndarray:

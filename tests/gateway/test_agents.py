@@ -18,25 +18,20 @@ import pytest
 from pydantic import SecretStr
 from starlette.testclient import TestClient
 
-from onemap.replies import SearchSnapshot
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agent_tools import (
     TOOLS,
     ToolResult,
     budget_limits,
     call_tool,
-    started_summary,
-    stopped_summary,
 )
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
-from onemap_shared.messages import SearchOrder, SearchState, SearchStatus
+from onemap_shared.messages import SearchState
 from tests.gateway.fakes import (
     PICTURE,
-    STAMP_NS,
     FakeMapper,
     FakePlanner,
     client_on,
@@ -316,15 +311,14 @@ REQUEST = {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}
         (b"x", "not valid JSON"),
         (b"\xff\xfe", "not valid JSON"),
         (b"[" * 300, "not valid JSON"),
-        (b"3", "holds no JSON object"),
-        (json.dumps([REQUEST]).encode(), "or several"),
-        (b"{}", "'jsonrpc' must be"),
-        (b'{"jsonrpc": "2.0", "id": 1}', "'method' must"),
-        (b'{"jsonrpc": "2.0", "id": 1, "result": {}}', "'method' must"),
-        (b'{"jsonrpc": "2.0", "id": 1, "method": 7}', "'method' must"),
-        (b'{"jsonrpc": "2.0", "id": null, "method": "tools/list"}', "'id' must"),
-        (b'{"jsonrpc": "2.0", "id": true, "method": "tools/list"}', "'id' must"),
-        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/list", "params": 3}', "'params' must"),
+        (b"3", "should be an object"),
+        (json.dumps([REQUEST]).encode(), "should be an object"),
+        (b'{"jsonrpc": "1.0", "method": "tools/list"}', "'jsonrpc'"),
+        (b'{"jsonrpc": "2.0", "id": 1, "result": {}}', "'method' is missing"),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": 7}', "'method'"),
+        (b'{"jsonrpc": "2.0", "id": null, "method": "tools/list"}', "'id"),
+        (b'{"jsonrpc": "2.0", "id": true, "method": "tools/list"}', "'id"),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/list", "params": 3}', "'params'"),
     ],
 )
 def test_what_is_no_message_is_refused_in_a_sentence(
@@ -340,27 +334,18 @@ def test_what_is_no_message_is_refused_in_a_sentence(
     assert "pydantic" not in detail
 
 
-def report(status: SearchStatus, seconds: int = 12) -> SearchSnapshot:
-    return search_snapshot(status, STAMP_NS + seconds * 10**9)
-
-
-def test_a_start_says_what_the_robot_does_and_for_how_long() -> None:
-    two = replace(search(objects=("sofa", "bed")), order=SearchOrder.ANY)
-    said = started_summary(report(two), 40.0, 300.0)
+def test_a_start_says_in_which_order(gateway: GatewayContext) -> None:
+    asked: dict[str, Any] = {"objects": ["sofa", "bed"], "order": "any", **BUDGET}
+    said = called(gateway, "start_search", **asked).reply.summary
     assert "for 'sofa', 'bed' in the cheapest order: the robot drives now" in said
-    assert "at most 40 m and 300 s" in said
-    assert "order" not in started_summary(report(search()), 40.0, 300.0)
+    assert "at most 30 m and 120 s" in said
 
 
-@pytest.mark.parametrize("state", [SearchState.FOUND, SearchState.FAILED])
-def test_a_stop_that_came_too_late_says_so(state: SearchState) -> None:
-    late = stopped_summary(report(search(state=state)), had_ended=False)
-    assert f"had ended before as {state}: there was nothing to stop" in late
-    cancelled = report(search(state=SearchState.CANCELLED))
-    assert "nothing to stop" in stopped_summary(cancelled, had_ended=True)
-
-
-def test_a_stop_keeps_what_was_found() -> None:
-    status = replace(search(state=SearchState.CANCELLED), results=(find_result("sofa", 1.0, 2.0),))
-    said = stopped_summary(report(status), had_ended=False)
+def test_a_stop_says_what_it_did(gateway: GatewayContext, planner: FakePlanner) -> None:
+    assert "has been no search" in called(gateway, "stop").reply.summary
+    planner.status = replace(search(), results=(find_result("sofa", 1.0, 2.0),))
+    said = called(gateway, "stop").reply.summary
     assert said.endswith("the robot brakes and stands. Found: 'sofa'.")
+    planner.status = search(state=SearchState.FAILED)
+    said = called(gateway, "stop").reply.summary
+    assert "had ended before as failed: there was nothing to stop" in said

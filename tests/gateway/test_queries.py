@@ -18,12 +18,12 @@ from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http import sockets
+from onemap_gateway.http import streams
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.queries import query_events
+from onemap_gateway.http.routes.queries import query_events
 from onemap_gateway.http.schemas import QueryRequest
 from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES
-from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
+from onemap_gateway.http.streams import MAX_IMAGE_STREAMS
 from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared import messages as m
@@ -395,7 +395,7 @@ def test_a_first_message_that_cannot_be_followed_is_told_and_closed(
 def test_a_first_message_that_never_comes_is_given_up(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sockets, "BODY_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(streams, "BODY_TIMEOUT_S", 0.05)
     with client.websocket_connect(LIVE) as socket:
         problem = socket.receive_json()
         assert (problem["event"], problem["data"]["status"]) == ("problem", 408)

@@ -22,7 +22,6 @@ from onemap_gateway.http.security import (
     MAX_FAILURES,
     TOKEN_PROTOCOL,
     LockOut,
-    TokenTable,
     client_network,
     required_role,
 )
@@ -88,7 +87,7 @@ def bearing(token: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"}
 
 
-@pytest.mark.parametrize("given", [None, "Bearer", "Bearer wrong", "Basic 0123", "0123"])
+@pytest.mark.parametrize("given", [None, "Bearer", "Bearer 012", "Basic 0123", "0123"])
 @pytest.mark.parametrize(
     ("method", "path"),
     [("POST", "/v1/map/clear"), ("GET", "/v1/map"), ("GET", "/v1/camera.jpg"), ("GET", "/metrics")],
@@ -264,15 +263,6 @@ def answer_to(receive: Any) -> Message:
 )
 def test_what_has_no_rule_needs_the_highest_role(request_line: str, role: Role) -> None:
     assert required_role(*request_line.split()) is role
-
-
-def test_a_token_has_its_role_byte_for_byte() -> None:
-    table = TokenTable({Role.ADMINISTER: "abc", Role.LOOK: "abcd", Role.SEARCH: ""})
-    assert not table.open
-    assert table.role(b"abc") is Role.ADMINISTER
-    assert table.role(b"abcd") is Role.LOOK
-    for wrong in (b"", b"ab", b"ABC", b"abc ", "äbc".encode()):
-        assert table.role(wrong) is Role.NOBODY
 
 
 def test_one_address_is_locked_out_for_a_while() -> None:

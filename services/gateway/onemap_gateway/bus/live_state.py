@@ -14,6 +14,7 @@ from itertools import islice
 from math import ceil, isfinite
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
     Detections,
     Heartbeat,
@@ -135,6 +136,11 @@ class LatestMessage(Generic[M]):
         return self.arrivals.rate_hz(now_s)
 
 
+def newest(latest: LatestMessage[M] | None) -> M | None:
+    """The message itself; None before the first."""
+    return latest.message if latest else None
+
+
 @dataclass(frozen=True, slots=True)
 class HeartbeatRecord:
     """The newest heartbeat of a service, and when its progress counter last changed."""
@@ -173,6 +179,14 @@ class LiveState:
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
     doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     latencies: FrameLatencies = field(default_factory=FrameLatencies)
+
+    @property
+    def robot(self) -> tuple[float, float, float] | None:
+        """x, y in metres and yaw in radians, map frame; None before the first pose."""
+        if self.odometry is None:
+            return None
+        T_map_body = self.odometry.message.T_map_body
+        return float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body)
 
     def with_message(self, message: BusMessage, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from inspect import signature
+from typing import Annotated, Any
 
 from anyio import to_thread
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, create_model
 
 from onemap.replies import (
     LookedArea,
@@ -23,92 +24,30 @@ from onemap.replies import (
     SearchSnapshot,
     rfc3339,
 )
+from onemap_gateway.bus.live_state import newest
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.problems import HttpProblem, from_validation_errors
-from onemap_gateway.http.queries import answer, robot_xy_m
-from onemap_gateway.http.schemas import Limit, ObjectName, RequestModel
+from onemap_gateway.http.problems import HttpProblem, from_validation_error
+from onemap_gateway.http.routes.queries import answer
+from onemap_gateway.http.schemas import Limit, ObjectName, RequestModel, SearchStart
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
 from onemap_gateway.present.replies import map_object, map_statistics, search_snapshot
 from onemap_gateway.present.service_status import sentence
 from onemap_shared import keys
-from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
     MAX_OBJECTS,
     ObjectId,
     ObjectListRequest,
     SearchId,
-    SearchKind,
     SearchOrder,
-    SearchRequest,
     SearchState,
     SimilarityRequest,
     Verdict,
 )
 
 AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
-
-
-class NoArguments(RequestModel):
-    """A tool that needs nothing."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{}]})
-
-
-class PlacesArguments(RequestModel):
-    """Where is it?"""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"object": "sofa"}]})
-
-    object: ObjectName
-    max_places: int = Field(default=5, ge=1, le=20, description="Likely places to return.")
-
-
-class MapArguments(RequestModel):
-    """What is known of the flat?"""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"picture": True}]})
-
-    picture: bool = Field(default=False, description="Also return the map as an image.")
-
-
-class SeenObjectArguments(RequestModel):
-    """Which object to show."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"object": "bed"}]})
-
-    object: ObjectName = Field(description="Its name, or its id as 'list_objects' gives it.")
-
-
-class AgentSearchArguments(RequestModel):
-    """What to find, and what that may cost at most."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [{"objects": ["sofa", "kettle"], "max_distance_m": 40, "max_time_s": 300}]
-        }
-    )
-
-    objects: list[ObjectName] = Field(
-        min_length=1, max_length=MAX_OBJECTS, description="What to find, in plain words."
-    )
-    max_distance_m: Limit = Field(description="Metres that the robot may drive for all of it.")
-    max_time_s: Limit = Field(description="Seconds that all of it may take.")
-    order: SearchOrder = Field(
-        default=SearchOrder.GIVEN, description="Find them in this order, or in the cheapest."
-    )
-
-
-class WhichSearchArguments(RequestModel):
-    """Which search is meant."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"search_id": ""}]})
-
-    search_id: str = Field(
-        default="", pattern=r"^[A-Za-z0-9_-]{0,64}$", description="Empty: the newest search."
-    )
 
 
 class AgentReply(BaseModel):
@@ -168,36 +107,43 @@ class ToolResult:
     media_type: str = ""
 
 
-@dataclass(frozen=True, slots=True)
 class AgentTool:
-    """A tool: the role it needs, what it takes and returns."""
+    """A tool: the role it needs, what it returns, and the function that is called.
 
-    role: Role
-    arguments: type[RequestModel]
-    reply: type[AgentReply]
-    run: Callable[[GatewayContext, Any], Awaitable[ToolResult]]
+    The parameters of the function are the tool's arguments, its docstring is the description.
+    """
 
-    @property
-    def name(self) -> str:
-        return self.run.__name__
+    def __init__(
+        self, role: Role, reply: type[AgentReply], run: Callable[..., Awaitable[ToolResult]]
+    ) -> None:
+        self.role, self.reply, self.run = role, reply, run
+        self.name = run.__name__
+        self.description = " ".join((run.__doc__ or "").split())
+        self.changes = role > Role.LOOK  # it starts or stops the robot
+        _, *taken = signature(run, eval_str=True).parameters.values()
+        fields: dict[str, Any] = {
+            each.name: (each.annotation, ... if each.default is each.empty else each.default)
+            for each in taken
+        }
+        self.arguments = create_model(self.name, __base__=RequestModel, **fields)
 
-    @property
-    def description(self) -> str:
-        return " ".join((self.run.__doc__ or "").split())
 
-    @property
-    def changes(self) -> bool:
-        """Whether it starts or stops the robot."""
-        return self.role > Role.LOOK
+WhichSearch = Annotated[
+    str, Field(pattern=r"^[A-Za-z0-9_-]{0,64}$", description="Empty: the newest search.")
+]
 
 
-async def where_is(gateway: GatewayContext, asked: PlacesArguments) -> ToolResult:
+async def where_is(
+    gateway: GatewayContext,
+    object: ObjectName,
+    max_places: Annotated[int, Field(ge=1, le=20, description="Likely places to return.")] = 5,
+) -> ToolResult:
     """Where is an object? Places that a search confirmed, then regions of the map that look like
     it, best first. Places are in metres of the map frame. Does not move the robot.
     """
-    request = SimilarityRequest(asked.object, asked.max_places, robot_xy_m=robot_xy_m(gateway))
+    request = SimilarityRequest(object, max_places, robot_xy_m=gateway.robot_xy_m())
     reply = await answer(gateway, request)
-    found = tuple(kept for kept in await _found(gateway) if _is_called(kept, asked.object))
+    found = tuple(kept for kept in await _found(gateway) if _is_called(kept, object))
     parts = [f"{_place(kept)} was found there by a search." for kept in found]
     if reply.regions:
         best = reply.regions[0]
@@ -220,7 +166,7 @@ async def where_is(gateway: GatewayContext, asked: PlacesArguments) -> ToolResul
     )
 
 
-async def list_objects(gateway: GatewayContext, _asked: NoArguments) -> ToolResult:
+async def list_objects(gateway: GatewayContext) -> ToolResult:
     """Every object that a search found on this map, the one found last first. Does not move the
     robot.
     """
@@ -231,19 +177,20 @@ async def list_objects(gateway: GatewayContext, _asked: NoArguments) -> ToolResu
     return ToolResult(FoundObjectsReply(summary=summary, objects=objects))
 
 
-async def describe_map(gateway: GatewayContext, asked: MapArguments) -> ToolResult:
+async def describe_map(
+    gateway: GatewayContext,
+    picture: Annotated[bool, Field(description="Also return the map as an image.")] = False,
+) -> ToolResult:
     """Size and age of the map, where the robot stands, and what is wrong if something is; with
     picture also an image of the map. Does not move the robot.
     """
     view, state = await gateway.view(), gateway.cache.state
-    revision = state.revision.message if state.revision else None
-    info = map_statistics(view, revision, gateway.now_ns())
+    info = map_statistics(view, newest(state.revision), gateway.now_ns())
     robot, stands = None, "no pose of the robot is known"
-    if state.odometry is not None:
-        T_map_body = state.odometry.message.T_map_body
-        x_m, y_m = T_map_body[:2, 3].tolist()
-        robot = MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_of(T_map_body))
-        stands = f"the robot stands at {_xy((robot.x_m, robot.y_m))}"
+    if state.robot is not None:
+        x_m, y_m, yaw_rad = state.robot
+        robot = MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad)
+        stands = f"the robot stands at {_xy((x_m, y_m))}"
     fault = gateway.fault()
     problem = fault.detail if fault else ""
     summary = (
@@ -253,19 +200,24 @@ async def describe_map(gateway: GatewayContext, asked: MapArguments) -> ToolResu
     reply = MapReply(
         summary=summary.rstrip(), ready=not problem, problem=problem, map=info, robot=robot
     )
-    if not asked.picture:
+    if not picture:
         return ToolResult(reply)
     overlay = build_overlay(state, gateway.cache.now_s())
     drawn = await to_thread.run_sync(render_map, view, overlay, None, PALETTES[Theme.LIGHT])
     return ToolResult(reply, await to_thread.run_sync(encode_png, drawn.image), "image/png")
 
 
-async def look_at(gateway: GatewayContext, asked: SeenObjectArguments) -> ToolResult:
+async def look_at(
+    gateway: GatewayContext,
+    object: Annotated[
+        ObjectName, Field(description="Its name, or its id as 'list_objects' gives it.")
+    ],
+) -> ToolResult:
     """Show an object that was found: place, time and the picture in which the robot saw it best.
     Does not move the robot.
     """
     for kept in await _found(gateway):
-        if kept.id == asked.object or _is_called(kept, asked.object):
+        if kept.id == object or _is_called(kept, object):
             pictured = await gateway.call(keys.MAP_OBJECT, ObjectId(kept.id))
             seen = map_object(pictured.kept)
             picture = "the picture is from then" if seen.picture else "there is no picture of it"
@@ -274,25 +226,41 @@ async def look_at(gateway: GatewayContext, asked: SeenObjectArguments) -> ToolRe
             return ToolResult(reply, pictured.picture, "image/jpeg")
     raise HttpProblem(
         "unknown_object",
-        f"No search has found {asked.object!r} yet: 'list_objects' says what was found, "
+        f"No search has found {object!r} yet: 'list_objects' says what was found, "
         "'where_is' where it may be, and 'start_search' finds it.",
     )
 
 
-async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> ToolResult:
+async def start_search(
+    gateway: GatewayContext,
+    objects: Annotated[
+        list[ObjectName],
+        Field(min_length=1, max_length=MAX_OBJECTS, description="What to find, in plain words."),
+    ],
+    max_distance_m: Annotated[
+        Limit, Field(description="Metres that the robot may drive for all of it.")
+    ],
+    max_time_s: Annotated[Limit, Field(description="Seconds that all of it may take.")],
+    order: Annotated[
+        SearchOrder, Field(description="Find them in this order, or in the cheapest.")
+    ] = SearchOrder.GIVEN,
+) -> ToolResult:
     """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
     spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
     """
-    _check_budget(gateway.config, asked)
-    request = SearchRequest(
-        tuple(asked.objects),
-        gateway.paces.call_timeout_s,
-        SearchKind.FIND,
-        order=asked.order,
-        max_distance_m=asked.max_distance_m,
-        max_time_s=asked.max_time_s,
+    given = {"max_distance_m": max_distance_m, "max_time_s": max_time_s}
+    for name, limit, unit in budget_limits(gateway.config):
+        if given[name] > limit:
+            raise HttpProblem(
+                "invalid",
+                f"{name!r} is {given[name]:g}, and one search of an agent may take at most "
+                f"{limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
+            )
+    asked = SearchStart(
+        objects=objects, order=order, max_distance_m=max_distance_m, max_time_s=max_time_s
     )
     try:
+        request = asked.request(gateway.paces.call_timeout_s)
         status = await gateway.call(keys.SEARCH_START, request)
     except HttpProblem as problem:
         if problem.code != "conflict":
@@ -303,16 +271,22 @@ async def start_search(gateway: GatewayContext, asked: AgentSearchArguments) -> 
             "ended, or end it with 'stop'.",
         ) from None
     search = search_snapshot(status, gateway.now_ns())
-    summary = started_summary(search, asked.max_distance_m, asked.max_time_s)
+    in_order = "in the cheapest order" if order is SearchOrder.ANY else "in this order"
+    in_order = f" {in_order}" if len(objects) > 1 else ""
+    summary = (
+        f"Started the search {search.id} for {_subject(search)}{in_order}: the robot drives now, "
+        f"at most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
+        "'stop' ends it."
+    )
     return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
-async def search_status(gateway: GatewayContext, asked: WhichSearchArguments) -> ToolResult:
+async def search_status(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResult:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
     try:
-        status = await gateway.call(keys.SEARCH_GET, SearchId(asked.search_id))
+        status = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
     except HttpProblem as problem:
-        return _no_search(asked, problem)
+        return _no_search(search_id, problem)
     search = search_snapshot(status, gateway.now_ns())
     summary = (
         f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
@@ -321,34 +295,33 @@ async def search_status(gateway: GatewayContext, asked: WhichSearchArguments) ->
     return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
-async def stop(gateway: GatewayContext, asked: WhichSearchArguments) -> ToolResult:
+async def stop(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResult:
     """STOPS THE ROBOT and ends the search; what it found so far is kept."""
-    before = gateway.cache.state.search
+    before = newest(gateway.cache.state.search)
     try:
-        status = await gateway.call(keys.SEARCH_CANCEL, SearchId(asked.search_id))
+        status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))
     except HttpProblem as problem:
-        return _no_search(asked, problem)
-    ended = {before.message.search_id} if before and not before.message.active else set()
+        return _no_search(search_id, problem)
     search = search_snapshot(status, gateway.now_ns())
-    summary = stopped_summary(search, had_ended=status.search_id in ended)
+    had_ended = before is not None and before.search_id == search.id and not before.active
+    if had_ended or search.state != SearchState.CANCELLED:
+        summary = (
+            f"The search {search.id} for {_subject(search)} had ended before as {search.state}: "
+            "there was nothing to stop."
+        )
+    else:
+        summary = (
+            f"Stopped the search {search.id} for {_subject(search)} after {_spent(search)}: the "
+            f"robot brakes and stands.{_found_names(search)}"
+        )
     return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
-def _no_search(asked: WhichSearchArguments, problem: HttpProblem) -> ToolResult:
-    if problem.code != "unknown_search" or asked.search_id:
+def _no_search(search_id: str, problem: HttpProblem) -> ToolResult:
+    if problem.code != "unknown_search" or search_id:
         raise problem
     summary = "There has been no search since the planner started: the robot does not drive by one."
     return ToolResult(AgentSearchReply(summary=summary, search=None))
-
-
-def _check_budget(config: GatewayConfig, asked: AgentSearchArguments) -> None:
-    for name, limit, unit in budget_limits(config):
-        if getattr(asked, name) > limit:
-            raise HttpProblem(
-                "invalid",
-                f"{name!r} is {getattr(asked, name):g}, and one search of an agent may take at "
-                f"most {limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
-            )
 
 
 def budget_limits(config: GatewayConfig) -> tuple[tuple[str, float, str], ...]:
@@ -366,30 +339,6 @@ async def _found(gateway: GatewayContext) -> tuple[MapObject, ...]:
 
 def _is_called(kept: MapObject, name: str) -> bool:
     return kept.name.casefold() == name.casefold()
-
-
-def started_summary(search: SearchSnapshot, max_distance_m: float, max_time_s: float) -> str:
-    """What starting a search did."""
-    order = "in the cheapest order" if search.order == SearchOrder.ANY else "in this order"
-    order = f" {order}" if len(search.objects) > 1 else ""
-    return (
-        f"Started the search {search.id} for {_subject(search)}{order}: the robot drives now, at "
-        f"most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
-        "'stop' ends it."
-    )
-
-
-def stopped_summary(search: SearchSnapshot, *, had_ended: bool) -> str:
-    """What stopping a search did; ``had_ended``: it was over before."""
-    if had_ended or search.state != SearchState.CANCELLED:
-        return (
-            f"The search {search.id} for {_subject(search)} had ended before as {search.state}: "
-            "there was nothing to stop."
-        )
-    return (
-        f"Stopped the search {search.id} for {_subject(search)} after {_spent(search)}: the robot "
-        f"brakes and stands.{_found_names(search)}"
-    )
 
 
 def _subject(search: SearchSnapshot) -> str:
@@ -420,13 +369,13 @@ def _names(names: Sequence[str]) -> str:
 TOOLS: Mapping[str, AgentTool] = {
     tool.name: tool
     for tool in (
-        AgentTool(Role.LOOK, PlacesArguments, PlacesReply, where_is),
-        AgentTool(Role.LOOK, NoArguments, FoundObjectsReply, list_objects),
-        AgentTool(Role.LOOK, MapArguments, MapReply, describe_map),
-        AgentTool(Role.LOOK, SeenObjectArguments, SeenObjectReply, look_at),
-        AgentTool(Role.SEARCH, AgentSearchArguments, AgentSearchReply, start_search),
-        AgentTool(Role.LOOK, WhichSearchArguments, AgentSearchReply, search_status),
-        AgentTool(Role.SEARCH, WhichSearchArguments, AgentSearchReply, stop),
+        AgentTool(Role.LOOK, PlacesReply, where_is),
+        AgentTool(Role.LOOK, FoundObjectsReply, list_objects),
+        AgentTool(Role.LOOK, MapReply, describe_map),
+        AgentTool(Role.LOOK, SeenObjectReply, look_at),
+        AgentTool(Role.SEARCH, AgentSearchReply, start_search),
+        AgentTool(Role.LOOK, AgentSearchReply, search_status),
+        AgentTool(Role.SEARCH, AgentSearchReply, stop),
     )
 }
 
@@ -449,7 +398,5 @@ async def call_tool(
     try:
         asked = tool.arguments.model_validate(arguments)
     except ValidationError as error:
-        # the first part of a place is where FastAPI has found it
-        errors = [{**found, "loc": ("body", *found["loc"])} for found in error.errors()]
-        raise from_validation_errors(errors) from None
-    return await tool.run(gateway, asked)
+        raise from_validation_error(error) from None
+    return await tool.run(gateway, **dict(asked))

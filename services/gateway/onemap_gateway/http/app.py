@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -116,27 +116,28 @@ def _complete(document: dict[str, Any]) -> None:
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             responses = operation["responses"]
-            missing = _common_statuses(method.upper(), path, responses)
+            missing = _common_statuses(method.upper(), path, operation)
             responses.update({str(k): v for k, v in problem_responses(*missing).items()})
     document["x-problems"] = {
-        code: {"status": known.status, "title": known.title}
-        for code, known in PROBLEM_TYPES.items()
+        code: {"status": status, "title": title} for code, (status, title) in PROBLEM_TYPES.items()
     }
 
 
-def _common_statuses(method: str, path: str, documented: Collection[str]) -> list[int]:
-    """Statuses of this operation besides the ``documented`` ones of its own route.
+def _common_statuses(method: str, path: str, operation: Mapping[str, Any]) -> list[int]:
+    """Statuses of an operation besides those that its own route documents.
 
     They come from the checks before the route and from failures behind it.
     """
-    found = [421, 500]
+    found = {421, 500}
     if required_role(method, path) is not Role.NOBODY:
-        found += [401, 403, 429]
+        found |= {401, 403, 429}
     if method not in READING:
-        found += [403, 408, 413, 415]
-    if "503" in documented:
-        found += [502]
-    return sorted({status for status in found if str(status) not in documented})
+        found |= {403, 408, 413, 415}
+    if "requestBody" in operation:
+        found |= {400}
+    if "503" in operation["responses"]:
+        found |= {502}
+    return sorted(found - {int(status) for status in operation["responses"]})
 
 
 async def _on_problem(_request: Request, problem: Exception) -> Response:

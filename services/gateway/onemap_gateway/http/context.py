@@ -11,12 +11,14 @@ from typing import Annotated, TypeVar
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from onemap_gateway.bus.live_state import newest
 from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import from_call_error
 from onemap_gateway.http.security import LockOut
-from onemap_gateway.http.shared_results import ImageStreams, SharedResults
+from onemap_gateway.http.shared_results import SharedResults
+from onemap_gateway.http.streams import ImageStreams
 from onemap_gateway.present.metrics import RequestCounter
 from onemap_gateway.present.service_status import (
     PipelineFault,
@@ -94,8 +96,12 @@ class GatewayContext:
 
     def map_revision(self) -> int | None:
         """The revision of the map, as far as it was announced; None before the first."""
-        revision = self.cache.state.revision
-        return revision.message.revision if revision else None
+        revision = newest(self.cache.state.revision)
+        return revision.revision if revision else None
+
+    def robot_xy_m(self) -> tuple[float, ...]:
+        """x, y of the robot in metres; empty before its first pose."""
+        return (self.cache.state.robot or ())[:2]
 
     async def view(self, text: str | None = None) -> SearchView:
         """The current map, with the similarity to ``text`` if given."""

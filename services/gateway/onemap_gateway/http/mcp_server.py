@@ -16,13 +16,14 @@ from mcp.server.context import ServerRequestContext
 from mcp.server.lowlevel import Server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
 from starlette.responses import Response
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import Receive, Scope, Send
 
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agent_tools import TOOLS, AgentTool, ToolResult, budget_limits, call_tool
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.reply_docs import complete
+from onemap_gateway.http.security import replayed
 from onemap_gateway.present.formats import finite, json_text
 
 LOG = logging.getLogger("onemap.gateway")
@@ -55,16 +56,7 @@ class McpResponse(Response):
         )
         manager = StreamableHTTPSessionManager(server, json_response=True, stateless=True)
         async with manager.run():
-            await manager.handle_request(scope, self._again(receive), send)
-
-    def _again(self, receive: Receive) -> Receive:
-        """What the SDK reads: the body once more, then whether the client left."""
-        body: list[Message] = [{"type": "http.request", "body": self._message}]
-
-        async def receive_again() -> Message:
-            return body.pop() if body else await receive()
-
-        return receive_again
+            await manager.handle_request(scope, replayed(self._message, receive), send)
 
     async def _list_tools(
         self, _context: ServerRequestContext[Any], _params: types.PaginatedRequestParams | None

@@ -8,10 +8,9 @@ to do. The codes with which services refuse a request are problem codes, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 from starlette.responses import Response
 
 from onemap_gateway.present.formats import json_text
@@ -22,45 +21,38 @@ MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_S = 2  # a killed service is back in about this time
 
 
-@dataclass(frozen=True, slots=True)
-class ProblemType:
-    """What all problems with the same code share."""
-
-    status: int
-    title: str
-
-
-PROBLEM_TYPES: Mapping[str, ProblemType] = {
-    "not_json": ProblemType(400, "The body is not JSON"),
-    "unauthorized": ProblemType(401, "A token is needed"),
-    "forbidden": ProblemType(403, "This token may not do that"),
-    "foreign_origin": ProblemType(403, "The request comes from another site's page"),
-    "not_found": ProblemType(404, "There is no such thing here"),
-    "unknown_search": ProblemType(404, "There is no such search"),
-    "unknown_map": ProblemType(404, "There is no such map"),
-    "unknown_object": ProblemType(404, "There is no such object"),
-    "method_not_allowed": ProblemType(405, "This address does not take this method"),
-    "slow_body": ProblemType(408, "The body did not arrive in time"),
-    "conflict": ProblemType(409, "Another search is under way"),
-    "empty_map": ProblemType(409, "The map is empty"),
-    "encoder_mismatch": ProblemType(409, "The map was made with another encoder"),
-    "too_large": ProblemType(413, "The body is too large"),
-    "content_type": ProblemType(415, "The body must be JSON"),
-    "misdirected": ProblemType(421, "This host name is not served"),
-    "invalid": ProblemType(422, "The request cannot be understood"),
-    "bad_image": ProblemType(422, "The image cannot be asked for"),
-    "no_image_queries": ProblemType(422, "The encoder takes no images"),
-    "unknown_word": ProblemType(422, "The encoder does not know this word"),
-    "locked_out": ProblemType(429, "There were too many wrong tokens"),
-    "http": ProblemType(400, "The request was refused"),
-    "internal": ProblemType(500, "The gateway failed"),
-    "not_installed": ProblemType(501, "This part is not installed"),
-    "remote": ProblemType(502, "A service failed"),
-    "unavailable": ProblemType(503, "A service is missing"),
-    "timeout": ProblemType(503, "A service does not answer"),
-    "busy": ProblemType(503, "A service is busy"),
-    "not_ready": ProblemType(503, "The robot's map is not being updated"),
-    "storage": ProblemType(507, "A file cannot be written or deleted"),
+# Status and title of each code.
+PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
+    "not_json": (400, "The body is not JSON"),
+    "unauthorized": (401, "A token is needed"),
+    "forbidden": (403, "This token may not do that"),
+    "foreign_origin": (403, "The request comes from another site's page"),
+    "not_found": (404, "There is no such thing here"),
+    "unknown_search": (404, "There is no such search"),
+    "unknown_map": (404, "There is no such map"),
+    "unknown_object": (404, "There is no such object"),
+    "method_not_allowed": (405, "This address does not take this method"),
+    "slow_body": (408, "The body did not arrive in time"),
+    "conflict": (409, "Another search is under way"),
+    "empty_map": (409, "The map is empty"),
+    "encoder_mismatch": (409, "The map was made with another encoder"),
+    "too_large": (413, "The body is too large"),
+    "content_type": (415, "The body must be JSON"),
+    "misdirected": (421, "This host name is not served"),
+    "invalid": (422, "The request cannot be understood"),
+    "bad_image": (422, "The image cannot be asked for"),
+    "no_image_queries": (422, "The encoder takes no images"),
+    "unknown_word": (422, "The encoder does not know this word"),
+    "locked_out": (429, "There were too many wrong tokens"),
+    "http": (400, "The request was refused"),
+    "internal": (500, "The gateway failed"),
+    "not_installed": (501, "This part is not installed"),
+    "remote": (502, "A service failed"),
+    "unavailable": (503, "A service is missing"),
+    "timeout": (503, "A service does not answer"),
+    "busy": (503, "A service is busy"),
+    "not_ready": (503, "The robot's map is not being updated"),
+    "storage": (507, "A file cannot be written or deleted"),
 }
 
 # Refusals of a service that itself calls another one: the code here, and the service missing.
@@ -82,7 +74,8 @@ class HttpProblem(Exception):
     def __init__(self, code: str, detail: str, /, status: int | None = None, **extra: Any) -> None:
         super().__init__(detail)
         self.code = code
-        self.status = status or PROBLEM_TYPES[code].status
+        own_status, self.title = PROBLEM_TYPES[code]
+        self.status = status or own_status
         self.detail = detail
         self.extra = extra
 
@@ -91,7 +84,7 @@ class HttpProblem(Exception):
         """The problem details object."""
         return {
             "type": f"/docs#problem-{self.code}",
-            "title": PROBLEM_TYPES[self.code].title,
+            "title": self.title,
             "status": self.status,
             "detail": self.detail,
             **self.extra,
@@ -115,8 +108,9 @@ def from_call_error(
     ``hung_problem`` returns a sentence on a service that hangs, or an empty text: the bus cannot
     tell a process that hangs from one that ended, since both lose their connection.
     """
-    silent = _silent_service(error, service)
-    if silent and (detail := hung_problem(silent)):
+    known, silent = DEPENDENCY_ERRORS.get(getattr(error, "code", ""), ("", service))
+    answered = isinstance(error, RemoteError) and not known
+    if not answered and (detail := hung_problem(silent)):
         return HttpProblem("timeout", detail, service=silent)
     match error:
         case NoReply():
@@ -128,10 +122,9 @@ def from_call_error(
                 "if it goes on, 'onemap doctor' says why."
             )
             return HttpProblem("timeout", detail, service=service)
-        case RemoteError(code=code) if code in DEPENDENCY_ERRORS:
-            own_code, missing = DEPENDENCY_ERRORS[code]
-            return HttpProblem(own_code, sentence(str(error)), service=missing)
-        case RemoteError(code=code) if code in PROBLEM_TYPES and PROBLEM_TYPES[code].status != 500:
+        case RemoteError() if known:
+            return HttpProblem(known, sentence(str(error)), service=silent)
+        case RemoteError(code=code) if code in PROBLEM_TYPES and code != "internal":
             details = {k: v for k, v in error.details.items() if k not in RESERVED_MEMBERS}
             return HttpProblem(code, sentence(str(error)), service=service, **details)
         case _:
@@ -139,11 +132,11 @@ def from_call_error(
             return HttpProblem("remote", detail, service=service)
 
 
-def _silent_service(error: CallError, called: str) -> str:
-    """The service that did not answer; empty if the error is itself an answer."""
-    if isinstance(error, RemoteError):
-        return DEPENDENCY_ERRORS[error.code][1] if error.code in DEPENDENCY_ERRORS else ""
-    return called
+def from_validation_error(error: ValidationError) -> HttpProblem:
+    """The same of what is no request of FastAPI, which names the part of the request first."""
+    return from_validation_errors(
+        [{**found, "loc": ("body", *found["loc"])} for found in error.errors()]
+    )
 
 
 def from_validation_errors(errors: Sequence[Mapping[str, Any]]) -> HttpProblem:
@@ -228,8 +221,6 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
         for status in statuses
     }
 
-
-BODY = (400, 413, 415)  # of every request with a body
 
 PROBLEM_STATUSES = {
     400: "The body is not JSON.",

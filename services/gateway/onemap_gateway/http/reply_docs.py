@@ -6,6 +6,19 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
+from onemap.replies import (
+    Choice,
+    ChoiceOption,
+    LookedArea,
+    MapObject,
+    MapPose,
+    QueryResult,
+    Region,
+    SearchSnapshot,
+    StoredMap,
+    moment,
+    rfc3339,
+)
 from onemap_shared.messages import FailureCode, SearchKind, SearchOrder, SearchState, Verdict
 
 Document = dict[str, Any]
@@ -18,128 +31,103 @@ CLOSED_LISTS: Mapping[str, Mapping[str, type[Enum]]] = {
 }
 REASONS = " ".join(f"`{code}`: {code.sentence}" for code in FailureCode if code)
 
-FOUND: Document = {
-    "text": "sofa",
-    "verdict": "found",
-    "sentence": "'sofa' is at (2.35, -1.10) m, with the score 0.91.",
-    "regions": [
-        {
-            "rank": 1,
-            "centre_m": [2.35, -1.1],
-            "extent_m": [1.5, -1.6, 3.2, -0.6],
-            "outline_m": [[1.5, -1.6], [3.2, -1.6], [3.2, -0.6], [1.5, -0.6]],
-            "score": 0.91,
-            "variance": 0.04,
-            "height_m": [0.1, 0.9],
-            "last_seen_at": "2026-01-01T00:00:12.400Z",
-            "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38},
-        }
-    ],
-    "looked": {
-        "share": 0.62,
-        "looked_m2": 31.5,
-        "not_looked_m2": 19.3,
-        "frontiers": 4,
-        "frontier_m": [5.15, 0.45],
-    },
-    "revision": 412,
-    "age_s": 0.21,
-    "encoder_id": "mini-1",
-    "best_score": 0.91,
-    "calibrated": True,
-    "message": "",
-    "did_you_mean": [],
-    "grid": None,
-}
-ABSENT: Document = {
-    **FOUND,
-    "text": "skateboard",
-    "verdict": "not_looked_yet",
-    "sentence": "'skateboard' was not seen, but only 62 % of the reachable area was looked at; "
-    "look behind the frontier at (5.15, 0.45) m next.",
-    "regions": [],
-    "best_score": 0.04,
-    "message": "Nothing on the map looks like 'skateboard': the best score is 0.04, and answers "
-    "begin at 0.22. Did you mean 'floor' or 'box'?",
-    "did_you_mean": ["floor", "box"],
-}
-SEARCH: Document = {
-    "id": "8f14e45f",
-    "kind": "find",
-    "place_m": None,
-    "state": "exploring",
-    "active": True,
-    "objects": ["sofa", "kettle"],
-    "order": "given",
-    "index": 0,
-    "target": "sofa",
-    "reason": "Walking to the frontier that looks most like a sofa.",
-    "reason_code": None,
-    "results": [],
-    "choice": {
-        "number": 3,
-        "sentence": "utility 0.52, 0.11 more than the region at (4.1, 0.3): its way is shorter "
-        "(1.2 m against 5.0 m)",
-        "options": [
-            {
-                "kind": "frontier",
-                "xy_m": [1.8, -0.4],
-                "score": 0.55,
-                "travel_m": 1.2,
-                "utility": 0.52,
-                "chosen": True,
-            },
-            {
-                "kind": "region",
-                "xy_m": [4.1, 0.3],
-                "score": 0.61,
-                "travel_m": 5.0,
-                "utility": 0.41,
-                "chosen": False,
-            },
-        ],
-        "left_out": 0,
-    },
-    "elapsed_s": 12.4,
-    "path_length_m": 3.2,
-    "started_at": "2026-01-01T00:00:00.000Z",
-    "updated_at": "2026-01-01T00:00:12.400Z",
-    "started_ns": "1767225600000000000",
-    "updated_ns": "1767225612400000000",
-}
-SAVED_MAP: Document = {
-    "name": "flat",
-    "file_bytes": 2514932,
-    "saved_at": "2026-01-01T00:00:12.400Z",
-    "saved_ns": "1767225612400000000",
-    "encoder_id": "mini-1",
-    "text_space": "minilm",
-    "cell_size_m": 0.1,
-    "cells_observed": 8132,
-    "frames_fused": 412,
-    "problem": "",
-}
-BED: Document = {
-    "id": "3f9a12c4",
-    "name": "bed",
-    "position_m": [3.42, -1.15, 0.41],
-    "extent_m": [2.5, -2.1, 4.4, -0.3],
-    "height_m": [0.1, 0.7],
-    "score": 0.93,
-    "times_found": 2,
-    "search_id": "8f14e45f",
-    "first_found_at": "2026-01-01T00:00:12.400Z",
-    "first_found_ns": "1767225612400000000",
-    "last_seen_at": "2026-01-01T00:09:51.000Z",
-    "last_seen_ns": "1767226191000000000",
-    "box_px": [120.0, 184.5, 512.0, 402.0],
-    "picture": "/v1/objects/3f9a12c4.jpg",
-}
+START_NS = 1_767_225_600_000_000_000  # 2026-01-01
+LATER_NS = START_NS + 12_400_000_000
+FOUND = QueryResult(
+    text="sofa",
+    verdict="found",
+    sentence="'sofa' is at (2.35, -1.10) m, with the score 0.91.",
+    regions=(
+        Region(
+            rank=1,
+            centre_m=(2.35, -1.1),
+            extent_m=(1.5, -1.6, 3.2, -0.6),
+            outline_m=((1.5, -1.6), (3.2, -1.6), (3.2, -0.6), (1.5, -0.6)),
+            score=0.91,
+            variance=0.04,
+            height_m=(0.1, 0.9),
+            last_seen_at=rfc3339(moment(LATER_NS)),
+            best_view=MapPose(x_m=0.6, y_m=-0.4, yaw_rad=-0.38),
+        ),
+    ),
+    looked=LookedArea(
+        share=0.62, looked_m2=31.5, not_looked_m2=19.3, frontiers=4, frontier_m=(5.15, 0.45)
+    ),
+    revision=412,
+    age_s=0.21,
+    encoder_id="mini-1",
+    best_score=0.91,
+    calibrated=True,
+)
+ABSENT = FOUND.model_copy(
+    update={
+        "text": "skateboard",
+        "verdict": "not_looked_yet",
+        "sentence": "'skateboard' was not seen, but only 62 % of the reachable area was looked at; "
+        "look behind the frontier at (5.15, 0.45) m next.",
+        "regions": (),
+        "best_score": 0.04,
+        "message": "Nothing on the map looks like 'skateboard': the best score is 0.04, and "
+        "answers begin at 0.22. Did you mean 'floor' or 'box'?",
+        "did_you_mean": ("floor", "box"),
+    }
+)
+OPTIONS = (
+    ("frontier", (1.8, -0.4), 0.55, 1.2, 0.52, True),
+    ("region", (4.1, 0.3), 0.61, 5.0, 0.41, False),
+)
+CHOICE = Choice(
+    number=3,
+    sentence="utility 0.52, 0.11 more than the region at (4.1, 0.3): its way is shorter "
+    "(1.2 m against 5.0 m)",
+    options=tuple(
+        ChoiceOption.of(dict(zip(ChoiceOption.model_fields, option, strict=True)))
+        for option in OPTIONS
+    ),
+)
+SEARCH = SearchSnapshot(
+    id="8f14e45f",
+    state="exploring",
+    objects=("sofa", "kettle"),
+    reason="Walking to the frontier that looks most like a sofa.",
+    results=(),
+    target="sofa",
+    choice=CHOICE,
+    elapsed_s=12.4,
+    path_length_m=3.2,
+    started_ns=START_NS,
+    updated_ns=LATER_NS,
+)
+SAVED_MAP = StoredMap(
+    name="flat",
+    file_bytes=2514932,
+    saved_ns=LATER_NS,
+    encoder_id="mini-1",
+    text_space="minilm",
+    cell_size_m=0.1,
+    cells_observed=8132,
+    frames_fused=412,
+    problem="",
+)
+BED = MapObject(
+    id="3f9a12c4",
+    name="bed",
+    position_m=(3.42, -1.15, 0.41),
+    extent_m=(2.5, -2.1, 4.4, -0.3),
+    height_m=(0.1, 0.7),
+    score=0.93,
+    times_found=2,
+    search_id="8f14e45f",
+    first_found_ns=LATER_NS,
+    last_seen_ns=START_NS + 591_000_000_000,
+    box_px=(120.0, 184.5, 512.0, 402.0),
+    picture="/v1/objects/3f9a12c4.jpg",
+)
 EXAMPLES: Mapping[str, list[Document]] = {
-    "SearchSnapshot": [SEARCH],
-    "QueryResult": [FOUND, ABSENT],
-    "StoredMap": [SAVED_MAP],
-    "MapObject": [BED],
+    "SearchSnapshot": [SEARCH.document],
+    "QueryResult": [FOUND.document, ABSENT.document],
+    "StoredMap": [SAVED_MAP.document],
+    "MapObject": [BED.document],
 }
 
 

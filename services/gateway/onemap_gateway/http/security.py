@@ -7,11 +7,9 @@ A browser lets every page of the web send requests to this machine. The headers 
 
 from __future__ import annotations
 
-import hmac
 import logging
 import time
 from base64 import urlsafe_b64decode
-from collections.abc import Mapping
 from hashlib import sha256
 from ipaddress import IPv6Address, IPv6Network, ip_address
 from math import ceil
@@ -19,6 +17,7 @@ from urllib.parse import urlsplit
 
 import anyio
 from starlette.datastructures import Headers
+from starlette.requests import ClientDisconnect, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
@@ -54,31 +53,6 @@ def required_role(method: str, path: str) -> Role:
     ):
         return Role.SEARCH
     return Role.ADMINISTER
-
-
-class TokenTable:
-    """The role of a token, compared in the same time whatever is presented."""
-
-    def __init__(self, tokens: Mapping[Role, str]) -> None:
-        # digests have one length: a comparison tells nothing of the token's own
-        self._digests = [(role, _digest(token.encode())) for role, token in tokens.items() if token]
-
-    @property
-    def open(self) -> bool:
-        """Whether there is no token, so that everybody may do everything."""
-        return not self._digests
-
-    def role(self, token: bytes) -> Role:
-        """The role of the token; NOBODY if it is none."""
-        given, found = _digest(token), Role.NOBODY
-        for role, digest in self._digests:
-            if hmac.compare_digest(given, digest):
-                found = role
-        return found
-
-
-def _digest(token: bytes) -> bytes:
-    return sha256(token).digest()
 
 
 class LockOut:
@@ -127,6 +101,7 @@ BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s, and for an image ove
 # padding, as one of the subprotocols; the gateway chooses LIVE_PROTOCOL, never the token.
 TOKEN_PROTOCOL = "onemap.token."
 LIVE_PROTOCOL = "onemap.live"
+JSON = "application/json"
 ROLE = "onemap.role"  # member of the scope: the role of the client, for routes that ask for it
 LOG = logging.getLogger("onemap.gateway")
 
@@ -139,7 +114,8 @@ class SecurityMiddleware:
     ) -> None:
         self._app = app
         self._hosts = frozenset(name.lower() for name in config.allowed_hosts)
-        self._tokens = TokenTable(config.tokens())
+        # by digest: how long a look-up takes tells nothing of a token
+        self._roles = {_digest(t.encode()): role for role, t in config.tokens().items() if t}
         self._lock_out = lock_out or LockOut()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -151,7 +127,7 @@ class SecurityMiddleware:
             if scope["type"] == "websocket" or method not in READING:
                 self._check_origin(headers)
             scope[ROLE] = Role.ADMINISTER
-            if not self._tokens.open:
+            if self._roles:  # without any, everybody may do everything
                 required = required_role(method, scope["path"])
                 scope[ROLE] = self._check_role(required, scope, headers)
             if method not in READING:
@@ -181,9 +157,8 @@ class SecurityMiddleware:
         if origin is None:  # not a browser
             return
         site = origin.partition("://")[2]
-        if site and site == headers.get("host"):
-            return
-        if _host_name(site) in self._hosts:  # behind a proxy that renames
+        own = site and site == headers.get("host")
+        if own or _host_name(site) in self._hosts:  # a proxy may rename
             return
         raise HttpProblem(
             "foreign_origin",
@@ -203,8 +178,13 @@ class SecurityMiddleware:
             )
         address, now_s = (scope.get("client") or ("", 0))[0], time.monotonic()
         if locked_s := self._lock_out.locked_s(address, now_s):
-            raise _locked_out(locked_s)
-        role = self._tokens.role(token)
+            wait_s = ceil(locked_s)
+            raise HttpProblem(
+                "locked_out",
+                f"There were {MAX_FAILURES} wrong tokens from this address: wait {wait_s} s.",
+                retry_after_s=wait_s,
+            )
+        role = self._roles.get(_digest(token), Role.NOBODY)
         if role is Role.NOBODY:
             if self._lock_out.count(address, now_s):
                 LOG.warning("%d wrong tokens from %s: refused for a minute", MAX_FAILURES, address)
@@ -221,6 +201,10 @@ class SecurityMiddleware:
         return role
 
 
+def _digest(token: bytes) -> bytes:
+    return sha256(token).digest()
+
+
 def presented_token(headers: Headers) -> bytes | None:
     """The token of a request, byte for byte; None if it has none."""
     scheme, _, given = headers.get("authorization", "").partition(" ")
@@ -234,15 +218,6 @@ def presented_token(headers: Headers) -> bytes | None:
             except ValueError:
                 return b""
     return None
-
-
-def _locked_out(locked_s: float) -> HttpProblem:
-    wait_s = ceil(locked_s)
-    return HttpProblem(
-        "locked_out",
-        f"There were {MAX_FAILURES} wrong tokens from this address: wait {wait_s} s.",
-        retry_after_s=wait_s,
-    )
 
 
 def _host_name(netloc: str) -> str:
@@ -266,44 +241,43 @@ async def _buffered_body(headers: Headers, receive: Receive, limit_bytes: int) -
     length = headers.get("content-length", "0")
     if not length.isdecimal() or int(length[:20]) > limit_bytes:
         raise _too_large(limit_bytes)
+    body = b""
     try:
         with anyio.fail_after(BODY_TIMEOUT_S):
-            body = await _read(receive, limit_bytes)
+            async for part in Request({"type": "http"}, receive).stream():
+                body += part
+                if len(body) > limit_bytes:
+                    raise _too_large(limit_bytes)
     except TimeoutError:
         raise HttpProblem(
             "slow_body", f"The body did not arrive within {BODY_TIMEOUT_S:g} s: send it in one go."
         ) from None
-    media_type = headers.get("content-type", "").partition(";")[0].strip().lower()
-    if body and media_type != "application/json":
+    except ClientDisconnect:
+        raise HttpProblem(
+            "slow_body", "The connection ended before the body was complete."
+        ) from None
+    if body and media_type(headers) != JSON:
         raise HttpProblem(
             "content_type",
-            "Send JSON with the header 'Content-Type: application/json'; /docs has an example "
-            "for each request.",
+            f"Send JSON with the header 'Content-Type: {JSON}'; /docs has an example for each "
+            "request.",
         )
-    replayed = False
-
-    async def replay() -> Message:
-        nonlocal replayed
-        if replayed:
-            return await receive()
-        replayed = True
-        return {"type": "http.request", "body": body, "more_body": False}
-
-    return replay
+    return replayed(body, receive)
 
 
-async def _read(receive: Receive, limit_bytes: int) -> bytes:
-    body = b""
-    while True:
-        message = await receive()
-        if message["type"] == "http.disconnect":
-            raise HttpProblem("slow_body", "The connection ended before the body was complete.")
-        part: bytes = message.get("body", b"")
-        body += part
-        if len(body) > limit_bytes:
-            raise _too_large(limit_bytes)
-        if not message.get("more_body", False):
-            return body
+def media_type(headers: Headers) -> str:
+    """The type of a body without its parameters, lower case; empty if there is none."""
+    return headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+def replayed(body: bytes, receive: Receive) -> Receive:
+    """A ``receive`` that yields a body which was read, and then what comes after it."""
+    unread: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+
+    async def receive_again() -> Message:
+        return unread.pop() if unread else await receive()
+
+    return receive_again
 
 
 def _too_large(limit_bytes: int) -> HttpProblem:

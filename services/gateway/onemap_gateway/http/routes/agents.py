@@ -3,47 +3,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
-from pydantic import TypeAdapter
+from pydantic import BaseModel, StrictInt, StrictStr, ValidationError
 
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import HttpProblem, problem_responses
-from onemap_gateway.http.security import ROLE
+from onemap_gateway.http.problems import HttpProblem, from_validation_error, problem_responses
+from onemap_gateway.http.security import JSON, ROLE, media_type
 
-ANY_JSON: TypeAdapter[Any] = TypeAdapter(Any)
 WANTED = (
     'send one JSON-RPC request to /mcp, such as {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}'
 )
 
 
+class JsonRpcMessage(BaseModel):
+    """One request or notification, as far as it is checked before the SDK reads it."""
+
+    jsonrpc: Literal["2.0"]
+    method: str
+    id: StrictInt | StrictStr = 0  # a notification has none
+    params: dict[str, Any] = {}
+
+
 def check_message(body: bytes) -> None:
     """HttpProblem unless the body is one JSON-RPC request or notification."""
     try:
-        message = ANY_JSON.validate_json(body)
-    except ValueError as problem:
-        raise HttpProblem("not_json", f"The body is not valid JSON; {WANTED}.") from problem
-    if fault := _fault(message):
-        raise HttpProblem("invalid", f"{fault}; {WANTED}.", 400)
-
-
-def _fault(message: Any) -> str:
-    """What is wrong with a JSON value as a message; empty if nothing is."""
-    if not isinstance(message, dict):
-        return "The body holds no JSON object, or several: one message is one object"
-    identity = message.get("id", 0)  # a notification has none
-    known = isinstance(identity, (int, str)) and not isinstance(identity, bool)
-    for holds, wanted in (
-        (message.get("jsonrpc") == "2.0", "'jsonrpc' must be \"2.0\""),
-        (isinstance(message.get("method"), str), "'method' must name what is asked for"),
-        (known, "'id' must be a whole number or a text"),
-        (isinstance(message.get("params", {}), dict), "'params' must be a JSON object"),
-    ):
-        if not holds:
-            return wanted
-    return ""
+        JsonRpcMessage.model_validate_json(body)
+    except ValidationError as error:
+        problem = from_validation_error(error)
+        raise HttpProblem(problem.code, f"{problem.detail[:-1]}; {WANTED}.", 400) from None
 
 
 router = APIRouter(tags=["agents"])
@@ -59,7 +49,7 @@ router = APIRouter(tags=["agents"])
             "content": {"application/json": {"schema": {"type": "object"}}},
         },
         406: {"description": "The client does not accept application/json."},
-        **problem_responses(400, 401, 501),
+        **problem_responses(400, 501),
     },
 )
 async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
@@ -68,12 +58,10 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
     The tools are `where_is`, `list_objects`, `describe_map`, `look_at`, `search_status`, and,
     with a token that may search, `start_search` and `stop`.
     """
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if media_type != "application/json":  # the SDK's answer to an empty body is no problem document
+    if media_type(request.headers) != JSON:  # the SDK's answer to no body is no problem document
         raise HttpProblem(
             "content_type",
-            "Send a message of the Model Context Protocol with the header 'Content-Type: "
-            "application/json'.",
+            f"Send a message of the Model Context Protocol with the header 'Content-Type: {JSON}'.",
         )
     body = await request.body()
     check_message(body)

@@ -16,8 +16,8 @@ from pydantic import AfterValidator
 
 from onemap.replies import MapContent, MapListReply, MapStatistics, StoredMap
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
-from onemap_gateway.http.queries import image_view
+from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.routes.queries import image_view
 from onemap_gateway.http.schemas import (
     ComparedImage,
     MergeRequest,
@@ -106,7 +106,7 @@ async def get_map_picture(gateway: GatewayDep, how: DrawingDep, text: Text = Non
     "/map.png",
     summary="The map as an image, with the similarity to an image",
     response_class=Response,
-    responses={200: PICTURE, **problem_responses(*BODY, 401, 409, 422, 503)},
+    responses={200: PICTURE, **problem_responses(409, 422, 503)},
 )
 async def draw_image_similarity(
     request: ComparedImage, gateway: GatewayDep, how: DrawingDep
@@ -178,7 +178,7 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     )
 
 
-@router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
+@router.post("/map/clear", summary="Forget the map", responses=problem_responses(503))
 async def clear_map(gateway: GatewayDep) -> MapContent:
     """Empty the map."""
     return MapContent.model_validate(await gateway.call(keys.MAP_CLEAR, MapClear()))
@@ -235,7 +235,7 @@ async def get_saved_map(name: Name, gateway: GatewayDep) -> StoredMap:
             "description": "No map had this name.",
             "headers": {"Location": {"schema": {"type": "string"}}},
         },
-        **problem_responses(401, 409, 422, 503, 507),
+        **problem_responses(409, 422, 503, 507),
     },
 )
 async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapContent:
@@ -250,7 +250,7 @@ async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapCon
 @maps_router.delete(
     "/maps/{name}",
     summary="Delete a saved map",
-    responses=problem_responses(401, 404, 422, 503, 507),
+    responses=problem_responses(404, 422, 503, 507),
 )
 async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Delete a file of the mapper's map folder and say what it was; the map in use stays."""
@@ -260,7 +260,7 @@ async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
 @maps_router.post(
     "/maps/{name}/load",
     summary="Load a saved map",
-    responses=problem_responses(401, 404, 409, 422, 503),
+    responses=problem_responses(404, 409, 422, 503),
 )
 async def load_saved_map(name: Name, gateway: GatewayDep) -> MapContent:
     """Replace the map by a saved one; refused if another encoder made it."""
@@ -270,7 +270,7 @@ async def load_saved_map(name: Name, gateway: GatewayDep) -> MapContent:
 @maps_router.post(
     "/maps/{name}/merge",
     summary="Merge a saved map into the map in use",
-    responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
+    responses=problem_responses(404, 409, 422, 503),
 )
 async def merge_saved_map(
     name: Name, gateway: GatewayDep, request: MergeRequest = NO_MOTION

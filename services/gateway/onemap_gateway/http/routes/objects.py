@@ -86,7 +86,7 @@ async def get_object(object_id: Id, gateway: GatewayDep) -> MapObject:
 @router.delete(
     "/{object_id}",
     summary="Forget an object",
-    responses=problem_responses(401, 404, 422, 503),
+    responses=problem_responses(404, 422, 503),
 )
 async def forget_object(object_id: Id, gateway: GatewayDep) -> MapObject:
     """Remove an object that was found wrongly, and say what it was."""

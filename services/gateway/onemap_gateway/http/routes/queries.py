@@ -1,29 +1,134 @@
-"""Where is it?"""
+"""Where is it? Queries of the map, and standing ones, whose answers come again as they change."""
+# Talks: asks for several texts at once, and waits between two answers.
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+import asyncio
+import math
+from collections.abc import AsyncIterator, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
+import anyio
 from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
+from pydantic import ValidationError
 
 from onemap.replies import QueryListReply, QueryResult
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
-from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
-from onemap_gateway.http.queries import (
-    answers,
-    check_answerable,
+from onemap_gateway.http.problems import HttpProblem, from_validation_error, problem_responses
+from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
+from onemap_gateway.http.streams import (
+    GOING_AWAY,
+    REFUSED,
+    RETRY_MS,
+    accept,
+    first_message,
     problem_event,
-    query_events,
-    standing_query,
-    standing_query_of,
+    speak,
 )
-from onemap_gateway.http.schemas import QueryRequest, StandingRequest
-from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, accept, first_message, speak
-from onemap_gateway.present.formats import json_text
+from onemap_gateway.present.formats import finite, json_text
+from onemap_gateway.present.queries import IMAGE_SUBJECT, differ, query_result, with_scores
+from onemap_shared import keys
+from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
+
+
+async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryResult]:
+    """The answers to the texts, in their order, or to the image; HttpProblem if one fails."""
+    asked = [answer(gateway, each) for each in request.requests(gateway.robot_xy_m())]
+    found = []
+    for reply in await asyncio.gather(*asked, return_exceptions=True):
+        if isinstance(reply, BaseException):
+            raise reply
+        found.append(reply)
+    return found
+
+
+async def answer(
+    gateway: GatewayContext, request: SimilarityRequest | ImageSimilarityRequest
+) -> QueryResult:
+    """The answer to one text or image."""
+    if isinstance(request, ImageSimilarityRequest):
+        reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, request)
+        return query_result(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
+    reply = await gateway.call(keys.MAP_SIMILARITY, request)
+    return query_result(reply, gateway.now_ns())
+
+
+async def image_view(gateway: GatewayContext, image: bytes) -> SearchView:
+    """The map, with the score of each cell against what an image shows."""
+    query = SimilarityRequest(IMAGE_NAME, max_regions=1, include_grid=True)
+    reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, ImageSimilarityRequest(image, query))
+    return with_scores(await gateway.view(), reply)
+
+
+# What ends by itself: the stream stays open and says why there are no answers now.
+PASSING = frozenset({"empty_map", "unavailable", "timeout", "busy", "encoder_mismatch"})
+NEVER = -1  # no revision of a map
+
+
+def standing_query(
+    texts: Sequence[str], negatives: Sequence[str], area_m: str, max_regions: int | str
+) -> QueryRequest:
+    """The request that an address describes; HttpProblem if it is none.
+
+    area_m: x_min,y_min,x_max,y_max in metres; empty for all of the map.
+    """
+    body: dict[str, Any] = {"texts": texts, "negatives": negatives, "max_regions": max_regions}
+    try:
+        if area_m:
+            body["area_m"] = [float(part) for part in area_m.split(",")]
+        return StandingRequest.model_validate(body)
+    except ValidationError as error:
+        raise from_validation_error(error) from None
+    except ValueError:
+        raise HttpProblem(
+            "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
+        ) from None
+
+
+async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> None:
+    """HttpProblem if the request will never be answered, as one with an unknown word."""
+    try:
+        await answers(gateway, request)
+    except HttpProblem as problem:
+        if problem.code not in PASSING:
+            raise
+
+
+async def query_events(
+    gateway: GatewayContext, request: QueryRequest
+) -> AsyncIterator[ServerSentEvent]:
+    """The answer to each text, or to the image, and again whenever regions or verdict change.
+
+    Asks only after a new revision of the map. While there is no answer, as of an empty map, it
+    goes on and gives a problem; any other problem ends it.
+    """
+    sent: dict[str, QueryResult] = {}
+    asked_revision: int | None = NEVER
+    asked_s = -math.inf
+    last_problem = ""
+    while not gateway.cache.closing:
+        now_s, revision = gateway.cache.now_s(), gateway.map_revision()
+        if revision != asked_revision and now_s - asked_s >= gateway.paces.ask_map_s:
+            asked_revision, asked_s = revision, now_s
+            try:
+                replies, last_problem = await answers(gateway, request), ""
+            except HttpProblem as problem:
+                replies, asked_revision = [], NEVER  # ask again, though nothing new is announced
+                if problem.detail != last_problem:
+                    last_problem = problem.detail
+                    yield problem_event(problem)
+                if problem.code not in PASSING:
+                    return
+            for reply in replies:
+                if reply.text not in sent or differ(sent[reply.text], reply):
+                    data, retry = finite(reply.model_dump(mode="json")), None if sent else RETRY_MS
+                    yield ServerSentEvent(event="answer", data=data, retry=retry)
+                    sent[reply.text] = reply
+        await anyio.sleep(gateway.paces.poll_s)
+
 
 router = APIRouter(prefix="/v1", tags=["queries"])
 
@@ -34,9 +139,7 @@ EVENTS: dict[str, Any] = {
 }
 
 
-@router.post(
-    "/queries", summary="Where is it?", responses=problem_responses(*BODY, 401, 409, 422, 503)
-)
+@router.post("/queries", summary="Where is it?", responses=problem_responses(409, 422, 503))
 async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryResult | QueryListReply:
     """Whether it is on the map, and regions that look like it, best first; no robot moves.
 
@@ -63,7 +166,7 @@ async def standing_request(
     max_regions: Annotated[int, Query(ge=1, le=100)] = 5,
 ) -> QueryRequest:
     """The request of a stream; what cannot be answered is refused before the stream begins."""
-    request = standing_query(text, negatives=negative, area_m=area_m, max_regions=max_regions)
+    request = standing_query(text, negative, area_m, max_regions)
     await check_answerable(gateway, request)
     return request
 
@@ -87,7 +190,7 @@ async def standing_body(
 ) -> AsyncIterator[QueryRequest]:
     """The request of a stream in a body, refused as one in an address; with a place if it needs
     one, until the stream has ended."""
-    with gateway.image_streams.place(request):
+    with gateway.image_streams.place(request.image):
         await check_answerable(gateway, request)
         yield request
 
@@ -96,7 +199,7 @@ async def standing_body(
     "/queries/events",
     summary="Tell me when it changes, also for an image",
     response_class=EventSourceResponse,
-    responses={200: EVENTS, **problem_responses(*BODY, 401, 422, 503)},
+    responses={200: EVENTS, **problem_responses(422, 503)},
 )
 async def follow_query_body(
     request: Annotated[QueryRequest, Depends(standing_body)], gateway: GatewayDep
@@ -121,7 +224,7 @@ async def follow_queries_live(socket: WebSocket) -> None:
     with suppress(WebSocketDisconnect):
         try:
             request = await _socket_request(socket)
-            with gateway.image_streams.place(request):
+            with gateway.image_streams.place(request.image):
                 await speak(socket, partial(_send_changes, socket, gateway, request))
         except HttpProblem as problem:
             await _refuse(socket, problem)
@@ -130,15 +233,15 @@ async def follow_queries_live(socket: WebSocket) -> None:
 async def _socket_request(socket: WebSocket) -> QueryRequest:
     """What the address asks for, or the first message; HttpProblem if neither can be."""
     asked = socket.query_params
-    if not asked:
-        return standing_query_of(await first_message(socket))
-    regions = asked.get("max_regions", "5")
-    return standing_query(
-        asked.getlist("text"),
-        negatives=asked.getlist("negative"),
-        area_m=asked.get("area_m", ""),
-        max_regions=int(regions) if regions.isdecimal() else regions,
-    )
+    if asked:
+        texts, negatives = asked.getlist("text"), asked.getlist("negative")
+        return standing_query(
+            texts, negatives, asked.get("area_m", ""), asked.get("max_regions", "5")
+        )
+    try:
+        return StandingRequest.model_validate_json(await first_message(socket))
+    except ValidationError as error:
+        raise from_validation_error(error) from None
 
 
 async def _send_changes(socket: WebSocket, gateway: GatewayContext, request: QueryRequest) -> None:

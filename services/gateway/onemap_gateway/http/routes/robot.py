@@ -14,7 +14,7 @@ from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.middleware import FOLDER
 from onemap_gateway.http.problems import HttpProblem, problem_responses
-from onemap_gateway.http.sockets import GOING_AWAY, accept, speak
+from onemap_gateway.http.streams import GOING_AWAY, accept, speak
 from onemap_gateway.present.formats import json_text
 from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import MEDIA_TYPE, exposition

@@ -14,9 +14,9 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from onemap.replies import SearchListReply, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
-from onemap_gateway.http.queries import RETRY_MS, problem_event
+from onemap_gateway.http.problems import HttpProblem, problem_responses
 from onemap_gateway.http.schemas import SearchStart
+from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import search_snapshot
 from onemap_shared import keys
@@ -99,7 +99,7 @@ Id = Annotated[str, Depends(planner_search_id)]
     summary="Go and find, or go there",
     responses={
         201: {"headers": {"Location": {"schema": {"type": "string"}}}},
-        **problem_responses(*BODY, 401, 409, 422, 503),
+        **problem_responses(409, 422, 503),
     },
 )
 async def start_search(
@@ -152,7 +152,7 @@ async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     return search_snapshot(status, gateway.now_ns())
 
 
-@router.delete("/{search_id}", summary="Stop", responses=problem_responses(401, 404, 422, 503))
+@router.delete("/{search_id}", summary="Stop", responses=problem_responses(404, 422, 503))
 async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """Stop the robot and end the search; what was found so far stays in the results."""
     status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))

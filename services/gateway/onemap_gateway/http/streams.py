@@ -1,19 +1,57 @@
-"""WebSockets on which only the gateway speaks, after a first message at most."""
+"""Event streams, and WebSockets on which only the gateway speaks after a first message at most."""
 # Talks: notices that a client left.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
-from contextlib import suppress
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager, suppress
 
 import anyio
 from fastapi import WebSocket, WebSocketDisconnect
+from fastapi.sse import ServerSentEvent
 
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.security import BODY_TIMEOUT_S, LIVE_PROTOCOL
+from onemap_gateway.present.formats import finite
 
 GOING_AWAY = 1001  # the gateway stops
 REFUSED = 1008  # what was asked for cannot be answered
+RETRY_MS = 2000  # until a browser connects again
+# Half of the images whose embedding the mapper keeps: with more than it keeps, each look at the
+# map would have to be embedded anew, and single queries need some of them too.
+MAX_IMAGE_STREAMS = 16
+
+
+class ImageStreams:
+    """Places for the standing queries with an image of one robot; for one event loop."""
+
+    def __init__(self) -> None:
+        self.open = 0
+
+    @contextmanager
+    def place(self, image: bytes | None) -> Iterator[None]:
+        """Hold a place as long as the query is followed, if it has an image.
+
+        Raises HttpProblem ``busy`` if all are taken.
+        """
+        taken = int(image is not None)
+        if self.open + taken > MAX_IMAGE_STREAMS:
+            raise HttpProblem(
+                "busy",
+                f"{self.open} standing queries with an image are open, and no more are possible: "
+                "close one of them, or ask now and then with POST /v1/queries.",
+                service="gateway",
+            )
+        self.open += taken
+        try:
+            yield
+        finally:
+            self.open -= taken
+
+
+def problem_event(problem: HttpProblem) -> ServerSentEvent:
+    """Why there are no events now."""
+    return ServerSentEvent(event="problem", data=finite(problem.document))
 
 
 async def accept(socket: WebSocket) -> None:
