@@ -14,7 +14,7 @@ from tests.end_to_end.test_restart import searching
 
 pytestmark = pytest.mark.timeout(900)
 
-SECTIONS: dict[str, Any] = {"simulator": SIMULATOR, "planner": {"explore": {"patience_s": 20.0}}}
+SECTIONS: dict[str, Any] = {"simulator": SIMULATOR}
 PLACES = ("/v1/searches/current", "/v1/status")
 
 

@@ -69,7 +69,7 @@ def test_the_environment_overrides_the_file(
 def test_every_mistake_is_reported_in_a_sentence(tmp_path: Path) -> None:
     config = written(
         tmp_path,
-        "planner: {explore: {patience_s: 0}, costmp: {}}\ngateway: {token: [hunter2]}\n"
+        "planner: {explore: {object_limit_s: 0}, costmp: {}}\ngateway: {token: [hunter2]}\n"
         "simulator: {sede: 1}\nreplay: {}\n",
     )
     result = run("check", "--config", config, "--json")
@@ -81,7 +81,7 @@ def test_every_mistake_is_reported_in_a_sentence(tmp_path: Path) -> None:
     assert document["mistakes"] == printed
     assert len(printed) == 5
     for part in (
-        "planner.explore.patience_s",
+        "planner.explore.object_limit_s",
         "did you mean 'costmap'",
         "did you mean 'seed'",
         "both robots",
@@ -138,7 +138,7 @@ def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
     assert "pip install 'onemap[mapper]'" in checked[1]
     assert "planner" in yaml.safe_load(shown[1])
     assert "mapper is left out" in shown[1]
-    assert "planner.explore.patience_s" in listed[1]
+    assert "planner.explore.object_limit_s" in listed[1]
     assert missing[0] == EXIT_USAGE_ERROR
     assert "pip install 'onemap[mapper]'" in missing[2]
 

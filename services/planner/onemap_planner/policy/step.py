@@ -73,7 +73,7 @@ from onemap_shared.params import Params
 
 
 class ExploreParams(Params):
-    """How near a robot goes to what it finds, and how long it seeks and waits."""
+    """How near a robot goes to what it finds, and how long it seeks."""
 
     approach_farthest_m: float = Field(
         default=1.1,
@@ -84,9 +84,6 @@ class ExploreParams(Params):
     object_limit_s: PositiveFloat = Field(
         default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
     )
-    patience_s: PositiveFloat = Field(
-        default=30.0, description="Seconds with stale or missing inputs before the search fails."
-    )
 
 
 class PlannerParams(Params):
@@ -96,7 +93,7 @@ class PlannerParams(Params):
         default=CostmapParams(), description="The robot's size, in metres, against the map."
     )
     explore: ExploreParams = Field(
-        default=ExploreParams(), description="The end of the way to an object, and patience."
+        default=ExploreParams(), description="The end of the way to an object, and its time."
     )
     drive: DriveParams = Field(
         default=DriveParams(), description="Speeds and accelerations of driving along a path."
@@ -113,6 +110,8 @@ class PlannerParams(Params):
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
 # in a corner 45 percent can be known.
 KNOWN_AROUND = 0.4
+# With stale or missing inputs before the search fails: a restarted stage is back in half of it.
+PATIENCE_S = 30.0
 MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
@@ -137,7 +136,7 @@ def step(
     _advance_clock(state, observation, params)
     pose, view = observation.pose, observation.view
     if observation.stale_reason or pose is None or view is None:
-        _wait_for_inputs(state, observation, params)
+        _wait_for_inputs(state, observation)
         return Outcome(state)
     turned_rad = wrap_angle(pose.yaw_rad - (state.pose or pose).yaw_rad)
     state.move_to(pose)
@@ -185,13 +184,13 @@ def _advance_clock(state: PlannerState, observation: Observation, params: Planne
     state.active_time_s += passed_s
 
 
-def _wait_for_inputs(state: PlannerState, observation: Observation, params: PlannerParams) -> None:
-    """Fail after ``patience_s`` without fresh inputs, later while a stage starts."""
+def _wait_for_inputs(state: PlannerState, observation: Observation) -> None:
+    """Fail after ``PATIENCE_S`` without fresh inputs, later while a stage starts."""
     if state.stale_since_s is None:
         return
     waited_s = observation.now_s - state.stale_since_s
     patient_s = observation.now_s - max(state.stale_since_s, observation.patience_from_s)
-    if patient_s > params.explore.patience_s or waited_s > MAX_WAIT_S:
+    if patient_s > PATIENCE_S or waited_s > MAX_WAIT_S:
         reason = f"waited {waited_s:.0f} s: {observation.stale_reason}"
         _apply(state, SearchFailed(reason, FailureCode.NO_INPUT), observation)
 
