@@ -11,10 +11,11 @@ import dataclasses
 import types
 import typing
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING
 from enum import Enum
 from functools import cache
 from math import prod
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import msgpack
 import numpy as np
@@ -55,28 +56,29 @@ def schema(message: type) -> str:
     return f"onemap.{message.__name__}/{VERSION}"
 
 
-def _fields(message: Any) -> tuple[tuple[str, Any, bool], ...]:
-    """Name, type and is-array of each field of a message type."""
-    return _fields_of(message)
+class _Field(NamedTuple):
+    """A field of a message; optional: it has a default, so that senders may leave it out."""
+
+    name: str
+    hint: Any
+    is_array: bool
+    optional: bool
 
 
-@cache
-def _fields_of(message: Any) -> tuple[tuple[str, Any, bool], ...]:
+def _described(message: Any) -> tuple[_Field, ...]:
     hints = typing.get_type_hints(message)
     return tuple(
-        (field.name, hints[field.name], _is_array(hints[field.name]))
+        _Field(
+            field.name,
+            hints[field.name],
+            _is_array(hints[field.name]),
+            field.default is not MISSING or field.default_factory is not MISSING,
+        )
         for field in dataclasses.fields(message)
     )
 
 
-def _added(message: Any) -> frozenset[str]:
-    """The fields that senders of earlier releases do not know, and therefore leave out."""
-    return _added_of(message)
-
-
-@cache
-def _added_of(message: Any) -> frozenset[str]:
-    return frozenset(f.name for f in dataclasses.fields(message) if f.metadata.get("added"))
+_fields: Callable[[Any], tuple[_Field, ...]] = cache(_described)
 
 
 def _is_array(hint: Any) -> bool:
@@ -90,7 +92,7 @@ def encode(message: object, compressions: Mapping[str, Compression] | None = Non
     arrays: dict[str, list[Any]] = {}
     chunks: list[Any] = []
     offset = 0
-    for name, hint, is_array in _fields(type(message)):
+    for name, hint, is_array, _ in _fields(type(message)):
         value = getattr(message, name)
         if not is_array:
             values[name] = _plain(value, hint)
@@ -115,11 +117,11 @@ def decode(message: type[M], packet: Packet) -> M:
     header = _header(message, packet)
     content: dict[str, Any] = {}
     try:
-        for name, hint, is_array in _fields(message):
+        for name, hint, is_array, optional in _fields(message):
             if is_array:
                 array = _array(name, header["arrays"].get(name), packet.body)
                 content[name] = _bytes(name, array) if hint is bytes else array
-            elif name in header["values"] or name not in _added(message):
+            elif name in header["values"] or not optional:
                 content[name] = _typed(name, header["values"].get(name), hint)
         return message(**content)
     except (ValueError, TypeError) as problem:
@@ -147,7 +149,7 @@ def _header(message: type, packet: Packet) -> dict[str, Any]:
             f"{message.__name__}: packet has schema {header['schema']!r}, "
             f"this version reads {schema(message)!r}"
         )
-    expected = sum(is_array for _, _, is_array in _fields(message))
+    expected = sum(field.is_array for field in _fields(message))
     if len(header["arrays"]) != expected:
         raise WireError(f"{message.__name__}: {len(header['arrays'])} arrays, expected {expected}")
     return header
@@ -199,7 +201,7 @@ def _plain(value: Any, hint: Any) -> Any:
     if origin is dict:
         return {key: _plain(item, arguments[1]) for key, item in value.items()}
     if dataclasses.is_dataclass(hint):
-        return {name: _plain(getattr(value, name), kind) for name, kind, _ in _fields(hint)}
+        return {name: _plain(getattr(value, name), kind) for name, kind, *_ in _fields(hint)}
     if issubclass(hint, Enum):
         return value.value
     return hint(value)
@@ -227,9 +229,9 @@ def _typed(name: str, value: Any, hint: Any) -> Any:
         return {_typed(name, k, str): _typed(name, v, arguments[1]) for k, v in value.items()}
     if not isinstance(hint, types.GenericAlias) and isinstance(hint, type):
         if dataclasses.is_dataclass(hint) and isinstance(value, dict):
-            make = typing.cast("Callable[..., Any]", hint)
-            known = [(n, k) for n, k, _ in _fields(hint) if n in value or n not in _added(hint)]
-            return make(**{n: _typed(f"{name}.{n}", value.get(n), k) for n, k in known})
+            known = [each for each in _fields(hint) if each.name in value or not each.optional]
+            make: Callable[..., Any] = hint
+            return make(**{n: _typed(f"{name}.{n}", value.get(n), kind) for n, kind, *_ in known})
         if issubclass(hint, Enum):
             return hint(value)
         accepted, convert = _SCALARS.get(hint, ((), hint))

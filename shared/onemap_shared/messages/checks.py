@@ -1,31 +1,102 @@
-"""Checks that messages make when they are built: arrays, shares, texts and pictures.
+"""Checks that messages make when they are built, declared with the types of their fields.
 
 No picture is decoded here, so that a small file that claims to be huge costs nothing.
 """
 
 from __future__ import annotations
 
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from functools import cache
+from math import inf, isfinite
+from typing import Annotated, Any, TypeAlias
+
 import numpy as np
+
+from onemap_shared.geometry import F64, check_rigid
+
+__all__ = [
+    "MAX_IMAGE_BYTES",
+    "MAX_IMAGE_SIDE_PX",
+    "MAX_PICTURE_BYTES",
+    "MAX_TEXT_CHARS",
+    "MIN_IMAGE_SIDE_PX",
+    "check_image",
+    "check_text",
+    "expect",
+    "image_size_px",
+    "jpeg_size_px",
+]
 
 MAX_TEXT_CHARS = 200  # of the name of one object
 MAX_PICTURE_BYTES = 256 * 1024  # simulated frames of 640 x 480 take up to 42 kB
 MAX_NAME_CHARS = 64  # of the name of a process, ours have 12, or of a world
 
-# Metadata of a field that was added to a message: a sender that does not know it leaves it out,
-# and the receiver takes the field's default.
-ADDED = {"added": True}
+# Raises ValueError for a value of the field of this name, or returns what to keep instead of it;
+# None: the value itself.
+Check: TypeAlias = Callable[[Any, str], Any]
 
 
-def check_name(name: str, field: str) -> None:
-    """Raise ValueError unless ``name`` can name a process or a world; empty stands for none."""
-    if len(name) > MAX_NAME_CHARS or not name.isprintable():
-        raise ValueError(
-            f"{field} has {len(name)} characters; it must be a printable name with at most "
-            f"{MAX_NAME_CHARS}"
-        )
+class Message:
+    """Base of messages with checked fields: those that their types name with ``Annotated``."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        message: Any = type(self)
+        lengths: dict[str, int] = {}
+        for name, dtype, checks in _declared(message):
+            for check in checks:
+                value = getattr(self, name)
+                if isinstance(check, Shape):
+                    check.compare(value, name, dtype, lengths)
+                elif (kept := check(value, name)) is not None:
+                    object.__setattr__(self, name, kept)
+        self._check()
+
+    def _check(self) -> None:
+        """Raise ValueError for fields that do not fit each other."""
 
 
-def expect(array: np.ndarray, name: str, dtype: type, shape: tuple[int | None, ...]) -> None:
+@cache
+def _declared(message: type) -> tuple[tuple[str, Any, tuple[Any, ...]], ...]:
+    """The checked fields of a message: name, dtype of an array, checks in their order."""
+    hints = typing.get_type_hints(message, include_extras=True)
+    checked = []
+    for name in (each.name for each in fields(message)):
+        if checks := getattr(hints[name], "__metadata__", ()):
+            kind = typing.get_args(hints[name])[0]
+            is_array = typing.get_origin(kind) is np.ndarray
+            dtype = typing.get_args(typing.get_args(kind)[1])[0] if is_array else None
+            checked.append((name, dtype, checks))
+    return tuple(checked)
+
+
+class Shape:
+    """Shape of an array with the dtype of its type: numbers, or letters for the same length in
+    all fields of a message, or None for any. Of a tuple: how many entries it has."""
+
+    def __init__(self, *lengths: int | str | None) -> None:
+        self.lengths = lengths
+
+    def compare(self, value: Any, name: str, dtype: Any, known: dict[str, int]) -> None:
+        """Raise ValueError unless it fits, and add the lengths that are ``known`` from now on."""
+        wanted = [known.get(each) if isinstance(each, str) else each for each in self.lengths]
+        if isinstance(value, np.ndarray):
+            expect(value, name, dtype, tuple(wanted))
+            have = value.shape
+        else:
+            have = (len(value),)
+        known.update({k: n for k, n in zip(self.lengths, have, strict=True) if isinstance(k, str)})
+
+
+def without(dtype: type, *shape: int) -> Any:
+    """The field of an array that is not there unless it is given: zeros of this shape."""
+    return field(default_factory=lambda: np.zeros(shape, dtype))
+
+
+def expect(array: np.ndarray, name: str, dtype: Any, shape: tuple[int | None, ...]) -> None:
     """Raise ValueError unless ``array`` has this dtype and shape (None is any length)."""
     if array.dtype != np.dtype(dtype):
         raise ValueError(f"{name} has dtype {array.dtype}; expected {np.dtype(dtype)}")
@@ -37,43 +108,108 @@ def expect(array: np.ndarray, name: str, dtype: type, shape: tuple[int | None, .
         raise ValueError(f"{name} has shape {array.shape}; expected {wanted}")
 
 
-def expect_finite(array: np.ndarray, name: str) -> None:
-    """Raise ValueError if any value is NaN or infinite."""
-    if not np.isfinite(array).all():
+def finite(numbers: Any, name: str) -> None:
+    """Raise ValueError if any of an array, or the one number, is NaN or infinite."""
+    if not np.isfinite(numbers).all():
         raise ValueError(f"{name} contains NaN or infinity")
 
 
-def expect_share(value: float, name: str) -> None:
-    """Raise ValueError unless 0 <= value <= 1; also refuses NaN."""
-    if not 0.0 <= value <= 1.0:
-        raise ValueError(f"{name} is {value}; it must lie in [0, 1]")
+def rigid(T: F64, name: str) -> None:
+    """Raise ValueError unless ``T`` (4, 4) is a rigid transform."""
+    check_rigid(T, name)
 
 
-def check_picture(picture: bytes) -> None:
-    """Raise ValueError if a picture is too large; empty stands for none."""
-    if len(picture) > MAX_PICTURE_BYTES:
+def printable(name: str, field: str) -> None:
+    """Raise ValueError unless ``name`` can name a process or a world; empty stands for none."""
+    if len(name) > MAX_NAME_CHARS or not name.isprintable():
         raise ValueError(
-            f"the picture has {len(picture)} bytes; the limit is {MAX_PICTURE_BYTES}: make it "
-            "smaller or leave it out"
+            f"{field} has {len(name)} characters; it must be a printable name with at most "
+            f"{MAX_NAME_CHARS}"
         )
 
 
-def clean_texts(message: object, field: str, what: str = "text") -> None:
-    """Replace a message's texts, one or a tuple, by what ``check_text`` returns for each.
+@dataclass(frozen=True)
+class Within:
+    """A number from ``low`` (itself only unless ``above``) to ``high``; no infinity, no NaN.
 
-    Called while the message is built, so that no instance has other texts.
+    rule: what it must be, where the limits alone do not say it.
     """
-    value = getattr(message, field)
-    if isinstance(value, tuple):
-        object.__setattr__(message, field, tuple(check_text(text, what) for text in value))
-    else:
-        object.__setattr__(message, field, check_text(value, what))
+
+    low: float
+    high: float = inf
+    above: bool = False
+    rule: str = ""
+
+    def __call__(self, value: float, name: str) -> None:
+        """See ``Check``."""
+        low_enough = self.low < value if self.above else self.low <= value
+        if low_enough and value <= self.high and value < inf:
+            return
+        limits = f"{'above' if self.above else 'at least'} {self.low:g}"
+        if self.high < inf:
+            limits += f", at most {self.high:g}"
+        raise ValueError(f"{name} is {value}; it must be {self.rule or limits}")
+
+
+@dataclass(frozen=True)
+class Chars:
+    """A text of at most ``limit`` characters."""
+
+    limit: int
+
+    def __call__(self, text: str, name: str) -> None:
+        """See ``Check``."""
+        if len(text) > self.limit:
+            raise ValueError(f"{name} has {len(text)} characters; the limit is {self.limit}")
+
+
+@dataclass(frozen=True)
+class Items:
+    """A tuple of ``least`` to ``most`` entries."""
+
+    most: int
+    least: int = 0
+
+    def __call__(self, items: tuple[Any, ...], name: str) -> None:
+        """See ``Check``."""
+        if not self.least <= len(items) <= self.most:
+            raise ValueError(
+                f"{len(items)} {name}; between {self.least} and {self.most} are allowed"
+            )
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A tuple of ``count`` finite numbers; of none as well, if ``optional``."""
+
+    count: int
+    optional: bool = False
+
+    def __call__(self, numbers: tuple[float, ...], name: str) -> None:
+        """See ``Check``."""
+        if len(numbers) != self.count and (numbers or not self.optional):
+            none = ", or none" if self.optional else ""
+            raise ValueError(f"{name} has {len(numbers)} numbers; it needs {self.count}{none}")
+        if not all(map(isfinite, numbers)):
+            raise ValueError(f"{name} contains NaN or infinity")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text, or each of a tuple, cleaned by ``check_text``; empty as well if ``optional``."""
+
+    what: str = "text"
+    optional: bool = False
+
+    def __call__(self, value: Any, _: str) -> Any:
+        """See ``Check``."""
+        if isinstance(value, tuple):
+            return tuple(check_text(text, self.what) for text in value)
+        return value if self.optional and value == "" else check_text(value, self.what)
 
 
 def check_text(text: str, what: str = "text") -> str:
     """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
-    if not isinstance(text, str):
-        raise ValueError(f"{what} must be a string, not {type(text).__name__}")
     cleaned = " ".join(text.split())
     if not cleaned:
         raise ValueError(f"{what} is empty: name an object, for example 'sofa'")
@@ -87,6 +223,15 @@ def check_text(text: str, what: str = "text") -> str:
     return cleaned
 
 
+def check_picture(picture: bytes, _: str) -> None:
+    """Raise ValueError if a picture is too large; empty stands for none."""
+    if len(picture) > MAX_PICTURE_BYTES:
+        raise ValueError(
+            f"the picture has {len(picture)} bytes; the limit is {MAX_PICTURE_BYTES}: make it "
+            "smaller or leave it out"
+        )
+
+
 MAX_IMAGE_BYTES = 512 * 1024  # a JPEG of 1920 x 1080; a crop of one thing takes a tenth of that
 MIN_IMAGE_SIDE_PX, MAX_IMAGE_SIDE_PX = 16, 4096  # two patches of the smallest encoder; a 4K camera
 PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
@@ -94,7 +239,7 @@ NOT_FRAME_HEADERS = frozenset({0xC4, 0xC8, 0xCC})  # of the markers C0 to CF of 
 WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD8)})
 
 
-def check_image(data: bytes) -> None:
+def check_image(data: bytes, _: str = "") -> None:
     """Raise ValueError unless ``data`` begins as a PNG or JPEG of a size that is allowed."""
     if len(data) > MAX_IMAGE_BYTES:
         raise ValueError(
@@ -135,3 +280,13 @@ def jpeg_size_px(data: bytes) -> tuple[int, int] | None:
         else:
             at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     return None
+
+
+Pose: TypeAlias = Annotated[F64, rigid]
+Name: TypeAlias = Annotated[str, printable]
+ObjectName: TypeAlias = Annotated[str, Text("object name")]
+Picture: TypeAlias = Annotated[bytes, check_picture]
+Image: TypeAlias = Annotated[bytes, check_image]
+Finite: TypeAlias = Annotated[float, finite]
+Share: TypeAlias = Annotated[float, Within(0, 1)]
+Count: TypeAlias = Annotated[int, Within(0)]

@@ -7,20 +7,36 @@ it. It names the view that it holds, and gets the cells that changed since.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
 from onemap_shared.geometry import F32, I32, MAX_COORDINATE_M, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import ADDED, clean_texts, expect
+from onemap_shared.messages.checks import (
+    Chars,
+    Count,
+    Items,
+    Message,
+    Shape,
+    Text,
+    Within,
+    expect,
+    without,
+)
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 
 SHA256 = re.compile(r"[0-9a-f]{64}")
 MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
+FileText: TypeAlias = Annotated[str, Chars(MAX_FILE_TEXT_CHARS)]
+Sought: TypeAlias = Annotated[str, Text(optional=True)]
+Coordinate: TypeAlias = Annotated[float, Within(-MAX_COORDINATE_M, MAX_COORDINATE_M)]
+Slope: TypeAlias = Annotated[float, Within(-90, 90)]
+Rivals: TypeAlias = Annotated[tuple[str, ...], Items(MAX_RIVALS), Text("rival")]
 
 
 class Occupancy(IntEnum):
@@ -42,7 +58,7 @@ class Layer(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class CameraView:
+class CameraView(Message):
     """Which heights a camera has in its image, from near and from far.
 
     Attributes:
@@ -53,18 +69,9 @@ class CameraView:
             image lies below it.
     """
 
-    height_m: float
-    down_deg: float
-    up_deg: float
-
-    def __post_init__(self) -> None:
-        if not abs(self.height_m) <= MAX_COORDINATE_M:  # also refuses NaN
-            raise ValueError(
-                f"height_m is {self.height_m}; it must lie within {MAX_COORDINATE_M:g}"
-            )
-        for name in ("down_deg", "up_deg"):
-            if not abs(getattr(self, name)) <= 90:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must lie within 90")
+    height_m: Coordinate
+    down_deg: Slope
+    up_deg: Slope
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +103,11 @@ class MapRevision:
     update_ms: float
     rate_hz: float
     objects_version: int = 0
-    camera: tuple[CameraView, ...] = field(default=(), metadata=ADDED)
+    camera: tuple[CameraView, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class SearchViewRequest:
+class SearchViewRequest(Message):
     """The layers of the map for one object; with an empty text without similarity.
 
     Attributes:
@@ -108,15 +115,12 @@ class SearchViewRequest:
         rivals: other names that what looks like ``text`` may be.
     """
 
-    text: str = ""
-    rivals: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check_names(self)
+    text: Sought = ""
+    rivals: Rivals = ()
 
 
 @dataclass(frozen=True, slots=True)
-class SearchView:
+class SearchView(Message):
     """The layers of the map that a planner uses, all of one revision.
 
     Attributes:
@@ -139,17 +143,14 @@ class SearchView:
     grid: GridSpec
     occupancy: U8
     layers: U8
-    similarity: F32
-    rival: F32 = field(default_factory=lambda: np.zeros((0, 0), np.float32))
-    guidance: U8 = field(default_factory=lambda: np.zeros((0, 0), np.uint8))
+    similarity: Annotated[F32, Shape(None, None)]
+    rival: Annotated[F32, Shape(None, None)] = without(np.float32, 0, 0)
+    guidance: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
     calibrated: bool = True
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
         expect(self.layers, "layers", np.uint8, self.grid.shape)
-        expect(self.similarity, "similarity", np.float32, (None, None))
-        expect(self.rival, "rival", np.float32, (None, None))
-        expect(self.guidance, "guidance", np.uint8, (None, None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +172,7 @@ class MapFile:
 
 
 @dataclass(frozen=True, slots=True)
-class MapMerge:
+class MapMerge(Message):
     """Fuse this saved map into the map in use.
 
     The saved map is turned about its origin, then moved, into the frame of the map in use.
@@ -184,17 +185,9 @@ class MapMerge:
     """
 
     name: str
-    x_m: float = 0.0
-    y_m: float = 0.0
-    yaw_rad: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field_name in ("x_m", "y_m", "yaw_rad"):
-            value = getattr(self, field_name)
-            if not abs(value) <= MAX_COORDINATE_M:  # also refuses NaN
-                raise ValueError(
-                    f"{field_name} is {value}; it must lie within {MAX_COORDINATE_M:g}"
-                )
+    x_m: Coordinate = 0.0
+    y_m: Coordinate = 0.0
+    yaw_rad: Coordinate = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +202,7 @@ class MapListRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class SavedMap:
+class SavedMap(Message):
     """A file in the mapper's map folder. What its header holds is empty or 0 if unreadable.
 
     Attributes:
@@ -223,33 +216,23 @@ class SavedMap:
         problem: why the file cannot be read, in one sentence; else empty.
     """
 
-    name: str
-    file_bytes: int
+    name: FileText
+    file_bytes: Count
     saved_ns: int
-    encoder_id: str = ""
-    text_space: str = ""
+    encoder_id: FileText = ""
+    text_space: FileText = ""
     cell_size_m: float = 0.0
-    cells_observed: int = 0
-    frames_fused: int = 0
-    problem: str = ""
+    cells_observed: Count = 0
+    frames_fused: Count = 0
+    problem: FileText = ""
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if not self.name:
             raise ValueError("a saved map has no name")
-        for field_name in ("name", "encoder_id", "text_space", "problem"):
-            length = len(getattr(self, field_name))
-            if length > MAX_FILE_TEXT_CHARS:
-                raise ValueError(
-                    f"{field_name} has {length} characters; the limit is {MAX_FILE_TEXT_CHARS}"
-                )
-        for field_name in ("file_bytes", "cells_observed", "frames_fused"):
-            value = getattr(self, field_name)
-            if value < 0:
-                raise ValueError(f"{field_name} is {value}; it must not be negative")
 
 
 @dataclass(frozen=True, slots=True)
-class MapList:
+class MapList(Message):
     """The saved maps, newest first.
 
     Attributes:
@@ -257,14 +240,8 @@ class MapList:
         left_out: number of older files that are not listed.
     """
 
-    maps: tuple[SavedMap, ...]
-    left_out: int = 0
-
-    def __post_init__(self) -> None:
-        if len(self.maps) > MAX_LISTED_MAPS:
-            raise ValueError(f"{len(self.maps)} maps; at most {MAX_LISTED_MAPS} are listed")
-        if self.left_out < 0:
-            raise ValueError(f"left_out is {self.left_out}; it must not be negative")
+    maps: Annotated[tuple[SavedMap, ...], Items(MAX_LISTED_MAPS)]
+    left_out: Count = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +278,7 @@ class MapDigestRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class MapDigest:
+class MapDigest(Message):
     """What the map holds, as one number, and how it was made.
 
     Attributes:
@@ -321,7 +298,7 @@ class MapDigest:
     settings: str
     versions: str
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if not SHA256.fullmatch(self.sha256):
             raise ValueError(f"sha256 is {self.sha256[:80]!r}; it has 64 hexadecimal digits")
 
@@ -329,11 +306,11 @@ class MapDigest:
 TILE_CELLS = 64  # cells along the edge of a tile: of 6.4 m at 0.1 m, a camera sees two to four
 MASK_BYTES = TILE_CELLS * TILE_CELLS // 8
 RANKS = 255  # of cosines, 1 to 255
-MAX_KEY_CHARS = 400  # of each part of a key; that of 31 names has 250
+KeyPart: TypeAlias = Annotated[str, Chars(400)]  # that of 31 names has 250
 
 
 @dataclass(frozen=True, slots=True)
-class ViewKey:
+class ViewKey(Message):
     """Which state of which view a caller holds; all empty for none.
 
     Attributes:
@@ -342,33 +319,16 @@ class ViewKey:
         number: of changes to the map so far.
     """
 
-    map_id: str = ""
-    query: str = ""
-    number: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("map_id", "query"):
-            length = len(getattr(self, name))
-            if length > MAX_KEY_CHARS:
-                raise ValueError(f"{name} has {length} characters; the limit is {MAX_KEY_CHARS}")
-        if self.number < 0:
-            raise ValueError(f"number is {self.number}; it must not be negative")
+    map_id: KeyPart = ""
+    query: KeyPart = ""
+    number: Count = 0
 
 
 NO_VIEW = ViewKey()
 
 
-def _check_names(request: SearchViewRequest | ViewChangesRequest) -> None:
-    """Check the names of a request for a view, and clean them."""
-    if request.text:
-        clean_texts(request, "text")
-    if len(request.rivals) > MAX_RIVALS:
-        raise ValueError(f"{len(request.rivals)} rivals; at most {MAX_RIVALS} are compared")
-    clean_texts(request, "rivals", "rival")
-
-
 @dataclass(frozen=True, slots=True)
-class ViewChangesRequest:
+class ViewChangesRequest(Message):
     """The changes of the view that ``SearchViewRequest`` asks for, since a state of it.
 
     Attributes:
@@ -377,16 +337,13 @@ class ViewChangesRequest:
         have: the key of the newest reply that was taken in; empty: send everything.
     """
 
-    text: str = ""
-    rivals: tuple[str, ...] = ()
+    text: Sought = ""
+    rivals: Rivals = ()
     have: ViewKey = NO_VIEW
-
-    def __post_init__(self) -> None:
-        _check_names(self)
 
 
 @dataclass(frozen=True, slots=True)
-class ViewChanges:
+class ViewChanges(Message):
     """The cells of a view that changed since ``base``; those of a tile follow each other.
 
     Cells that are in no reply since the one from nothing are unknown.
@@ -417,22 +374,19 @@ class ViewChanges:
     sequence: int
     stamp_ns: int
     grid: GridSpec
-    tiles: I32
-    cells: U8
+    tiles: Annotated[I32, Shape("K", 2)]
+    cells: Annotated[U8, Shape("K", MASK_BYTES)]
     occupancy: U8
     layers: U8
-    values: F32
-    rank_limits: F32 = field(default_factory=lambda: np.zeros(0, np.float32))
+    values: Annotated[F32, Shape(None, None)]
+    rank_limits: F32 = without(np.float32, 0)
     calibrated: bool = True
 
-    def __post_init__(self) -> None:
-        expect(self.tiles, "tiles", np.int32, (None, 2))
-        expect(self.cells, "cells", np.uint8, (len(self.tiles), MASK_BYTES))
+    def _check(self) -> None:
         changed = int(np.unpackbits(self.cells).sum())
         expect(self.occupancy, "occupancy", np.uint8, (changed,))
         expect(self.layers, "layers", np.uint8, (changed,))
         observed = int(np.count_nonzero(self.layers & Layer.OBSERVED))
-        expect(self.values, "values", np.float32, (None, None))
         if len(self.values) not in (0, 2, 3):
             raise ValueError(f"values has {len(self.values)} rows; expected 0, 2 or 3")
         if len(self.values):

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Annotated, TypeAlias
 
-from onemap_shared.messages.checks import ADDED, check_picture, clean_texts, expect_share
+from onemap_shared.messages.checks import (
+    Chars,
+    Count,
+    Items,
+    Message,
+    Numbers,
+    ObjectName,
+    Picture,
+    Share,
+    Within,
+)
 
 MAX_LISTED_OBJECTS = 150  # in one message of 256 kB, with names of 200 characters in any script
-MAX_ID_CHARS = 64
+Id: TypeAlias = Annotated[str, Chars(64)]
+PositionM: TypeAlias = Annotated[tuple[float, float, float], Numbers(3)]
+ExtentM: TypeAlias = Annotated[tuple[float, float, float, float], Numbers(4)]
+BoxPx: TypeAlias = Annotated[tuple[float, ...], Numbers(4, optional=True)]
+StampNs: TypeAlias = Annotated[int, Within(0, 2**63 - 1, rule="nanoseconds since 1970")]
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectFind:
+class ObjectFind(Message):
     """An object that a search has just confirmed, for the mapper to keep.
 
     Attributes:
@@ -26,22 +39,18 @@ class ObjectFind:
         picture: a JPEG in which the object was detected; may be empty.
     """
 
-    name: str
-    position_m: tuple[float, float, float]
-    extent_m: tuple[float, float, float, float]
-    score: float
-    stamp_ns: int
-    search_id: str
-    box_px: tuple[float, ...] = ()
-    picture: bytes = b""
-
-    def __post_init__(self) -> None:
-        _check_place(self)
-        check_picture(self.picture)
+    name: ObjectName
+    position_m: PositionM
+    extent_m: ExtentM
+    score: Share
+    stamp_ns: StampNs
+    search_id: Id
+    box_px: BoxPx = ()
+    picture: Picture = b""
 
 
 @dataclass(frozen=True, slots=True)
-class KeptObject:
+class KeptObject(Message):
     """A found object as the mapper keeps it, without its picture.
 
     Attributes:
@@ -59,49 +68,37 @@ class KeptObject:
         height_m: between which heights above the floor it lies; empty: not known.
     """
 
-    object_id: str
-    name: str
-    position_m: tuple[float, float, float]
-    extent_m: tuple[float, float, float, float]
-    score: float
-    times_found: int
-    search_id: str
-    first_found_ns: int
-    last_seen_ns: int
-    box_px: tuple[float, ...] = ()
-    picture_bytes: int = 0
-    height_m: tuple[float, ...] = field(default=(), metadata=ADDED)
+    object_id: Id
+    name: ObjectName
+    position_m: PositionM
+    extent_m: ExtentM
+    score: Share
+    times_found: Count
+    search_id: Id
+    first_found_ns: StampNs
+    last_seen_ns: StampNs
+    box_px: BoxPx = ()
+    picture_bytes: Count = 0
+    height_m: Annotated[tuple[float, ...], Numbers(2, optional=True)] = ()
 
-    def __post_init__(self) -> None:
-        _check_place(self)
-        _check_id(self.object_id, "object_id")
+    def _check(self) -> None:
         if not self.object_id:
             raise ValueError("a kept object has no id")
-        for field_name in ("times_found", "picture_bytes"):
-            value = getattr(self, field_name)
-            if value < 0:
-                raise ValueError(f"{field_name} is {value}; it must not be negative")
-        _check_numbers(self.height_m, "height_m")
-        if len(self.height_m) not in (0, 2):
-            raise ValueError(f"height_m has {len(self.height_m)} numbers; it needs 2, or none")
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectId:
+class ObjectId(Message):
     """Names a kept object.
 
     Attributes:
         object_id: as in the list of objects.
     """
 
-    object_id: str
-
-    def __post_init__(self) -> None:
-        _check_id(self.object_id, "object_id")
+    object_id: Id
 
 
 @dataclass(frozen=True, slots=True)
-class PicturedObject:
+class PicturedObject(Message):
     """A kept object with its picture.
 
     Attributes:
@@ -110,10 +107,7 @@ class PicturedObject:
     """
 
     kept: KeptObject
-    picture: bytes
-
-    def __post_init__(self) -> None:
-        check_picture(self.picture)
+    picture: Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +116,7 @@ class ObjectListRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectList:
+class ObjectList(Message):
     """The kept objects, the one found last first.
 
     Attributes:
@@ -131,39 +125,5 @@ class ObjectList:
             others took their room.
     """
 
-    objects: tuple[KeptObject, ...]
-    left_out: int = 0
-
-    def __post_init__(self) -> None:
-        if len(self.objects) > MAX_LISTED_OBJECTS:
-            raise ValueError(
-                f"{len(self.objects)} objects; at most {MAX_LISTED_OBJECTS} are listed"
-            )
-        if self.left_out < 0:
-            raise ValueError(f"left_out is {self.left_out}; it must not be negative")
-
-
-def _check_place(message: ObjectFind | KeptObject) -> None:
-    """Check what a find and a kept object have in common; cleans the name."""
-    clean_texts(message, "name", "object name")
-    expect_share(message.score, "score")
-    _check_id(message.search_id, "search_id")
-    _check_numbers(message.position_m, "position_m")
-    _check_numbers(message.extent_m, "extent_m")
-    _check_numbers(message.box_px, "box_px")
-    if len(message.box_px) not in (0, 4):
-        raise ValueError(f"box_px has {len(message.box_px)} numbers; it needs 4, or none")
-    for field_name in ("stamp_ns", "first_found_ns", "last_seen_ns"):
-        stamp_ns = getattr(message, field_name, 0)
-        if not 0 <= stamp_ns < 2**63:
-            raise ValueError(f"{field_name} is {stamp_ns}; it must be nanoseconds since 1970")
-
-
-def _check_numbers(values: Iterable[float], name: str) -> None:
-    if not all(map(math.isfinite, values)):
-        raise ValueError(f"{name} contains NaN or infinity")
-
-
-def _check_id(text: str, name: str) -> None:
-    if len(text) > MAX_ID_CHARS:
-        raise ValueError(f"{name} has {len(text)} characters; the limit is {MAX_ID_CHARS}")
+    objects: Annotated[tuple[KeptObject, ...], Items(MAX_LISTED_OBJECTS)]
+    left_out: Count = 0

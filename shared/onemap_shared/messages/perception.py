@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
+from onemap_shared.geometry import F16, F32, I32, I64, U8, U16, Bool
 from onemap_shared.messages.checks import (
-    ADDED,
-    check_image,
-    check_name,
-    check_picture,
-    clean_texts,
-    expect,
-    expect_finite,
-    expect_share,
+    Image,
+    Items,
+    Message,
+    Name,
+    Picture,
+    Pose,
+    Shape,
+    Share,
+    Text,
+    Within,
+    finite,
 )
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
@@ -28,7 +32,7 @@ MIN_VARIANCE, MAX_VARIANCE = 1e-6, 1e12
 
 
 @dataclass(frozen=True, slots=True)
-class FeatureField:
+class FeatureField(Message):
     """Language-aligned patch features of one frame, with a variance for each depth pixel.
 
     Attributes:
@@ -44,33 +48,27 @@ class FeatureField:
     stamp_ns: int
     encoder_id: str
     text_space: str
-    features: F16
-    variance: F32
-    depth_mm: U16
+    features: Annotated[F16, Shape(None, None, None), finite]
+    variance: Annotated[F32, Shape("H", "W")]
+    depth_mm: Annotated[U16, Shape("H", "W")]
     intrinsics: Intrinsics
-    T_map_camera: F64
-    world: str = field(default="", metadata=ADDED)
+    T_map_camera: Pose
+    world: Name = ""
 
-    def __post_init__(self) -> None:
-        check_name(self.world, "world")
-        expect(self.features, "features", np.float16, (None, None, None))
-        expect(self.variance, "variance", np.float32, (None, None))
-        expect(self.depth_mm, "depth_mm", np.uint16, self.variance.shape)
+    def _check(self) -> None:
         if self.features.size == 0 or self.depth_mm.size == 0:
             raise ValueError("the feature field is empty")
         self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
-        expect_finite(self.features, "features")
         usable = (self.variance <= MAX_VARIANCE) | np.isinf(self.variance)
         if not (self.variance.min() >= MIN_VARIANCE and usable.all()):  # also refuses NaN
             raise ValueError(
                 f"variance must be positive, {MIN_VARIANCE:g} to {MAX_VARIANCE:g} (infinity marks "
                 "unusable pixels)"
             )
-        check_rigid(self.T_map_camera, "T_map_camera")
 
 
 @dataclass(frozen=True, slots=True)
-class Detections:
+class Detections(Message):
     """Detections of one frame, for the names of the present search.
 
     Attributes:
@@ -89,26 +87,17 @@ class Detections:
     sequence: int
     stamp_ns: int
     detector_id: str
-    names: tuple[str, ...]
-    boxes_px: F32
-    scores: F32
-    points_map: F32
-    point_owner: I32
-    picture: bytes = b""
-    picture_scale: float = 1.0
+    names: Annotated[tuple[str, ...], Shape("N")]
+    boxes_px: Annotated[F32, Shape("N", 4), finite]
+    scores: Annotated[F32, Shape("N"), finite]
+    points_map: Annotated[F32, Shape("P", 3), finite]
+    point_owner: Annotated[I32, Shape("P")]
+    picture: Picture = b""
+    picture_scale: Annotated[float, Within(0, 1, above=True)] = 1.0
     independent: bool = False
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         count = len(self.names)
-        check_picture(self.picture)
-        if not 0.0 < self.picture_scale <= 1.0:  # also refuses NaN
-            raise ValueError(f"picture_scale is {self.picture_scale}; it must lie in (0, 1]")
-        expect(self.boxes_px, "boxes_px", np.float32, (count, 4))
-        expect(self.scores, "scores", np.float32, (count,))
-        expect(self.points_map, "points_map", np.float32, (None, 3))
-        expect(self.point_owner, "point_owner", np.int32, (len(self.points_map),))
-        for name in ("boxes_px", "scores", "points_map"):
-            expect_finite(getattr(self, name), name)
         if self.point_owner.size and not (
             self.point_owner.min() >= 0 and self.point_owner.max() < count
         ):
@@ -116,39 +105,29 @@ class Detections:
 
 
 @dataclass(frozen=True, slots=True)
-class TextRequest:
+class TextRequest(Message):
     """Texts to embed.
 
     Attributes:
         texts: 1 to 256 texts.
     """
 
-    texts: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if not 1 <= len(self.texts) <= 256:
-            raise ValueError(
-                f"{len(self.texts)} texts in one request; between 1 and 256 are allowed"
-            )
-        clean_texts(self, "texts")
+    texts: Annotated[tuple[str, ...], Items(256, least=1), Text()]
 
 
 @dataclass(frozen=True, slots=True)
-class ImageRequest:
+class ImageRequest(Message):
     """A picture of one thing to embed, so that it can be asked for as a text can.
 
     Attributes:
         image: a PNG or JPEG of 16 to 4096 pixels on each side, at most 512 kB.
     """
 
-    image: bytes
-
-    def __post_init__(self) -> None:
-        check_image(self.image)
+    image: Image
 
 
 @dataclass(frozen=True, slots=True)
-class TextEmbeddings:
+class TextEmbeddings(Message):
     """Embeddings of texts, with the calibration that turns a cosine into a score.
 
     An image has one too, in the place of a text's.
@@ -169,21 +148,15 @@ class TextEmbeddings:
 
     encoder_id: str
     text_space: str
-    texts: tuple[str, ...]
-    embeddings: F32
-    neutral: F32
-    neutral_mask: U8
+    texts: Annotated[tuple[str, ...], Shape("N")]
+    embeddings: Annotated[F32, Shape("N", "D"), finite]
+    neutral: Annotated[F32, Shape("M", "D"), finite]
+    neutral_mask: Annotated[U8, Shape("N", "M")]
     temperature: float
-    floor: float = 0.0
+    floor: Share = 0.0
     nearest: tuple[tuple[str, ...], ...] = ()
 
-    def __post_init__(self) -> None:
-        expect(self.embeddings, "embeddings", np.float32, (len(self.texts), None))
-        expect(self.neutral, "neutral", np.float32, (None, self.embeddings.shape[1]))
-        expect(self.neutral_mask, "neutral_mask", np.uint8, (len(self.texts), len(self.neutral)))
-        expect_finite(self.embeddings, "embeddings")
-        expect_finite(self.neutral, "neutral")
-        expect_share(self.floor, "floor")
+    def _check(self) -> None:
         if self.nearest and len(self.nearest) != len(self.texts):
             raise ValueError(f"nearest has {len(self.nearest)} entries for {len(self.texts)} texts")
 

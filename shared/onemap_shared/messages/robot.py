@@ -6,18 +6,19 @@ RGB-D frames, odometry, corrected poses, velocity commands; heartbeats and recei
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
-from onemap_shared.messages.checks import ADDED, check_name, expect
+from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape
 
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
 
 @dataclass(frozen=True, slots=True)
-class RgbdFrame:
+class RgbdFrame(Message):
     """One aligned colour and depth image with the camera's pose at capture.
 
     Attributes:
@@ -29,24 +30,20 @@ class RgbdFrame:
 
     sequence: int
     stamp_ns: int
-    rgb: U8
-    depth_mm: U16
+    rgb: Annotated[U8, Shape("H", "W", 3)]
+    depth_mm: Annotated[U16, Shape("H", "W")]
     intrinsics: Intrinsics
-    T_map_camera: F64
-    world: str = field(default="", metadata=ADDED)
+    T_map_camera: Pose
+    world: Name = ""
 
-    def __post_init__(self) -> None:
-        check_name(self.world, "world")
-        expect(self.rgb, "rgb", np.uint8, (None, None, 3))
-        expect(self.depth_mm, "depth_mm", np.uint16, self.rgb.shape[:2])
+    def _check(self) -> None:
         if self.depth_mm.size == 0:
             raise ValueError("the image has no pixels")
         self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
-        check_rigid(self.T_map_camera, "T_map_camera")
 
 
 @dataclass(frozen=True, slots=True)
-class Odometry:
+class Odometry(Message):
     """Where the robot's body is and how fast it moves (body frame: x forward, z up).
 
     Attributes:
@@ -65,21 +62,17 @@ class Odometry:
 
     sequence: int
     stamp_ns: int
-    T_map_body: F64
+    T_map_body: Pose
     linear_mps: float
     angular_radps: float
     collided: bool = False
-    planner: str = field(default="", metadata=ADDED)
-    command_sequence: int = field(default=-1, metadata=ADDED)
-    lateral_mps: float = field(default=0.0, metadata=ADDED)
-
-    def __post_init__(self) -> None:
-        check_rigid(self.T_map_body, "T_map_body")
-        check_name(self.planner, "planner")
+    planner: Name = ""
+    command_sequence: int = -1
+    lateral_mps: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class PoseGraph:
+class PoseGraph(Message):
     """Where the robot was, as SLAM says after a correction. Replaces the graph before it.
 
     A graph without keyframes corrects nothing: it announces that corrections will follow, so that
@@ -97,12 +90,11 @@ class PoseGraph:
 
     sequence: int
     stamp_ns: int
-    keyframe_stamps_ns: I64
-    T_map_body_published: F64
-    T_map_body: F64
+    keyframe_stamps_ns: Annotated[I64, Shape("N")]
+    T_map_body_published: Annotated[F64, Shape("N", 4, 4)]
+    T_map_body: Annotated[F64, Shape("N", 4, 4)]
 
-    def __post_init__(self) -> None:
-        expect(self.keyframe_stamps_ns, "keyframe_stamps_ns", np.int64, (None,))
+    def _check(self) -> None:
         count = len(self.keyframe_stamps_ns)
         if count > MAX_KEYFRAMES:
             raise ValueError(
@@ -112,14 +104,12 @@ class PoseGraph:
         if (np.diff(self.keyframe_stamps_ns) <= 0).any():
             raise ValueError("keyframe_stamps_ns must be strictly ascending")
         for name in ("T_map_body_published", "T_map_body"):
-            poses = getattr(self, name)
-            expect(poses, name, np.float64, (count, 4, 4))
-            for index, pose in enumerate(poses):
+            for index, pose in enumerate(getattr(self, name)):
                 check_rigid(pose, f"{name}[{index}]")
 
 
 @dataclass(frozen=True, slots=True)
-class VelocityCommand:
+class VelocityCommand(Message):
     """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake.
 
     Attributes:
@@ -139,18 +129,13 @@ class VelocityCommand:
 
     sequence: int
     stamp_ns: int
-    linear_mps: float
-    angular_radps: float
+    linear_mps: Finite
+    angular_radps: Finite
     validity_ms: int = 300
-    planner: str = field(default="", metadata=ADDED)
-    odometry_stamp_ns: int = field(default=0, metadata=ADDED)
-    frame_ns: int = field(default=0, metadata=ADDED)
-    lateral_mps: float = field(default=0.0, metadata=ADDED)
-
-    def __post_init__(self) -> None:
-        check_name(self.planner, "planner")
-        if not np.isfinite((self.linear_mps, self.angular_radps, self.lateral_mps)).all():
-            raise ValueError("velocity is NaN or infinite")
+    planner: Name = ""
+    odometry_stamp_ns: int = 0
+    frame_ns: int = 0
+    lateral_mps: Finite = 0.0
 
     @property
     def velocity(self) -> Velocity2d:

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from math import inf, isfinite
-
-import numpy as np
+from math import isfinite
+from typing import Annotated, TypeAlias
 
 from onemap_shared.geometry import F32, MAX_COORDINATE_M
-from onemap_shared.messages.checks import ADDED, clean_texts, expect, expect_finite
+from onemap_shared.messages.checks import (
+    Count,
+    Finite,
+    Items,
+    Message,
+    Numbers,
+    Shape,
+    Text,
+    Within,
+    finite,
+)
 
 MAX_GOAL_OPTIONS = 5  # of one choice: the best, and the chosen one
 
 
 @dataclass(frozen=True, slots=True)
-class GoalOption:
+class GoalOption(Message):
     """A goal that was weighed.
 
     Attributes:
@@ -28,20 +37,15 @@ class GoalOption:
     """
 
     kind: str
-    xy_m: tuple[float, float]
-    score: float
-    travel_m: float
-    utility: float
+    xy_m: Annotated[tuple[float, float], Numbers(2)]
+    score: Finite
+    travel_m: Finite
+    utility: Finite
     chosen: bool
-
-    def __post_init__(self) -> None:
-        numbers = (*self.xy_m, self.score, self.travel_m, self.utility)
-        if not all(isfinite(number) for number in numbers):
-            raise ValueError(f"a weighed goal has the numbers {numbers}; all must be finite")
 
 
 @dataclass(frozen=True, slots=True)
-class GoalChoice:
+class GoalChoice(Message):
     """A decision of the planner where to drive.
 
     Attributes:
@@ -53,14 +57,8 @@ class GoalChoice:
 
     number: int = 0
     sentence: str = ""
-    options: tuple[GoalOption, ...] = ()
+    options: Annotated[tuple[GoalOption, ...], Items(MAX_GOAL_OPTIONS)] = ()
     left_out: int = 0
-
-    def __post_init__(self) -> None:
-        if len(self.options) > MAX_GOAL_OPTIONS:
-            raise ValueError(
-                f"a choice has {len(self.options)} options; at most {MAX_GOAL_OPTIONS} are allowed"
-            )
 
 
 NO_CHOICE = GoalChoice()
@@ -166,20 +164,13 @@ class SearchState(str, Enum):
         return self.value
 
 
-FINAL_STATES = frozenset(
-    {
-        SearchState.FOUND,
-        SearchState.NOT_FOUND,
-        SearchState.FAILED,
-        SearchState.CANCELLED,
-        SearchState.ARRIVED,
-        SearchState.INTERRUPTED,
-    }
-)
+FINAL_STATES = frozenset(tuple(SearchState)[3:])
+ObjectNames: TypeAlias = Annotated[tuple[str, ...], Text("object name")]
+Limit: TypeAlias = Annotated[float, Within(0)]
 
 
 @dataclass(frozen=True, slots=True)
-class SearchRequest:
+class SearchRequest(Message):
     """Request to find objects, or to drive to a place.
 
     Attributes:
@@ -192,20 +183,15 @@ class SearchRequest:
         max_time_s: seconds that this search may take, with all its objects; 0: no limit.
     """
 
-    objects: tuple[str, ...]
-    patience_s: float = 2.0
+    objects: ObjectNames
+    patience_s: Annotated[float, Within(0, above=True)] = 2.0
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
     order: SearchOrder = SearchOrder.GIVEN
-    max_distance_m: float = 0.0
-    max_time_s: float = 0.0
+    max_distance_m: Limit = 0.0
+    max_time_s: Limit = 0.0
 
-    def __post_init__(self) -> None:
-        for name in ("max_distance_m", "max_time_s"):
-            if not 0 <= getattr(self, name) < inf:  # also refuses NaN
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
-        if not self.patience_s > 0:  # also refuses NaN
-            raise ValueError(f"patience_s is {self.patience_s}; it must be positive")
+    def _check(self) -> None:
         _check_place(self.kind, self.place_m)
         if self.kind is not SearchKind.FIND:
             if self.objects:
@@ -215,7 +201,6 @@ class SearchRequest:
             raise ValueError(
                 f"a search has {len(self.objects)} objects; between 1 and {MAX_OBJECTS} are allowed"
             )
-        clean_texts(self, "objects", "object name")
 
 
 def _check_place(kind: SearchKind, place_m: tuple[float, ...]) -> None:
@@ -283,7 +268,7 @@ class ObjectResult:
 
 
 @dataclass(frozen=True, slots=True)
-class SearchStatus:
+class SearchStatus(Message):
     """Status of a search.
 
     Attributes:
@@ -303,7 +288,7 @@ class SearchStatus:
 
     search_id: str
     state: SearchState
-    objects: tuple[str, ...]
+    objects: ObjectNames
     index: int
     reason: str
     results: tuple[ObjectResult, ...]
@@ -315,9 +300,8 @@ class SearchStatus:
     order: SearchOrder = SearchOrder.GIVEN
     choice: GoalChoice = NO_CHOICE
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         _check_place(self.kind, self.place_m)
-        clean_texts(self, "objects", "object name")
 
     @property
     def active(self) -> bool:
@@ -328,13 +312,6 @@ class SearchStatus:
     def target(self) -> str:
         """The object now searched for, empty when the search is over or for a place."""
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
-
-    def result_of(self, index: int) -> ObjectResult | None:
-        """The result of the object of this index; None while it is not done."""
-        name = self.objects[index]
-        results = [result for result in self.results if result.name == name]
-        earlier = self.objects[:index].count(name)  # a name may be there twice
-        return results[earlier] if earlier < len(results) else None
 
     @property
     def reason_code(self) -> FailureCode:
@@ -354,7 +331,7 @@ class SearchListRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class SearchList:
+class SearchList(Message):
     """The remembered searches, newest first.
 
     Attributes:
@@ -363,18 +340,16 @@ class SearchList:
     """
 
     searches: tuple[SearchStatus, ...]
-    left_out: int = 0
+    left_out: Count = 0
 
-    def __post_init__(self) -> None:
-        if self.left_out < 0:
-            raise ValueError(f"left_out is {self.left_out}; it must not be negative")
+    def _check(self) -> None:
         ids = [search.search_id for search in self.searches]
         if len(set(ids)) < len(ids):
             raise ValueError("a search is listed twice")
 
 
 @dataclass(frozen=True, slots=True)
-class PlannedPath:
+class PlannedPath(Message):
     """Path, goal, frontiers and regions of the last plan, for display.
 
     Places are in metres of the map frame, scores in [0, 1].
@@ -397,25 +372,15 @@ class PlannedPath:
     stamp_ns: int
     goal_kind: str
     goal_reason: str
-    points_m: F32
-    goal_m: F32
-    frontiers_m: F32
-    frontier_scores: F32
-    regions_m: F32
-    region_scores: F32
-    motion: str = field(default="", metadata=ADDED)
-    look_m: tuple[float, ...] = field(default=(), metadata=ADDED)
+    points_m: Annotated[F32, Shape("N", 2), finite]
+    goal_m: Annotated[F32, Shape("G", 2), finite]
+    frontiers_m: Annotated[F32, Shape("F", 2), finite]
+    frontier_scores: Annotated[F32, Shape("F")]
+    regions_m: Annotated[F32, Shape("R", 2), finite]
+    region_scores: Annotated[F32, Shape("R")]
+    motion: str = ""
+    look_m: Annotated[tuple[float, ...], Numbers(2, optional=True)] = ()
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if self.motion not in MOTIONS:
             raise ValueError(f"motion is {self.motion!r}; it must be one of {', '.join(MOTIONS)}")
-        if len(self.look_m) not in (0, 2) or not all(map(isfinite, self.look_m)):
-            raise ValueError(f"look_m is {self.look_m}; it must be x and y in metres, or empty")
-        expect(self.points_m, "points_m", np.float32, (None, 2))
-        expect(self.goal_m, "goal_m", np.float32, (None, 2))
-        expect(self.frontiers_m, "frontiers_m", np.float32, (None, 2))
-        expect(self.frontier_scores, "frontier_scores", np.float32, (len(self.frontiers_m),))
-        expect(self.regions_m, "regions_m", np.float32, (None, 2))
-        expect(self.region_scores, "region_scores", np.float32, (len(self.regions_m),))
-        for name in ("points_m", "goal_m", "frontiers_m", "regions_m"):
-            expect_finite(getattr(self, name), name)

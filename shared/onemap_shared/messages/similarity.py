@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
 from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import ADDED, check_image, clean_texts, expect, expect_share
+from onemap_shared.messages.checks import (
+    Image,
+    Items,
+    Message,
+    Numbers,
+    Shape,
+    Share,
+    Text,
+    Within,
+    without,
+)
 
 
 class Verdict(str, Enum):
@@ -54,8 +65,27 @@ NO_VERDICT = MapVerdict()
 MAX_NEGATIVES = 10  # texts that compete with one text
 
 
+def _check_area(area_m: tuple[float, ...], name: str) -> None:
+    """Raise ValueError unless x_min < x_max and y_min < y_max, not too far away, or empty."""
+    if not area_m:
+        return
+    if len(area_m) != 4 or not np.abs(area_m).max() <= MAX_COORDINATE_M:  # also refuses NaN
+        raise ValueError(
+            f"{name} is {list(area_m)}; give x_min, y_min, x_max, y_max in metres, at most "
+            f"{MAX_COORDINATE_M:g} from the origin"
+        )
+    if area_m[0] >= area_m[2] or area_m[1] >= area_m[3]:
+        raise ValueError(f"{name} is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
+
+
+Sought: TypeAlias = Annotated[str, Text()]
+Negatives: TypeAlias = Annotated[tuple[str, ...], Items(MAX_NEGATIVES), Text("negative")]
+AreaM: TypeAlias = Annotated[tuple[float, ...], _check_area]
+PointM: TypeAlias = Annotated[tuple[float, ...], Numbers(2, optional=True)]
+
+
 @dataclass(frozen=True, slots=True)
-class SimilarityRequest:
+class SimilarityRequest(Message):
     """Request for the regions of the map most similar to a text.
 
     Attributes:
@@ -67,41 +97,16 @@ class SimilarityRequest:
         robot_xy_m: x, y of the robot, from which reachable is judged; empty: not known.
     """
 
-    text: str
-    max_regions: int = 5
+    text: Sought
+    max_regions: Annotated[int, Within(1, 100)] = 5
     include_grid: bool = False
-    negatives: tuple[str, ...] = ()
-    area_m: tuple[float, ...] = ()
-    robot_xy_m: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check_query(self)
-        if not 1 <= self.max_regions <= 100:
-            raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
-        if len(self.robot_xy_m) not in (0, 2) or not np.isfinite(self.robot_xy_m).all():
-            raise ValueError(f"robot_xy_m is {self.robot_xy_m}; give x, y in metres, or nothing")
-
-
-def _check_query(query: SimilarityRequest | AnsweredQuery) -> None:
-    """Check texts and area, x_min < x_max and y_min < y_max not too far away; cleans the texts."""
-    clean_texts(query, "text")
-    clean_texts(query, "negatives", "negative")
-    if len(query.negatives) > MAX_NEGATIVES:
-        raise ValueError(f"{len(query.negatives)} negatives; at most {MAX_NEGATIVES} compete")
-    area_m = query.area_m
-    if not area_m:
-        return
-    if len(area_m) != 4 or not np.abs(area_m).max() <= MAX_COORDINATE_M:  # also refuses NaN
-        raise ValueError(
-            f"area_m is {list(area_m)}; give x_min, y_min, x_max, y_max in metres, at most "
-            f"{MAX_COORDINATE_M:g} from the origin"
-        )
-    if area_m[0] >= area_m[2] or area_m[1] >= area_m[3]:
-        raise ValueError(f"area_m is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
+    negatives: Negatives = ()
+    area_m: AreaM = ()
+    robot_xy_m: PointM = ()
 
 
 @dataclass(frozen=True, slots=True)
-class ImageSimilarityRequest:
+class ImageSimilarityRequest(Message):
     """Request for the regions of the map most similar to what a picture shows.
 
     Attributes:
@@ -110,17 +115,16 @@ class ImageSimilarityRequest:
             negatives: features are more alike than a text and a feature, so that no text competes.
     """
 
-    image: bytes
+    image: Image
     query: SimilarityRequest
 
-    def __post_init__(self) -> None:
-        check_image(self.image)
+    def _check(self) -> None:
         if self.query.negatives:
             raise ValueError("an image has no negatives: texts do not compete with it")
 
 
 @dataclass(frozen=True, slots=True)
-class AnsweredQuery:
+class AnsweredQuery(Message):
     """A query that the mapper has answered, for recordings.
 
     Attributes:
@@ -132,21 +136,15 @@ class AnsweredQuery:
         centre_m: x, y of the best region; empty if the answer has none.
     """
 
-    text: str
+    text: Sought
     revision: int
     stamp_ns: int
     encoder_id: str
     verdict: Verdict
-    best_score: float
-    negatives: tuple[str, ...] = ()
-    area_m: tuple[float, ...] = ()
-    centre_m: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check_query(self)
-        expect_share(self.best_score, "best_score")
-        if len(self.centre_m) not in (0, 2) or not np.isfinite(self.centre_m).all():
-            raise ValueError(f"centre_m is {self.centre_m}; give x, y in metres, or nothing")
+    best_score: Share
+    negatives: Negatives = ()
+    area_m: AreaM = ()
+    centre_m: PointM = ()
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -155,7 +153,7 @@ class AnsweredQuery:
 
 
 @dataclass(frozen=True, slots=True)
-class SimilarityReply:
+class SimilarityReply(Message):
     """Ranked regions of high similarity, best first, and the grid if it was requested.
 
     Attributes:
@@ -186,36 +184,24 @@ class SimilarityReply:
     revision: int
     stamp_ns: int
     encoder_id: str
-    centres_m: F32
-    extents_m: F32
-    scores: F32
-    variances: F32
+    centres_m: Annotated[F32, Shape("N", 2)]
+    extents_m: Annotated[F32, Shape("N", 4)]
+    scores: Annotated[F32, Shape("N")]
+    variances: Annotated[F32, Shape("N")]
     grid: GridSpec
-    scores_grid: F32
-    best_score: float = 0.0
-    floor: float = 0.0
+    scores_grid: Annotated[F32, Shape(None, None)]
+    best_score: Share = 0.0
+    floor: Share = 0.0
     nearest: tuple[str, ...] = ()
-    outline_points_m: F32 = field(default_factory=lambda: np.zeros((0, 2), np.float32))
-    outline_owner: I32 = field(default_factory=lambda: np.zeros(0, np.int32))
-    last_seen_ns: I64 = field(default_factory=lambda: np.zeros(0, np.int64))
-    best_views: F32 = field(default_factory=lambda: np.zeros((0, 3), np.float32))
+    outline_points_m: Annotated[F32, Shape("P", 2)] = without(np.float32, 0, 2)
+    outline_owner: Annotated[I32, Shape("P")] = without(np.int32, 0)
+    last_seen_ns: Annotated[I64, Shape("N")] = without(np.int64, 0)
+    best_views: Annotated[F32, Shape("N", 3)] = without(np.float32, 0, 3)
     verdict: MapVerdict = NO_VERDICT
-    heights_m: F32 = field(default_factory=lambda: np.zeros((0, 2), np.float32))
-    calibrated: bool = field(default=False, metadata=ADDED)
+    heights_m: Annotated[F32, Shape("N", 2)] = without(np.float32, 0, 2)
+    calibrated: bool = False
 
-    def __post_init__(self) -> None:
-        count, corners = len(self.scores), len(self.outline_owner)
-        expect(self.centres_m, "centres_m", np.float32, (count, 2))
-        expect(self.extents_m, "extents_m", np.float32, (count, 4))
-        expect(self.scores, "scores", np.float32, (count,))
-        expect(self.variances, "variances", np.float32, (count,))
-        expect(self.scores_grid, "scores_grid", np.float32, (None, None))
-        expect(self.outline_points_m, "outline_points_m", np.float32, (corners, 2))
-        expect(self.outline_owner, "outline_owner", np.int32, (corners,))
-        expect(self.last_seen_ns, "last_seen_ns", np.int64, (count,))
-        expect(self.best_views, "best_views", np.float32, (count, 3))
-        expect(self.heights_m, "heights_m", np.float32, (count, 2))
-        if corners and not 0 <= self.outline_owner.min() <= self.outline_owner.max() < count:
+    def _check(self) -> None:
+        owner, count = self.outline_owner, len(self.scores)
+        if len(owner) and not 0 <= owner.min() <= owner.max() < count:
             raise ValueError(f"outline_owner names a region beyond the {count} there are")
-        expect_share(self.best_score, "best_score")
-        expect_share(self.floor, "floor")

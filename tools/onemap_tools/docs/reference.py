@@ -168,8 +168,9 @@ def _message(cls: type, common: dict[str, str]) -> Iterator[str]:
             if match is None:
                 raise ValueError(f"an array's description begins with its shape, not {meaning!r}")
             shape, meaning = match[1], match[2]
-        if field.metadata.get("added"):  # to the message later
-            meaning += f" May be left out: `{json.dumps(field.default)}`."
+        elif field.default is not dataclasses.MISSING and hints[field.name] is not bytes:
+            default = json.dumps(field.default, default=dataclasses.asdict)
+            meaning += f" May be left out: `{default}`."
         meaning = meaning.replace("``", "`").replace("<", "&lt;")
         yield f"| `{field.name}` | {_kind(hints[field.name])} | {shape} | {meaning} |"
     yield ""
