@@ -14,9 +14,11 @@ from typing import Any
 import httpx
 import pytest
 import yaml
+from typer.testing import CliRunner, Result
 
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
+from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.claim import claim
 from onemap_tools.processes.launch import onemap_command
@@ -43,10 +45,9 @@ def configuration(folder: Path, endpoint: str, port: int = 0, **sections: Any) -
     return path
 
 
-def up(config: Path, logs: Path, *more: str) -> subprocess.CompletedProcess[str]:
+def up(config: Path, logs: Path, *more: str) -> Result:
     """Run a command that is refused."""
-    command = onemap_command("up", "--config", str(config), "--logs", str(logs), *more)
-    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return CliRunner().invoke(app, ["up", "--config", str(config), "--logs", str(logs), *more])
 
 
 def started(logs: Path) -> list[str]:
@@ -78,7 +79,7 @@ def test_nothing_is_started_beside_the_same_service(
     config = configuration(tmp_path, router.endpoint, simulator={})
     with session(router.endpoint, service, instance):
         result = up(config, tmp_path / "logs")
-    assert result.returncode == EXIT_FAILED
+    assert result.exit_code == EXIT_FAILED
     names = {"up": "perception, replay"}.get(service, service)
     assert f"already running at the router {router.endpoint}: {names}." in result.stderr
     assert "--only" in result.stderr
@@ -99,7 +100,7 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         status = eventually(lambda: status_of(port))
         assert "up" not in [service["name"] for service in status["services"]]
         second = up(config, tmp_path / "second", "--only", "gateway")
-        assert second.returncode == EXIT_FAILED
+        assert second.exit_code == EXIT_FAILED
         assert ": gateway. Stop" in second.stderr
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
@@ -139,7 +140,7 @@ def test_a_taken_port_is_reported_before_anything_starts(tmp_path: Path) -> None
     with socket.create_server(("127.0.0.1", 0)) as other:
         config = configuration(tmp_path, endpoint, other.getsockname()[1])
         result = up(config, tmp_path / "logs")
-    assert result.returncode == EXIT_FAILED
+    assert result.exit_code == EXIT_FAILED
     assert "Nothing was started" in result.stderr
     assert "gateway.port" in result.stderr
     assert started(tmp_path / "logs") == []
@@ -152,7 +153,7 @@ def test_a_router_that_cannot_listen_ends_the_command(tmp_path: Path) -> None:
         taken.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
         result = up(configuration(tmp_path, endpoint), tmp_path / "logs", "--only", "router")
-    assert result.returncode == EXIT_FAILED
+    assert result.exit_code == EXIT_FAILED
     assert "The router cannot listen" in result.stderr
 
 
@@ -160,7 +161,7 @@ def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
     config = configuration(tmp_path, router.endpoint)
     eventually(lambda: accepts_connections(router.endpoint) or None)
     result = up(config, tmp_path / "logs", "--only", "router,gateway")
-    assert result.returncode == EXIT_FAILED
+    assert result.exit_code == EXIT_FAILED
     assert "A router answers" in result.stderr
     assert started(tmp_path / "logs") == []
 
@@ -183,7 +184,7 @@ def test_what_cannot_work_is_refused_before_anything_starts(
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     config = configuration(tmp_path, endpoint, **sections)
     result = up(config, tmp_path / "logs")
-    assert result.returncode == EXIT_USAGE_ERROR
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert reason in result.stderr
     assert "Traceback" not in result.stderr
     assert started(tmp_path / "logs") == []
