@@ -14,7 +14,7 @@ from tests.chaos.report import BROKEN, HELD, Attack, ChaosResult, json_line, tab
 ROOT = Path(__file__).parents[1]
 
 
-MARKERS = (None, "not slow", "slow", "chaos")
+MARKERS = (None, "slow", "chaos")
 COLLECT = """
 import json, sys, pytest
 for marker in json.loads(sys.argv[1]):
@@ -36,7 +36,7 @@ def collected() -> dict[str | None, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("marker", [None, "not slow", "slow"])
+@pytest.mark.parametrize("marker", [None, "slow"])
 def test_no_attack_runs_unless_the_marker_asks_for_it(
     marker: str | None, collected: dict[str | None, str]
 ) -> None:
