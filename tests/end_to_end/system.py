@@ -28,7 +28,7 @@ from onemap_shared.keys import Topic
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry, SearchStatus
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
-from onemap_tools.processes.launch import available_cores, child_environment, onemap_command, tail
+from onemap_tools.processes.launch import child_environment, onemap_command, tail
 from onemap_tools.processes.network import any_free_port
 
 M = TypeVar("M")
@@ -137,7 +137,7 @@ class System:
             content.setdefault(name, {}).update(section)
         self.configuration.write_text(yaml.safe_dump(content), encoding="utf-8")
         clean = {key: value for key, value in os.environ.items() if not key.startswith(PREFIX)}
-        self.environment = child_environment(clean, available_cores())
+        self.environment = child_environment(clean)
         self.http = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=HTTP_S)
 
     def __enter__(self) -> System:

@@ -20,9 +20,9 @@ from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
-from onemap_tools.processes.claim import claim
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import accepts_connections, any_free_port
+from onemap_tools.processes.up import claim
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture

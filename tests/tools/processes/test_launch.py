@@ -18,8 +18,6 @@ from onemap_tools.processes.launch import (
     Processes,
     ProcessExit,
     ProcessSpec,
-    available_cores,
-    backoff_s,
     child_environment,
     has_ended,
     running_groups,
@@ -27,20 +25,16 @@ from onemap_tools.processes.launch import (
     tail,
     wait_for_groups,
 )
+from tests.shared.test_bus import eventually
 
 SOON_S = 60.0  # a deadline for a loaded machine, not a measure
-
 SLEEPER = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
-STUBBORN = (
-    "import os, signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN);"
-    "print(os.getpid(), flush=True); time.sleep(600)"
-)
+STUBBORN = f"import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); {SLEEPER}"
 PARENT = (
     "import os, subprocess, sys, time;"
     "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']);"
-    "print(os.getpid(), child.pid, flush=True); time.sleep(600)"
+    "print(os.getpid(), child.pid, flush=True); "
 )
-CRASHING = "print('the reason', flush=True); raise SystemExit(3)"
 
 
 def python(name: str, code: str, *, last: bool = False) -> ProcessSpec:
@@ -49,21 +43,16 @@ def python(name: str, code: str, *, last: bool = False) -> ProcessSpec:
 
 def first_line(log: Path) -> str:
     """The first line of a log, as soon as it is written."""
-    deadline = time.monotonic() + SOON_S
-    while time.monotonic() < deadline:
-        if log.exists() and "\n" in (text := log.read_text()):
-            return text.splitlines()[0]
-        os.sched_yield()
-    raise AssertionError(f"nothing in {log}")
+
+    def read() -> str | None:
+        text = log.read_text() if log.exists() else ""
+        return text.splitlines()[0] if "\n" in text else None
+
+    return eventually(read)
 
 
-def wait_for_end(processes: Processes, now_s: float) -> ProcessExit:
-    deadline = time.monotonic() + SOON_S
-    while time.monotonic() < deadline:
-        if ended := processes.collect(now_s):
-            return ended[0]
-        os.sched_yield()
-    raise AssertionError("it did not end")
+def ended(processes: Processes, now_s: float) -> ProcessExit:
+    return eventually(lambda: next(iter(processes.collect(now_s)), None))
 
 
 def runs(pid: int) -> bool:
@@ -80,12 +69,12 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_all_are_stopped_with_their_child_processes(folder: Path) -> None:
-    specs = [python("sleeper", SLEEPER), python("parent", PARENT), python("router", SLEEPER)]
+    specs = [python("sleeper", SLEEPER), python("parent", f"{PARENT} time.sleep(600)")]
     with Processes(specs, folder) as processes:
         processes.start()
         logs = [folder / f"{spec.name}.log" for spec in specs]
         pids = [int(word) for log in logs for word in first_line(log).split()]
-        assert len(set(pids)) == 4
+        assert len(set(pids)) == 3
         assert all(runs(pid) for pid in pids)
     assert not any(runs(pid) for pid in pids)
 
@@ -112,15 +101,6 @@ def test_a_child_process_may_end_after_its_parent(folder: Path) -> None:
     assert tail(folder / "parent.log").splitlines() == ["up", "written"]
 
 
-def test_a_crash_leaves_no_child_process(folder: Path) -> None:
-    code = PARENT.rsplit("time.sleep", 1)[0] + "sys.exit(3)"
-    with Processes([python("mapper", code)], folder) as processes:
-        processes.start()
-        pids = [int(word) for word in first_line(folder / "mapper.log").split()]
-        assert wait_for_end(processes, now_s=0.0).code == 3
-        assert not any(runs(pid) for pid in pids)
-
-
 def test_a_process_that_ignores_sigterm_is_killed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -142,49 +122,41 @@ def test_the_router_is_stopped_last(folder: Path) -> None:
         "print('up', flush=True)\n"
         "time.sleep(600)\n"
     )
-    router = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
-    log = str(folder / "router.log")
-    specs = [
-        python("router", router, last=True),
-        ProcessSpec("watcher", (sys.executable, "-c", watcher, log)),
-    ]
+    command = (sys.executable, "-c", watcher, str(folder / "router.log"))
+    specs = [python("router", SLEEPER, last=True), ProcessSpec("watcher", command)]
     with Processes(specs, folder) as processes:
         processes.start()
-        first_line(folder / "router.log")
-        first_line(folder / "watcher.log")
+        for spec in specs:
+            first_line(folder / f"{spec.name}.log")
     assert tail(folder / "watcher.log").splitlines() == ["up", "it runs"]
 
 
-def test_a_crash_is_reported_once_with_code_and_last_lines(folder: Path) -> None:
-    with Processes([python("mapper", CRASHING)], folder) as processes:
+def test_a_crash_is_reported_once_and_leaves_no_child_process(folder: Path) -> None:
+    with Processes([python("mapper", f"{PARENT} sys.exit(3)")], folder) as processes:
         processes.start()
-        ended = wait_for_end(processes, now_s=0.0)
-        assert (ended.name, ended.code, ended.tail) == ("mapper", 3, "the reason")
-        assert ended.sentence == f"mapper ended with code 3; its log is {folder / 'mapper.log'}"
+        pids = [int(word) for word in first_line(folder / "mapper.log").split()]
+        crash = ended(processes, now_s=0.0)
+        assert not any(runs(pid) for pid in pids)
+        assert (crash.name, crash.code, crash.first) == ("mapper", 3, True)
+        log = folder / "mapper.log"
+        said = f"mapper ended with code 3; its log is {log}. Its last lines:\n{tail(log)}"
+        assert crash.report == said
         assert processes.collect(0.0) == []
 
 
 def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
-    with Processes([python("mapper", CRASHING)], folder) as processes:
-        processes.start()
-        now_s = time.monotonic()
-        wait_for_end(processes, now_s)
-        assert processes.restart(now_s + 0.9) == []
-        assert processes.restart(now_s + 1.1) == ["mapper"]
-        wait_for_end(processes, now_s + 2)
-        assert processes.restart(now_s + 3.9) == []  # the second pause is twice as long
-        assert processes.restart(now_s + 4.1) == ["mapper"]
-
-
-def test_the_first_start_alone_has_variables_of_its_own(folder: Path) -> None:
-    code = "import os; raise SystemExit(3 if os.environ.get('FIRST') else 4)"
-    spec = ProcessSpec("mapper", (sys.executable, "-c", code), at_first=(("FIRST", "1"),))
+    """With variables of its own at the first start only; the pause doubles up to ten seconds."""
+    code = "import os; raise SystemExit(2 if os.environ.get('FIRST') else 4)"
+    spec = ProcessSpec("mapper", (sys.executable, "-c", code), at_first={"FIRST": "1"})
     with Processes([spec], folder) as processes:
         processes.start()
         now_s = time.monotonic()
-        assert wait_for_end(processes, now_s).code == 3
-        processes.restart(now_s + 1.1)
-        assert wait_for_end(processes, now_s + 2).code == 4
+        for pause_s, exit_code in ((1, 2), (2, 4), (4, 4), (8, 4), (10, 4)):
+            crash = ended(processes, now_s)
+            assert (crash.code, crash.misconfigured) == (exit_code, exit_code == 2)
+            assert processes.restart(now_s + pause_s - 0.1) == []
+            now_s += pause_s + 0.1
+            assert processes.restart(now_s) == ["mapper"]
 
 
 def test_kill_ends_all_at_once(folder: Path) -> None:
@@ -192,47 +164,38 @@ def test_kill_ends_all_at_once(folder: Path) -> None:
         processes.start()
         first_line(folder / "stubborn.log")
         processes.kill()
-        ended = wait_for_end(processes, now_s=0.0)
-        assert ended.code == -signal.SIGKILL
-        assert "was killed by SIGKILL" in ended.sentence
+        killed = ended(processes, now_s=0.0)
+        assert killed.code == -signal.SIGKILL
+        assert "was killed by SIGKILL" in killed.report
 
 
 def test_a_process_stops_when_its_launcher_is_killed(tmp_path: Path) -> None:
     """The launcher gets SIGKILL, which it cannot answer; its service stops by itself."""
+    service = (
+        "import os, threading; from onemap_shared.runner import watch_parent;"
+        "stop = threading.Event(); watch_parent(stop); print(os.getpid(), flush=True); stop.wait()"
+    )
     launcher = (
-        "import sys; from pathlib import Path; import time\n"
+        "import sys, time; from pathlib import Path\n"
         "from onemap_tools.processes.launch import Processes, ProcessSpec\n"
-        "code = 'import threading; from onemap_shared.runner import watch_parent;'\\\n"
-        "       'stop = threading.Event(); watch_parent(stop);'\\\n"
-        "       'import os; print(os.getpid(), flush=True); stop.wait()'\n"
-        "processes = Processes([ProcessSpec('child', (sys.executable, '-c', code))],"
-        " Path(sys.argv[1]))\n"
-        "processes.start()\n"
+        f"spec = ProcessSpec('child', (sys.executable, '-c', {service!r}))\n"
+        "Processes([spec], Path(sys.argv[1])).start()\n"
         "time.sleep(600)\n"
     )
     parent = subprocess.Popen([sys.executable, "-c", launcher, str(tmp_path)])
     pid = int(first_line(tmp_path / "child.log"))
     parent.kill()
     parent.wait()
-    deadline = time.monotonic() + SOON_S
-    while runs(pid):
-        assert time.monotonic() < deadline, "the child outlives its launcher"
-        os.sched_yield()
-
-
-def test_the_backoff_doubles_up_to_ten_seconds() -> None:
-    assert [backoff_s(n) for n in range(1, 7)] == [1, 2, 4, 8, 10, 10]
-    assert ProcessExit("planner", 2, Path("planner.log"), "").misconfigured
+    assert eventually(lambda: not runs(pid) or None)
 
 
 def test_thread_pools_are_limited_unless_the_user_sets_them() -> None:
-    environment = child_environment({"OMP_NUM_THREADS": "7", "HOME": "/root"}, cores=8)
-    assert environment["OMP_NUM_THREADS"] == "7"
-    assert environment["OPENBLAS_NUM_THREADS"] == "4"
+    environment = child_environment({"OMP_NUM_THREADS": "77", "HOME": "/root"})
+    half = max(1, len(os.sched_getaffinity(0)) // 2)
+    assert environment["OMP_NUM_THREADS"] == "77"
+    assert environment["OPENBLAS_NUM_THREADS"] == str(half)
     assert environment["HOME"] == "/root"
     assert environment[PARENT_VARIABLE] == str(os.getpid())
-    assert child_environment({}, cores=1)["OMP_NUM_THREADS"] == "1"
-    assert available_cores() >= 1
 
 
 def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
@@ -242,44 +205,22 @@ def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
     assert tail(tmp_path / "none.log") == ""
 
 
-def test_a_zombie_does_not_run() -> None:
-    """A child that has ended and is not reaped, as by process 1 of many containers."""
-    child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
-    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
-    os.killpg(child.pid, 0)  # still listed
-    assert has_ended(child)
-    assert running_groups([child.pid]) == frozenset()
-    child.wait()
-    assert has_ended(child)
-    assert running_groups([child.pid]) == frozenset()
-
-
 def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
-    """The leader has ended and its child runs on."""
-    code = (
-        "import subprocess, sys;"
-        "print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']).pid)"
-    )
+    """The leader has ended and its child runs on; a zombie, as in many containers, does not run."""
     leader = subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, start_new_session=True
     )
     assert leader.stdout is not None
-    child = int(leader.stdout.readline())
-    leader.wait()
+    child = int(leader.stdout.readline().split()[1])
+    os.waitid(os.P_PID, leader.pid, os.WEXITED | os.WNOWAIT)
+    assert has_ended(leader)
     assert running_groups([leader.pid]) == {leader.pid}
     os.kill(child, signal.SIGSTOP)  # a stopped process counts
     assert running_groups([leader.pid]) == {leader.pid}
-    os.kill(child, signal.SIGKILL)
-    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
-    leader.stdout.close()
-
-
-def test_a_signal_reaches_the_whole_group() -> None:
-    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
-    leader = subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True
-    )
     signal_group(leader.pid, signal.SIGKILL)
-    assert leader.wait(SOON_S) == -signal.SIGKILL
     assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
+    os.killpg(leader.pid, 0)  # the zombie is still listed
+    leader.communicate()
+    assert has_ended(leader)
+    assert running_groups([leader.pid]) == set()
     signal_group(leader.pid, signal.SIGTERM)  # none is left: no error

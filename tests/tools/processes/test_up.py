@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import signal
-import socket
 import sys
 import time
 from pathlib import Path
@@ -14,7 +13,6 @@ import pytest
 from rich.console import Console
 
 from onemap_shared import keys
-from onemap_shared.config import BusConfig
 from onemap_shared.messages import Heartbeat
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes import up as module
@@ -22,12 +20,12 @@ from onemap_tools.processes.launch import Processes, ProcessSpec
 from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
-from onemap_tools.processes.session import temporary_session
 from onemap_tools.processes.up import (
     at_first,
     choose,
+    claim,
+    conflicts,
     page_url,
-    refuse_conflicts,
     report_start,
     supervise,
     up,
@@ -37,7 +35,26 @@ from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
 
-SOON_S = 60.0
+
+def said(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_a_service_that_runs_or_is_claimed_conflicts() -> None:
+    own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
+    processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
+    assert conflicts(processes, own) == []
+    assert conflicts({*processes, ("mapper", "m1")}, own) == ["mapper"]
+    assert conflicts({*processes, ("up", other)}, own) == ["mapper"]  # before its mapper is there
+    assert conflicts({*processes, ("up", claim(("router", "simulator")))}, own) == []
+    assert claim(("mapper",)) != claim(("mapper",))
+
+
+@pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
+def test_a_map_follows_one_robot(robot: str) -> None:
+    assert conflicts({(robot, "x")}, claim(("replay", "mapper"))) == [robot]
+    assert conflicts({(robot, "x")}, claim(("mapper",))) == []
 
 
 def test_the_robot_is_the_one_that_the_file_describes() -> None:
@@ -70,74 +87,55 @@ def test_a_map_begins_empty_with_a_simulated_robot(
     names: tuple[str, ...], sections: dict[str, dict[str, bool]], begins_empty: bool
 ) -> None:
     assert bool(at_first("mapper", names, sections)) is begins_empty
-    assert at_first("planner", names, sections) == ()
+    assert at_first("planner", names, sections) == {}
 
 
 def test_a_mapper_that_compiles_is_reported_once_and_when_it_is_done() -> None:
     bus_router = MemoryRouter()
     starts = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
     mapper = bus_router.bus().publish(keys.heartbeat("mapper"))
-    output = io.StringIO()
-    console, said = Console(file=output, width=200), ""
+    console, last = Console(file=io.StringIO(), width=200), ""
     compiles = {"start_s": 1.0}
     for metrics in ({}, compiles, compiles, {"cells": 0.0}, {"cells": 9.0}):
         problem = "compiling the map's kernels, once" if metrics is compiles else ""
         mapper.put(Heartbeat("mapper", "a", 1, 1, not problem, problem, metrics))
-        said = report_start(starts, said, console)
-    assert output.getvalue().splitlines() == [
+        last = report_start(starts, last, console)
+    assert said(console).splitlines() == [
         "The mapper is compiling the map's kernels, once ...",
         "The mapper has started.",
     ]
-    assert report_start(starts, said, console) == ""  # nothing new
+    assert report_start(starts, last, console) == ""  # nothing new
 
 
-def until_reported(processes: Processes, console: Console) -> str:
-    assert isinstance(console.file, io.StringIO)
-    deadline = time.monotonic() + SOON_S
-    while not console.file.getvalue():
-        assert time.monotonic() < deadline
-        supervise(processes, time.monotonic(), console)
-    return console.file.getvalue()
-
-
-def test_a_crash_is_reported_and_the_process_restarted(tmp_path: Path) -> None:
-    code = "print('out of memory', flush=True); raise SystemExit(1)"
-    spec = ProcessSpec("mapper", (sys.executable, "-c", code))
+def until_reported(processes: Processes) -> str:
     console = Console(file=io.StringIO(), width=500)
-    with Processes([spec], tmp_path) as processes:
+
+    def reported() -> str:
+        supervise(processes, time.monotonic(), console)
+        return said(console)
+
+    return eventually(lambda: reported() or None)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason", "code"),
+    [("planner", "planner.radus is unknown", 2), ("router", CANNOT_LISTEN, 1)],
+)
+def test_what_a_restart_cannot_help_ends_the_command(
+    tmp_path: Path, name: str, reason: str, code: int
+) -> None:
+    script = f"print({reason!r}, flush=True); raise SystemExit({code})"
+    with Processes([ProcessSpec(name, (sys.executable, "-c", script))], tmp_path) as processes:
         processes.start()
-        exit_report = until_reported(processes, console)
-        assert "mapper ended with code 1" in exit_report
-        assert "out of memory" in exit_report
-        supervise(processes, time.monotonic() + 1.5, console)
-        assert isinstance(console.file, io.StringIO)
-        assert "Started mapper again" in console.file.getvalue()
-
-
-def test_a_wrong_configuration_ends_the_command(tmp_path: Path) -> None:
-    code = "print('planner.radus is unknown', flush=True); raise SystemExit(2)"
-    spec = ProcessSpec("planner", (sys.executable, "-c", code))
-    console = Console(file=io.StringIO())
-    with Processes([spec], tmp_path) as processes:
-        processes.start()
-        with pytest.raises(CliError, match=r"planner\.radus is unknown"):
-            until_reported(processes, console)
-
-
-def test_a_router_that_cannot_listen_at_first_ends_the_command(tmp_path: Path) -> None:
-    code = f"print({CANNOT_LISTEN!r}, flush=True); raise SystemExit(1)"
-    console = Console(file=io.StringIO())
-    with Processes([ProcessSpec("router", (sys.executable, "-c", code))], tmp_path) as processes:
-        processes.start()
-        with pytest.raises(CliError, match=CANNOT_LISTEN):
-            until_reported(processes, console)
+        with pytest.raises(CliError, match=reason) as error:
+            until_reported(processes)
+    assert error.value.exit_code == code
 
 
 @pytest.mark.parametrize(
     ("name", "reason", "code"),
     [
         ("router", CANNOT_LISTEN, 1),
-        ("gateway", "cannot listen on 127.0.0.1 port 8080", 1),
         ("planner", "planner.radus is unknown", 2),  # the file was edited while it ran
     ],
 )
@@ -150,27 +148,24 @@ def test_what_has_run_before_is_started_again_whatever_its_code(
         f"starts = pathlib.Path({str(tmp_path / 'starts')!r})\n"
         "count = len(starts.read_text()) if starts.exists() else 0\n"
         "starts.write_text('x' * (count + 1))\n"
-        "if count == 0: sys.exit(1)\n"
+        "if count == 0: print('out of memory', flush=True); sys.exit(1)\n"
         f"if count == 1: print({reason!r}, flush=True); sys.exit({code})\n"
         "print('it runs', flush=True); time.sleep(600)\n"
     )
     spec = ProcessSpec(name, (sys.executable, "-c", script))
     with Processes([spec], tmp_path / "logs") as processes:
         processes.start()
-        until_reported(processes, Console(file=io.StringIO(), width=500))
-        processes.restart(time.monotonic() + 60)
-        report = until_reported(processes, Console(file=io.StringIO(), width=500))
+        report = until_reported(processes)
+        assert f"{name} ended with code 1" in report
+        assert "out of memory" in report
+        console = Console(file=io.StringIO(), width=500)
+        supervise(processes, time.monotonic() + 60, console)
+        assert said(console) == f"Started {name} again.\n"
+        report = until_reported(processes)
         assert reason in report
         assert "It is started again." in report
         processes.restart(time.monotonic() + 60)
         eventually(lambda: "it runs" in (tmp_path / "logs" / f"{name}.log").read_text() or None)
-
-
-def test_conflicts_are_reported_with_the_router_and_the_namespace() -> None:
-    config = BusConfig(connect=("tcp/127.0.0.1:7001",), namespace="fleet")
-    refuse_conflicts((), config)
-    with pytest.raises(CliError, match=r"tcp/127.0.0.1:7001, namespace fleet: mapper"):
-        refuse_conflicts(("mapper",), config)
 
 
 class StopAt(io.StringIO):
@@ -186,38 +181,25 @@ class StopAt(io.StringIO):
         return super().write(text)
 
 
-@pytest.fixture
-def sleepers(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True)
+def _sleepers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every service is a process that only sleeps."""
     sleep = (sys.executable, "-c", "import time; time.sleep(600)")
     monkeypatch.setattr(module, "onemap_command", lambda *_: sleep)
 
 
-def config_of(folder: Path, endpoint: str, port: int = 0) -> Path:
-    path = folder / "robot.yaml"
-    path.write_text(
-        f"bus: {{connect: [{endpoint}]}}\ngateway: {{port: {port or any_free_port()}}}\n"
-    )
-    return path
-
-
-@pytest.mark.usefixtures("sleepers")
 def test_services_run_until_the_signal(router: Router, tmp_path: Path) -> None:
-    out = StopAt("Ctrl-C ends them")
-    port = any_free_port()
-    config = config_of(tmp_path, router.endpoint, port)
+    out, port, logs = StopAt("Ctrl-C ends them"), any_free_port(), tmp_path / "logs"
+    config = tmp_path / "robot.yaml"
+    config.write_text(f"bus: {{connect: [{router.endpoint}]}}\ngateway: {{port: {port}}}\n")
     eventually(lambda: accepts_connections(router.endpoint) or None)
-    up(config, ("mapper", "gateway"), tmp_path / "logs", Console(file=out, width=500))
-    lines = out.getvalue().splitlines()
-    assert lines == [
-        f"Started mapper, gateway; logs in {tmp_path / 'logs'}. "
+    up(config, ("mapper", "gateway"), logs, Console(file=out, width=500))
+    assert out.getvalue().splitlines() == [
+        f"Started mapper, gateway; logs in {logs}. "
         f"Live page: http://127.0.0.1:{port}. Ctrl-C ends them.",
         "Stopping ...",
     ]
-    assert sorted(log.name for log in (tmp_path / "logs").iterdir()) == [
-        "gateway.log",
-        "mapper.log",
-    ]
+    assert sorted(log.name for log in logs.iterdir()) == ["gateway.log", "mapper.log"]
 
 
 @pytest.mark.parametrize(
@@ -236,32 +218,9 @@ def test_the_page_s_address_is_that_on_this_machine(
     assert page_url(names, {"gateway": gateway}) == url
 
 
-@pytest.mark.usefixtures("sleepers")
 def test_the_signal_ends_the_wait_for_a_router(tmp_path: Path) -> None:
-    out = StopAt("Waiting for a router")
-    config = config_of(tmp_path, f"tcp/127.0.0.1:{any_free_port()}")
+    out, config = StopAt("Waiting for a router"), tmp_path / "robot.yaml"
+    config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{any_free_port()}]}}\n")
     up(config, ("mapper",), tmp_path / "logs", Console(file=out, width=500))
     assert "Started" not in out.getvalue()
-    assert list((tmp_path / "logs").iterdir()) == []
-
-
-@pytest.mark.usefixtures("sleepers")
-def test_a_service_on_the_bus_is_not_started_again(router: Router, tmp_path: Path) -> None:
-    config = config_of(tmp_path, router.endpoint)
-    with (
-        temporary_session(BusConfig(connect=(router.endpoint,)), "mapper", SOON_S),
-        pytest.raises(CliError, match=r"already running at .*: mapper\."),
-    ):
-        up(config, ("mapper",), tmp_path / "logs", Console(file=io.StringIO()))
-    with pytest.raises(CliError, match="A router answers"):
-        up(config, ("router",), tmp_path / "logs", Console(file=io.StringIO()))
-
-
-@pytest.mark.usefixtures("sleepers")
-def test_a_taken_port_is_reported_before_the_router_starts(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        endpoint = f"tcp/127.0.0.1:{any_free_port()}"
-        config = config_of(tmp_path, endpoint, server.getsockname()[1])
-        with pytest.raises(CliError, match="Nothing was started: the gateway"):
-            up(config, ("router", "gateway"), tmp_path / "logs", Console(file=io.StringIO()))
     assert list((tmp_path / "logs").iterdir()) == []

@@ -12,12 +12,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from onemap_tools.processes.launch import ENDED, onemap_command
+from onemap_tools.processes.launch import ENDED
 from tests.shared.test_bus import eventually
 from tests.structure import ROOT, modules
 
 WORKERS = 2
-DEATHS = pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGTERM])
 POOL = """
 import os, threading
 from onemap_tools.processes.worker_pool import worker_pool
@@ -60,39 +59,20 @@ def script(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
     process.wait()
 
 
-def end(process: subprocess.Popen[bytes], death: signal.Signals) -> None:
-    """Kill the process while its workers run; all that it started ends too."""
-    assert eventually(lambda: workers(process.pid))
-    left = descendants(process.pid)
-    process.send_signal(death)
-    process.wait()
+@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_that_compute_end_with_their_parent(
+    script: subprocess.Popen[bytes], death: signal.Signals
+) -> None:
+    assert eventually(lambda: workers(script.pid))
+    left = descendants(script.pid)
+    script.send_signal(death)
+    script.wait()
     try:
         assert eventually(lambda: not any(map(runs, left)) or None)
     finally:
         for each in left:
             if runs(each):
                 each.kill()
-
-
-@DEATHS
-def test_workers_that_compute_end_with_their_parent(
-    script: subprocess.Popen[bytes], death: signal.Signals
-) -> None:
-    end(script, death)
-
-
-@pytest.mark.slow
-@DEATHS
-def test_a_killed_benchmark_leaves_no_process(tmp_path: Path, death: signal.Signals) -> None:
-    options = ["--episodes", "4", "--workers", str(WORKERS), "--out", str(tmp_path)]
-    process = subprocess.Popen(
-        onemap_command("bench", "navigation", *options), stdout=subprocess.DEVNULL
-    )
-    try:
-        end(process, death)
-    finally:
-        process.kill()
-        process.wait()
 
 
 def test_no_other_pool_is_made() -> None:

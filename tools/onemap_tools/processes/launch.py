@@ -13,9 +13,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 import psutil
 
@@ -25,8 +25,10 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
 LAST_GRACE_S = 1.0  # the same for the processes that are stopped last
 KILLED_S = 10.0  # from SIGKILL to the end of all; milliseconds unless the machine is overloaded
-FIRST_BACKOFF_S, LONGEST_BACKOFF_S = 1.0, 10.0
+FIRST_BACKOFF_S, LONGEST_BACKOFF_S, DOUBLINGS = 1.0, 10.0, 4
 HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
+POLL_S = 0.01
+ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 TAIL_LINES = 12
 TAIL_BYTES = 8192
 THREAD_VARIABLES = (
@@ -47,15 +49,12 @@ class ProcessSpec:
     name: str
     command: tuple[str, ...]
     last: bool = False
-    at_first: tuple[tuple[str, str], ...] = ()
+    at_first: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessExit:
-    """An unexpected exit of a process; ``tail``: the last lines of its log.
-
-    first: it was the first start of this process.
-    """
+    """An unexpected exit; ``tail``: the last lines of its log; ``first``: of its first start."""
 
     name: str
     code: int
@@ -69,15 +68,15 @@ class ProcessExit:
         return self.code == EXIT_USAGE_ERROR
 
     @property
-    def sentence(self) -> str:
-        """What happened, for the user."""
+    def report(self) -> str:
+        """What happened, with the last lines of its log."""
         if self.code < 0:
             how = f"was killed by {signal.Signals(-self.code).name}"
         elif self.misconfigured:
             how = "cannot start as configured"
         else:
             how = f"ended with code {self.code}"
-        return f"{self.name} {how}; its log is {self.log}"
+        return f"{self.name} {how}; its log is {self.log}. Its last lines:\n{self.tail}"
 
 
 @dataclass(slots=True)
@@ -96,32 +95,20 @@ def onemap_command(*arguments: str) -> tuple[str, ...]:
     return (sys.executable, "-m", "onemap_tools", *arguments)
 
 
-def child_environment(environment: Mapping[str, str], cores: int) -> dict[str, str]:
+def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
     """The environment of a service: the launcher's process id and limits of thread pools.
 
     A numeric library starts a thread per core in each of five processes by default; with half
     of the cores they do not compete. Variables that the user has set stay.
     """
-    threads = str(max(1, cores // 2))
+    here = hasattr(os, "sched_getaffinity")  # not on macOS
+    cores = len(os.sched_getaffinity(0)) if here else os.cpu_count() or 1
     return {
-        **dict.fromkeys(THREAD_VARIABLES, threads),
+        **dict.fromkeys(THREAD_VARIABLES, str(max(1, cores // 2))),
         **environment,
         PARENT_VARIABLE: str(os.getpid()),
         "PYTHONUNBUFFERED": "1",
     }
-
-
-def available_cores() -> int:
-    """The number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def backoff_s(failures: int) -> float:
-    """Seconds to wait before a restart, after this many failures in a row."""
-    longest: float = min(FIRST_BACKOFF_S * 2 ** (failures - 1), LONGEST_BACKOFF_S)
-    return longest
 
 
 def make_folder(folder: Path) -> None:
@@ -145,24 +132,13 @@ class Processes:
         make_folder(log_folder)
         self.folder = log_folder
         self._children = [_Child(spec, log_folder / f"{spec.name}.log") for spec in specs]
-        inherited = os.environ if environment is None else environment
-        self._environment = child_environment(inherited, available_cores())
+        self._environment = child_environment(os.environ if environment is None else environment)
 
     def __enter__(self) -> Processes:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of all processes, running or not."""
-        return tuple(child.spec.name for child in self._children)
 
     def start(self, *names: str) -> None:
         """Start the named processes, all without names; those that run are left alone."""
@@ -174,7 +150,7 @@ class Processes:
         child.due_s = None
         child.starts += 1
         child.started_s = time.monotonic()
-        at_first = dict(child.spec.at_first) if child.starts == 1 else {}
+        at_first = child.spec.at_first if child.starts == 1 else {}
         with child.log.open("ab") as log:
             child.process = subprocess.Popen(
                 child.spec.command,
@@ -199,7 +175,8 @@ class Processes:
             child.process = None
             healthy = now_s - child.started_s >= HEALTHY_S
             child.failures = 1 if healthy else child.failures + 1
-            child.due_s = now_s + backoff_s(child.failures)
+            backoff_s = FIRST_BACKOFF_S * 2 ** min(child.failures - 1, DOUBLINGS)
+            child.due_s = now_s + min(backoff_s, LONGEST_BACKOFF_S)
             last_lines, first = tail(child.log), child.starts == 1
             ended.append(ProcessExit(child.spec.name, code, child.log, last_lines, first))
         return ended
@@ -257,20 +234,14 @@ def tail(log: Path, lines: int = TAIL_LINES) -> str:
     return "\n".join(text.splitlines()[-lines:])
 
 
-POLL_S = 0.01
-ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
-
-
 def signal_group(group: int, signum: signal.Signals) -> None:
     """Signal all processes of a group; none may be left."""
-    try:
+    with suppress(ProcessLookupError, PermissionError):
         os.killpg(group, signum)
-    except (ProcessLookupError, PermissionError):  # none is left
-        return
 
 
 def has_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Whether a child process has ended. It is not reaped."""
+    """Whether a child process has ended. It is not reaped: its number stays its group's."""
     if process.returncode is not None:
         return True
     status = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
@@ -289,22 +260,16 @@ def wait_for_groups(groups: Collection[int], deadline_s: float) -> bool:
     return True
 
 
-def running_groups(groups: Collection[int]) -> frozenset[int]:
+def running_groups(groups: Collection[int]) -> set[int]:
     """Those of the groups in which a process runs.
 
     Zombies are ignored: they run no code and hold no file. An orphan is reaped by process 1,
     which in a container may never happen.
     """
-    if not groups:
-        return frozenset()
-    found = (_group_of(process) for process in psutil.process_iter())
-    return frozenset(groups).intersection(group for group in found if group is not None)
-
-
-def _group_of(process: psutil.Process) -> int | None:
-    """The group of a process that runs; None if it has ended or is not to be seen."""
-    try:
-        group = os.getpgid(process.pid)
-        return None if process.status() in ENDED else group
-    except (ProcessLookupError, PermissionError, psutil.Error):
-        return None
+    found = set()
+    for process in psutil.process_iter() if groups else ():
+        with suppress(ProcessLookupError, PermissionError, psutil.Error):
+            group = os.getpgid(process.pid)
+            if group in groups and process.status() not in ENDED:
+                found.add(group)
+    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from onemap_shared.bus import run_router
@@ -35,14 +35,20 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         raise ConfigError(f"cannot read the router's configuration {zenoh_config}: no such file")
     with interruptible() as stop:
         watch_parent(stop)
-        progress = LoopProgress()
+        progress, supervisor = LoopProgress(), Supervisor()
         progress.begin()
         watched = watch("router", progress, stop)
+
+        def routed() -> None:
+            """Tell the watchdogs, ours and systemd's."""
+            progress.advance()
+            supervisor.alive(ready=True)
+
         try:
             text = zenoh_config.read_text(encoding="utf-8") if zenoh_config else ""
             refuse_unreadable(endpoints, text)
             namespace = section(sections, "bus", BusConfig).namespace
-            run_router(endpoints, stop, zenoh_config, _notifier(progress), namespace=namespace)
+            run_router(endpoints, stop, zenoh_config, routed, namespace=namespace)
         except UnreadableFile as problem:
             raise CliError(f"{CANNOT_LISTEN}: {problem}.", EXIT_USAGE_ERROR) from problem
         except Exception as problem:  # zenoh's exception type is confined to bus.py
@@ -53,14 +59,3 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
             ) from problem
         finally:
             watched.set()
-
-
-def _notifier(progress: LoopProgress) -> Callable[[], None]:
-    """What to do whenever the router has routed: tell the watchdog, ours and systemd's."""
-    supervisor = Supervisor()
-
-    def routed() -> None:
-        progress.advance()
-        supervisor.alive(ready=True)
-
-    return routed

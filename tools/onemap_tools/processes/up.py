@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import uuid
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,17 +16,18 @@ from onemap_shared.config import BusConfig, read, section
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_shared.runner import StartError, is_starting
-from onemap_shared.services import ROBOTS, SIMULATED
+from onemap_shared.services import DRIVER, ROBOTS, SIMULATED
 from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.claim import LAUNCHER, claim, conflicts
 from onemap_tools.processes.interrupts import interruptible
-from onemap_tools.processes.launch import Processes, ProcessExit, ProcessSpec, onemap_command
+from onemap_tools.processes.launch import Processes, ProcessSpec, onemap_command
 from onemap_tools.processes.network import accepts_connections, is_local
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE, check_robot
 from onemap_tools.processes.session import connect
 
+LAUNCHER = "up"  # name of a launcher on the bus
+SEPARATOR = "."  # of the services in a launcher's claim
 STARTABLE = ("router", *ROBOTS, *CORE)
 WATCH_S = 0.2
 TWO_ROBOTS = (
@@ -96,24 +98,32 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
             check_port(names, sections)
             processes.start("router")
         with claimed(bus_config, names, processes, stop, console) as bus:
-            if bus is not None:
-                check_port(names, sections)
-                starts = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
-                _run(processes, page_url(names, sections), starts, stop, console)
+            if bus is None:
+                return
+            check_port(names, sections)
+            starts = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
+            processes.start()
+            url = page_url(names, sections)
+            page = f"Live page: {url}. " if url else ""
+            console.print(
+                f"Started {', '.join(names)}; logs in {processes.folder}. {page}Ctrl-C ends them."
+            )
+            said = ""
+            while not stop.wait(WATCH_S):
+                supervise(processes, time.monotonic(), console)
+                said = report_start(starts, said, console)
+            console.print("Stopping ...")
 
 
-def at_first(
-    name: str, names: Collection[str], sections: Mapping[str, Any]
-) -> tuple[tuple[str, str], ...]:
+def at_first(name: str, names: Collection[str], sections: Mapping[str, Any]) -> Mapping[str, str]:
     """Environment variables of a process's first start.
 
     With a robot that starts here the map begins empty, unless the configuration says otherwise: a
     simulated robot's poses begin anew. A mapper that crashes goes on with its map.
     """
-    if name != "mapper" or not set(names).intersection(SIMULATED):
-        return ()
+    begins_anew = name == "mapper" and set(names).intersection(SIMULATED)
     said = "resume" in sections.get("mapper", {})
-    return () if said else (("ONEMAP__MAPPER__RESUME", "false"),)
+    return {"ONEMAP__MAPPER__RESUME": "false"} if begins_anew and not said else {}
 
 
 @contextmanager
@@ -140,24 +150,44 @@ def claimed(
             yield None
             return
     try:
-        refuse_conflicts(conflicts(bus.processes(), own), config)
+        if running := conflicts(bus.processes(), own):
+            where = ", ".join(config.connect)
+            namespace = f", namespace {config.namespace}" if config.namespace else ""
+            raise CliError(
+                f"Nothing was started: already running at the router {where}{namespace}: "
+                f"{', '.join(running)}. Stop that with Ctrl-C where it runs, start only what is "
+                "missing with --only, or give this one another router (bus.connect) and page "
+                "(gateway.port)."
+            )
         yield bus
     finally:
         processes.stop()  # before the claim is given up
         bus.close()
 
 
-def refuse_conflicts(running: Sequence[str], config: BusConfig) -> None:
-    """CliError with the remedy if any service is running already."""
-    if not running:
-        return
-    where = ", ".join(config.connect)
-    namespace = f", namespace {config.namespace}" if config.namespace else ""
-    raise CliError(
-        f"Nothing was started: already running at the router {where}{namespace}: "
-        f"{', '.join(running)}. Stop that with Ctrl-C where it runs, start only what is missing "
-        "with --only, or give this one another router (bus.connect) and page (gateway.port)."
-    )
+def claim(names: Collection[str]) -> str:
+    """The instance name under which a launcher of these services connects to the bus.
+
+    It is there before the first of them starts; their own names appear seconds later.
+    """
+    return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
+
+
+def conflicts(processes: Iterable[tuple[str, str]], own: str) -> list[str]:
+    """Services on the bus that the launcher with the claim ``own`` would start again, sorted.
+
+    ``processes``: service and instance of every process on the bus. Any two robots conflict,
+    because a map follows one robot; those of other launchers and of drivers count.
+    """
+    wanted = set(own.split(SEPARATOR)[1:])
+    running: set[str] = set()
+    for service, instance in processes:
+        if service != LAUNCHER:
+            running.add(service)
+        elif instance != own:
+            running.update(instance.split(SEPARATOR)[1:])
+    robots = {*ROBOTS, DRIVER} if wanted.intersection(ROBOTS) else set()
+    return sorted(running & (wanted | robots))
 
 
 def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
@@ -185,25 +215,6 @@ def page_url(names: Collection[str], sections: Mapping[str, Any]) -> str:
     return f"http://{host}:{gateway.port}" if gateway.port else ""
 
 
-def _run(
-    processes: Processes,
-    url: str,
-    starts: Subscription[Heartbeat],
-    stop: threading.Event,
-    console: Console,
-) -> None:
-    """starts: the mapper's heartbeats; while it compiles, they say so."""
-    processes.start()
-    names = ", ".join(processes.names)
-    page = f"Live page: {url}. " if url else ""
-    console.print(f"Started {names}; logs in {processes.folder}. {page}Ctrl-C ends them.")
-    said = ""
-    while not stop.wait(WATCH_S):
-        supervise(processes, time.monotonic(), console)
-        said = report_start(starts, said, console)
-    console.print("Stopping ...")
-
-
 def report_start(starts: Subscription[Heartbeat], said: str, console: Console) -> str:
     """Print what a service's long start does, once, and when it is over.
 
@@ -229,14 +240,9 @@ def supervise(processes: Processes, now_s: float, console: Console) -> None:
     """
     for ended in processes.collect(now_s):
         if ended.first and ended.misconfigured:
-            raise CliError(exit_report(ended), EXIT_USAGE_ERROR)
+            raise CliError(ended.report, EXIT_USAGE_ERROR)
         if ended.first and CANNOT_LISTEN in ended.tail:
-            raise CliError(exit_report(ended))
-        console.print(f"{exit_report(ended)}\nIt is started again.", style="red")
+            raise CliError(ended.report)
+        console.print(f"{ended.report}\nIt is started again.", style="red")
     for name in processes.restart(now_s):
         console.print(f"Started {name} again.")
-
-
-def exit_report(ended: ProcessExit) -> str:
-    """What happened to a process, with the last lines of its log."""
-    return f"{ended.sentence}. Its last lines:\n{ended.tail}"
