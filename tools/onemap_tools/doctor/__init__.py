@@ -1,1 +1,0 @@
-"""``onemap doctor``: observe the bus and diagnose faults."""
