@@ -21,8 +21,8 @@ from onemap_shared import keys
 from onemap_shared.access_control import access_control
 from onemap_shared.transport import Bus
 from onemap_tools.errors import CliError
-from onemap_tools.processes.heartbeat import check_service
 from onemap_tools.processes.launch import onemap_command
+from onemap_tools.processes.session import check_service
 from tests.deploy.deployment import DEPLOY, ROLES, compose, compose_document, mounts, with_file
 from tests.deploy.test_router import join
 from tests.shared.samples import SAMPLES

@@ -19,7 +19,7 @@ from onemap_shared.config import BusConfig, read, section
 from onemap_shared.messages import FeatureField
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import open_scene
-from onemap_tools.demo.robots import MIN_APART_M
+from onemap_tools.demo.setup import MIN_APART_M
 from tests.deploy.deployment import DEPLOY, compose, compose_document, models, mounts, with_file
 from tests.deploy.test_units import COMMON, FOLDER, settings
 from tests.memory_bus import MemoryRouter

@@ -40,6 +40,7 @@ class SearchHandle:
     def __init__(self, search: RemoteSearch) -> None:
         self._search = search
         self._failures = 0
+        self.cancel = search.cancel  # and keep its final report
 
     @property
     def active(self) -> bool:
@@ -65,7 +66,3 @@ class SearchHandle:
             return str(cli_error(error))
         self._failures = 0
         return ""
-
-    def cancel(self) -> None:
-        """Cancel the search and keep its final report."""
-        self._search.cancel()

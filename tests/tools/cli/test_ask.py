@@ -146,8 +146,8 @@ def test_what_cannot_be_an_address_or_a_token_is_a_usage_error(
 def test_without_a_router_there_is_one_sentence(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("onemap_tools.doctor.report.CONNECT_S", 0.3)
-    monkeypatch.setattr("onemap_tools.processes.heartbeat.CONNECT_S", 0.3)
+    monkeypatch.setattr("onemap_tools.doctor.CONNECT_S", 0.3)
+    monkeypatch.setattr("onemap_tools.processes.session.CONNECT_S", 0.3)
     config = tmp_path / "robot.yaml"
     config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{any_free_port()}]}}\n")
     result = RUNNER.invoke(app, [*command, "--config", str(config)])
@@ -178,8 +178,8 @@ def test_the_status_of_one_service_is_its_heartbeat(
     router = MemoryRouter()
     beats = Mock(take=lambda _: Heartbeat("mapper", "a", 1, 1, ready, "no frames"))
     bus = Mock(wraps=router.bus(), subscribe=lambda *_: beats)
-    monkeypatch.setattr("onemap_tools.processes.heartbeat.temporary_session", Session(bus))
-    monkeypatch.setattr("onemap_tools.processes.heartbeat.PATIENCE_S", 0.05)
+    monkeypatch.setattr("onemap_tools.processes.session.temporary_session", Session(bus))
+    monkeypatch.setattr("onemap_tools.processes.session.PATIENCE_S", 0.05)
     result = RUNNER.invoke(app, ["status", "--service", "mapper", "--json"])
     assert result.exit_code == code
     document = json.loads(result.stdout)
@@ -189,10 +189,8 @@ def test_the_status_of_one_service_is_its_heartbeat(
 
 
 def test_the_doctor_fails_if_there_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "onemap_tools.doctor.report.temporary_session", Session(MemoryRouter().bus())
-    )
-    monkeypatch.setattr("onemap_tools.doctor.report.LISTEN_S", 0.01)
+    monkeypatch.setattr("onemap_tools.doctor.temporary_session", Session(MemoryRouter().bus()))
+    monkeypatch.setattr("onemap_tools.doctor.LISTEN_S", 0.01)
     result = RUNNER.invoke(app, ["doctor", "--json"])
     assert result.exit_code == EXIT_FAILED
     document = json.loads(result.stdout)

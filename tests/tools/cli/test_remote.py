@@ -6,6 +6,7 @@ import io
 import json
 import os
 import signal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ from rich.console import Console
 from onemap import Client, QueryInterrupted, QueryResult
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_tools.cli import remote
-from onemap_tools.cli.remote import all_found, arrived, drive, search
+from onemap_tools.cli.remote import follow, is_done
+from onemap_tools.cli.terminal import plain_console
 from onemap_tools.errors import CliError
 from tests.shared.samples import PNG
 
@@ -79,7 +81,9 @@ def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def console() -> Console:
-    return Console(file=io.StringIO(), width=200)
+    console = plain_console(file=io.StringIO())
+    console.width = 200
+    return console
 
 
 def text_of(console: Console) -> str:
@@ -91,9 +95,10 @@ def test_a_search_is_shown_until_it_ends_also_while_the_planner_is_away(console:
     gateway = Gateway(
         report("exploring"), report("approaching"), 503, 503, report("found", RESULT), status=STATUS
     )
-    final = search(gateway.client, ("sofa",), console)
-    assert all_found(final.report)
-    assert final.exit_code(done=True) == 0
+    start = partial(gateway.client.search, ("sofa", "bed"), any_order=True)
+    final, exit_code = follow(gateway.client, start, console)
+    assert (final["results"], exit_code) == ([RESULT], 0)
+    assert gateway.sent[0] == {"objects": ["sofa", "bed"], "order": "any"}
     for part in ("sofa: approaching", "The planner is not running.", "map 0.2 s old, 5.0 updates"):
         assert part in text_of(console)
 
@@ -108,42 +113,26 @@ def test_ctrl_c_cancels_and_is_told_from_a_search_without_success(console: Conso
         state = "cancelled" if "DELETE" in asked else "exploring"
         return httpx.Response(200, json=report(state))
 
-    final = search(Client(transport=httpx.MockTransport(handle)), ("sofa",), console)
+    client = Client(transport=httpx.MockTransport(handle))
+    assert follow(client, partial(client.search, "sofa"), console)[1] == 130
     assert "DELETE" in asked
-    assert final.exit_code(done=all_found(final.report)) == 130
-    assert remote.Followed({}, False).exit_code(done=False) == 1
+    failed = Gateway(report("not_found")).client
+    assert follow(failed, partial(failed.search, "sofa"), console)[1] == 1
 
 
 @pytest.mark.parametrize(
     "status", [None, {"streams": []}, {"streams": [{**STATUS["streams"][0], "age_s": None}]}]
 )
-def test_unknown_map_updates_are_left_out(status: Any, console: Console) -> None:
-    gateway = Gateway(report("exploring"), report("found", RESULT), status=status)
-    search(gateway.client, ("sofa",), console)
-    assert "sofa: exploring" in text_of(console)
-    assert "map" not in text_of(console)
-
-
-@pytest.mark.parametrize(("look", "member"), [(False, "go_to_m"), (True, "look_at_m")])
-def test_a_drive_asks_for_the_place_or_for_a_view_of_it(
-    look: bool, member: str, console: Console
-) -> None:
-    gateway = Gateway(DRIVE, DRIVE, {**DRIVE, "state": "arrived"})
-    final = drive(gateway.client, (1.0, -2.5), console, look=look).report
-    assert gateway.sent[0] == {member: [1.0, -2.5]}
-    assert arrived(final)
-    assert not arrived(DRIVE)
-    assert "search: approaching; robot drove 2.0 m; driving to the place" in text_of(console)
-    assert "[" not in text_of(console)  # there are no objects to count
-
-
-@pytest.mark.parametrize(("any_order", "body"), [(False, {}), (True, {"order": "any"})])
-def test_the_order_is_asked_for_only_if_it_is_any(
-    any_order: bool, body: dict[str, Any], console: Console
-) -> None:
-    gateway = Gateway(report("found", RESULT))
-    search(gateway.client, ("sofa", "bed"), console, any_order=any_order)
-    assert gateway.sent == [{"objects": ["sofa", "bed"], **body}]
+def test_unknown_map_updates_are_left_out_of_a_drive(status: Any, console: Console) -> None:
+    gateway = Gateway(DRIVE, {**DRIVE, "state": "arrived"}, status=status)
+    final, exit_code = follow(gateway.client, lambda: gateway.client.go_to(1.0, -2.5), console)
+    assert (exit_code, is_done(final), is_done(DRIVE)) == (0, True, False)
+    assert gateway.sent[0] == {"go_to_m": [1.0, -2.5]}
+    assert (
+        text_of(console)
+        .rstrip()
+        .endswith("search: approaching; robot drove 2.0 m; driving to the place")
+    )
 
 
 @pytest.mark.parametrize(
@@ -168,7 +157,6 @@ def test_a_search_has_a_row_for_each_object_and_says_what_is_missing(console: Co
     remote.describe_search(report("not_found", missed), console)
     for part in ("not found", "searched all rooms", "30 s", "7.5 m", "walking"):
         assert part in text_of(console)
-    assert not all_found(report("cancelled"))
     remote.describe_search({**report("found", RESULT), "reason": "all found"}, console)
     assert "(1.00, 2.00, 0.40) m" in text_of(console)
     assert "all found" not in text_of(console)

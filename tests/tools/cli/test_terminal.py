@@ -18,8 +18,7 @@ from onemap_tools.cli.terminal import (
     result_console,
     stays_up,
 )
-from onemap_tools.demo.report import describe
-from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary, describe
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 from onemap_tools.progress import SearchProgress, panel
 from tests.structure import ROOT
@@ -75,10 +74,9 @@ def test_a_search_is_printed_literally(text: str) -> None:
 def test_objects_of_a_demo_are_printed_literally(name: str) -> None:
     console = plain_console(file=io.StringIO())
     item = ObjectSummary(name, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
-    summary = DemoSummary((name, name), (item,), 1.0, 1.0, 1.0)
-    describe(summary, {"picture": f"runs/{name}/map.png"}, console)
-    done = ((name, "not_found"),)
-    console.print(panel(SearchProgress(1.0, (name, "b"), done, "b", "exploring", name, 1.0)))
+    summary = DemoSummary((name, name), (RobotSummary("", (item,), 1.0, 1.0),), 1.0, 1.0, 1.0)
+    describe(summary, f"runs/{name}/map.png", console)
+    console.print(panel(SearchProgress(finished(name))))
     assert text_of(console).count(name) >= 4
 
 

@@ -1,4 +1,4 @@
-"""One demo run from its start to its summary, with processes and gateway in memory."""
+"""Demo runs from their start to their summary, with processes and gateways in memory."""
 
 from __future__ import annotations
 
@@ -9,24 +9,35 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from math import nan
+from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import cv2
 import httpx
+import numpy as np
 import pytest
 from rich.console import Console
 
-from onemap import Client
+from onemap import Client, OneMapError
+from onemap_gateway.present.render import Overlay
 from onemap_shared import keys
-from onemap_shared.messages import Heartbeat, Truth
+from onemap_shared.geometry import pose_2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import (
+    Heartbeat,
+    MapRevision,
+    Occupancy,
+    Odometry,
+    SearchView,
+    Truth,
+    TruthRequest,
+)
 from onemap_tools.demo import run as module
-from onemap_tools.demo.robot_search import RobotSearch, RunMonitor
-from onemap_tools.demo.robots import DemoRobot
-from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
-from onemap_tools.demo.setup import DemoSetup
-from onemap_tools.demo.summary import DemoSummary
+from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m, write_picture
+from onemap_tools.demo.setup import DemoRobot, DemoSetup
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
@@ -37,8 +48,8 @@ from tests.tools.fake_gateway import Routes, fake_gateway
 
 __all__ = ["router"]  # the fixture
 
-ALONE = DemoRobot("", "", "", "simulator")
-TARGETS = DemoTargets(("sofa",), {"sofa": "sofa"})
+NAMES = ("bed", "sofa", "desk")
+TARGETS = DemoTargets(NAMES, {name: name for name in NAMES})
 RESULT = {
     "name": "sofa",
     "outcome": "found",
@@ -60,168 +71,248 @@ def console() -> Console:
     return Console(file=io.StringIO(), width=200)
 
 
-def demo_of(folder: Path, *exits: ProcessExit, time_limit_s: float = 60.0) -> DemoRun:
-    """A run whose processes exit like this."""
+class FakeRobot:
+    """A robot on a bus of its own, and a gateway whose searches end after so many polls."""
+
+    def __init__(self, polls: int = 1, ends: str = "found", missing: tuple[str, ...] = ()) -> None:
+        self.polls, self.ends = polls, ends
+        self.sought: list[list[str]] = []
+        self.router = MemoryRouter()
+        self._missing = list(missing)
+        self._left = 0
+
+    def handle(self, request: httpx.Request) -> httpx.Response:
+        if request.url.path == "/readyz":
+            missing = self._missing.pop(0) if self._missing else ""
+            return httpx.Response(503 if missing else 200, json={"detail": missing})
+        if request.url.path.endswith("/queries"):
+            return httpx.Response(422, json={"detail": "'blorp' is no word that mini knows."})
+        if request.method == "POST":
+            self.sought.append(json.loads(request.content)["objects"])
+            self._left = self.polls
+        self._left -= request.method == "GET"
+        cancelled = request.method == "DELETE"
+        state = "cancelled" if cancelled else "exploring" if self._left > 0 else self.ends
+        names = self.sought[-1]
+        document = {
+            "id": f"s{len(self.sought)}",
+            "state": state,
+            "objects": names,
+            "target": names[0],
+            "reason": "the map was lost" if state == "failed" else "driving",
+            "results": [{**RESULT, "name": name} for name in names] if state == "found" else [],
+            "elapsed_s": 10.0,
+            "path_length_m": 2.5,
+        }
+        return httpx.Response(200, json=document)
+
+    def search(self, name: str = "") -> RobotSearch:
+        client = Client(transport=httpx.MockTransport(self.handle))
+        return RobotSearch(DemoRobot(name), client, self.router.bus())
+
+
+def demo_of(
+    folder: Path, *fakes: FakeRobot, exits: tuple[ProcessExit, ...] = (), limit_s: float = 60.0
+) -> DemoRun:
+    """A run of these robots, whose processes exit like this."""
     processes: Any = SimpleNamespace(collect=lambda _: list(exits), folder=folder / "logs")
-    setup: Any = SimpleNamespace(
-        url="http://127.0.0.1:1", config_file="config.yaml", robots=(ALONE,)
-    )
-    limited = replace(options(folder), time_limit_s=time_limit_s)
-    return DemoRun(limited, setup, processes, threading.Event())
+    names = [f"r{n}" for n in range(1, len(fakes) + 1)] if len(fakes) > 1 else [""]
+    robots = tuple(DemoRobot(name) for name in names)
+    setup = DemoSetup("tcp/127.0.0.1:1", "http://127.0.0.1:1", folder / "c.yaml", (), {}, robots)
+    demo = DemoRun(options(folder, time_limit_s=limit_s), setup, processes, threading.Event())
+    demo.searches = [fake.search(name) for fake, name in zip(fakes, names, strict=False)]
+    return demo
 
 
-def report(state: str, *results: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "id": "s1",
-        "state": state,
-        "objects": ["sofa"],
-        "target": "sofa",
-        "reason": "the map was lost" if state == "failed" else "driving",
-        "results": list(results),
-        "elapsed_s": 1.0,
-        "path_length_m": 2.0,
-    }
+def searched(demo: DemoRun) -> DemoSummary:
+    return demo.search(TARGETS, LineView(console()))
 
 
-def gateway_of(*replies: dict[str, Any]) -> tuple[Client, list[str]]:
-    """A gateway with these replies, the last one for ever, and the methods it was called with."""
-    waiting, methods = list(replies), []
-
-    def handle(request: httpx.Request) -> httpx.Response:
-        methods.append(request.method)
-        return httpx.Response(200, json=waiting.pop(0) if len(waiting) > 1 else waiting[0])
-
-    return Client(transport=httpx.MockTransport(handle)), methods
-
-
-def searched(demo: DemoRun, gateway: Client) -> DemoSummary:
-    return module._search(demo, [search_of(gateway)], TARGETS, LineView(console()))
-
-
-def search_of(gateway: Client, robot: DemoRobot = ALONE) -> RobotSearch:
-    """A robot whose bus is silent."""
-    return RobotSearch(robot, gateway, RunMonitor(MemoryRouter().bus()))
+def ended(folder: Path) -> ProcessExit:
+    return ProcessExit("mapper", 1, folder / "mapper.log", "out of memory")
 
 
 def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
-    ended = ProcessExit("mapper", 1, tmp_path / "mapper.log", "out of memory")
-    with pytest.raises(CliError, match="mapper ended with code 1") as error:
-        demo_of(tmp_path, ended).pause()
-    assert "out of memory" in str(error.value)
-    assert error.value.exit_code == EXIT_FAILED
+    demo = demo_of(tmp_path, exits=(ended(tmp_path),))
+    for wait in (demo.pause, lambda: demo.stay_up(console())):
+        with pytest.raises(CliError, match=r"mapper ended with code 1.*\nout of memory") as error:
+            wait()
+        assert error.value.exit_code == EXIT_FAILED
+    demo.stop.set()
+    demo.stay_up(console())  # until Ctrl-C
 
 
 def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> None:
-    missing = {"detail": "The mapper is not running."}
-    transport = httpx.MockTransport(lambda _: httpx.Response(503, json=missing))
-    demo = demo_of(tmp_path, time_limit_s=0.0)
-    search = search_of(Client(transport=transport))
-    with pytest.raises(CliError, match=r"Not ready after 0 s\. The mapper is not running\."):
-        module._wait_until_ready(demo, [search], LineView(console()))
+    missing = "The mapper is not running."
+    demo = demo_of(tmp_path, FakeRobot(), FakeRobot(missing=(missing,) * 9), limit_s=0.0)
+    with pytest.raises(CliError, match=rf"Not ready after 0 s\. r2: {missing} The logs are in"):
+        demo.wait_until_ready(LineView(console()))
 
 
 def test_a_start_that_compiles_is_shown_and_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiling = "Compiling the map's kernels, once; cached in /tmp."
-    replies = [httpx.Response(503, json={"detail": compiling}), httpx.Response(200, json={})]
-    transport = httpx.MockTransport(lambda _: replies.pop(0))
-    bus_router = MemoryRouter()
-    search = RobotSearch(ALONE, Client(transport=transport), RunMonitor(bus_router.bus()))
+    robot = FakeRobot(missing=(compiling,))
+    demo = demo_of(tmp_path, robot)
     metrics = {"start_s": 400.0}
     beat = Heartbeat("mapper", "a", 1, 1, ready=False, problem=compiling, metrics=metrics)
-    bus_router.bus().publish(keys.heartbeat("mapper")).put(beat)
-    demo = demo_of(tmp_path, time_limit_s=60.0)
+    robot.router.bus().publish(keys.heartbeat("mapper")).put(beat)
     now_s = time.monotonic() + 400.0  # longer than the limit
     monkeypatch.setattr(f"{module.__name__}.time", SimpleNamespace(monotonic=lambda: now_s))
     assert demo.overdue
-    output = io.StringIO()
-    module._wait_until_ready(demo, [search], LineView(Console(file=output, width=200)))
-    assert compiling in output.getvalue()
+    out = console()
+    demo.wait_until_ready(LineView(out))
+    assert isinstance(out.file, io.StringIO)
+    assert compiling in out.file.getvalue()
     assert not demo.overdue
 
 
-def test_a_finished_search_is_summarised(tmp_path: Path) -> None:
-    gateway, methods = gateway_of(report("exploring"), report("exploring"), report("found", RESULT))
-    summary = searched(demo_of(tmp_path), gateway)
-    assert methods == ["POST", "GET", "GET"]
-    assert (summary.found, summary.judged, summary.failure) == (1, 0, "")
-    assert summary.worked
+def test_one_robot_searches_for_all_and_several_take_them_in_turn(tmp_path: Path) -> None:
+    alone = FakeRobot(polls=2)
+    summary = searched(demo_of(tmp_path, alone))
+    assert alone.sought == [list(NAMES)]
+    assert (summary.found, summary.judged, summary.failure) == (3, 0, "")
     assert summary.map_rate_hz != summary.map_rate_hz  # NaN: no map was published
+    quick, slow = FakeRobot(polls=1), FakeRobot(polls=9)
+    summary = searched(demo_of(tmp_path, quick, slow))
+    assert (quick.sought, slow.sought) == ([["bed"], ["desk"]], [["sofa"]])
+    assert [item.name for item in summary.objects] == list(NAMES)
+    assert summary.worked
+    first, second = summary.robots
+    assert (first.name, first.found) == ("r1", ("bed", "desk"))
+    assert (first.path_length_m, first.search_s) == (5.0, 20.0)
+    assert (second.name, second.found, second.path_length_m) == ("r2", ("sofa",), 2.5)
 
 
-def test_an_overdue_search_is_cancelled(tmp_path: Path) -> None:
-    gateway, methods = gateway_of(report("exploring"), report("cancelled"))
-    summary = searched(demo_of(tmp_path, time_limit_s=0.0), gateway)
-    assert methods == ["POST", "DELETE"]
+def test_one_that_fails_goes_on_with_the_next_and_is_named(tmp_path: Path) -> None:
+    failing, sound = FakeRobot(polls=1, ends="failed"), FakeRobot(polls=9)
+    summary = searched(demo_of(tmp_path, failing, sound))
+    assert failing.sought == [["bed"], ["desk"]]
+    assert summary.failure == "r1: the map was lost"
+    assert summary.not_sought == ("bed", "desk")
+    assert not summary.worked
+
+
+def test_the_time_limit_ends_the_searches_of_all(tmp_path: Path) -> None:
+    fakes = FakeRobot(polls=9), FakeRobot(polls=9)
+    summary = searched(demo_of(tmp_path, *fakes, limit_s=0.0))
+    assert [fake.sought for fake in fakes] == [[["bed"]], [["sofa"]]]
     assert summary.failure == "Cancelled after the time limit of 0 s."
+    assert summary.not_sought == NAMES
     assert not summary.worked
 
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:
-    truth = Truth("apartment", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
-    search: Any = SimpleNamespace(monitor=SimpleNamespace(truth=lambda *_: truth))
-    targets = module._choose_targets(demo_of(tmp_path), [search], console())
-    assert targets.objects == ("bed", "sofa")
-    assert targets.scene_categories == {"bed": "bed", "sofa": "sofa"}
+    alone, other = FakeRobot(), FakeRobot()
+    asked: list[TruthRequest] = []
 
+    def truth(request: TruthRequest) -> Truth:
+        asked.append(request)
+        return Truth("flat", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
 
-def test_without_a_map_the_summary_has_no_picture(tmp_path: Path) -> None:
-    summary = DemoSummary(("sofa",), (), 1.0, 1.0, nan, "cancelled")
-    searches = [search_of(Client())]
-    document = module._write_results(demo_of(tmp_path), searches, summary)
-    assert document["picture"] is None
-    assert (document["seed"], document["trouble"]) == (7, "cancelled")
-    assert json.loads((tmp_path / "summary.json").read_text()) == document
+    alone.router.bus().serve(keys.ROBOT_TRUTH, truth)
+    demo, out = demo_of(tmp_path, alone), console()
+    assert demo.choose_targets(out) == DemoTargets(("bed", "sofa"), {"bed": "bed", "sofa": "sofa"})
+    assert demo.searches[0].truth("sofa", (1.0, 2.0)) is not None
+    assert asked == [TruthRequest("sofa", 0.0, 0.0), TruthRequest("sofa", 1.0, 2.0)]
+    demo.options = replace(demo.options, objects=("Elephant",))
+    assert demo.choose_targets(out).objects == ("Elephant",)
+    assert isinstance(out.file, io.StringIO)
+    assert "flat has nothing that is called 'Elephant'" in out.file.getvalue()
+    with pytest.raises(OneMapError, match="no word that mini knows"):  # before any robot drives
+        demo_of(tmp_path, alone, other).choose_targets(out)
 
 
 def test_a_run_that_cannot_start_has_a_summary(tmp_path: Path) -> None:
     scene = tmp_path / "flat.glb"
     scene.write_bytes(b"not a scene")
     with pytest.raises(CliError, match="cannot be read") as error:
-        run_with_report(options(tmp_path / "run", scene=scene), console())
+        module.run(options(tmp_path / "run", scene=scene), console())
     assert error.value.exit_code == EXIT_USAGE_ERROR
     assert error.value.document["worked"] is False
     assert error.value.document["trouble"] == str(error.value)
     assert not (tmp_path / "run").exists()
 
 
-def test_the_live_page_stays_until_ctrl_c(tmp_path: Path) -> None:
-    demo = demo_of(tmp_path)
-    demo.stop.set()
-    module._stay_up(demo, console())
-    crashed = demo_of(tmp_path, ProcessExit("gateway", 1, tmp_path / "gateway.log", "no memory"))
-    with pytest.raises(CliError, match="gateway ended"):
-        module._stay_up(crashed, console())
-
-
 def test_a_whole_run_ends_with_its_summary(
     router: Router, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Processes that only sleep, a real router, and a gateway with fixed replies."""
+    """A process that only sleeps, a real router, and a gateway with fixed replies."""
     sleeper = ProcessSpec("mapper", (sys.executable, "-c", "import time; time.sleep(600)"))
+    report: dict[str, Any] = {
+        "id": "s1",
+        "state": "exploring",
+        "objects": ["sofa"],
+        "target": "sofa",
+    }
+    report |= {"reason": "driving", "results": [], "elapsed_s": 1.0, "path_length_m": 2.0}
     routes: Routes = {
         ("GET", "/readyz"): (200, {"status": "ok"}),
-        ("POST", "/v1/searches"): (201, report("exploring")),
-        ("GET", "/v1/searches/s1"): (200, report("found", RESULT)),
+        ("POST", "/v1/searches"): (201, report),
+        ("GET", "/v1/searches/s1"): (200, {**report, "state": "found", "results": [RESULT]}),
     }
-    run_options = replace(options(tmp_path), objects=("sofa",), time_limit_s=60.0)
-    out = console()
+    config, out = tmp_path / "config.yaml", console()
     with fake_gateway(routes) as url:
         setup = DemoSetup(
-            router.endpoint,
-            url,
-            tmp_path / "config.yaml",
-            (sleeper,),
-            dict(os.environ),
-            (ALONE,),
+            router.endpoint, url, config, (sleeper,), dict(os.environ), (DemoRobot(),)
         )
         monkeypatch.setattr(module, "set_up", lambda _: setup)
-        document = run_with_report(run_options, out)
-    assert document["worked"] is True
-    assert document["judged"] == 0
+        document = module.run(options(tmp_path, objects=("sofa",), time_limit_s=60.0), out)
+    assert (document["worked"], document["judged"], document["seed"]) == (True, 0, 7)
+    assert document["picture"] is None  # there is no map
     assert json.loads((tmp_path / "summary.json").read_text()) == document
     assert isinstance(out.file, io.StringIO)
     assert "Searching for sofa. Live page: http://" in out.file.getvalue()
     assert "1 of 1 found" in out.file.getvalue()
     assert (tmp_path / "logs" / "mapper.log").exists()
+
+
+def test_what_the_bus_says_of_a_robot_is_kept() -> None:
+    fake = FakeRobot()
+    search, bus = fake.search(), fake.router.bus()
+    odometry, revisions = bus.publish(keys.ROBOT_ODOMETRY), bus.publish(keys.MAP_REVISION)
+    assert np.isnan(search.map_rate_hz)
+    assert search.overlay.robot == ()
+    bus.publish(keys.heartbeat("simulator")).put(
+        Heartbeat("simulator", "a", 1, 1, ready=True, metrics={"collisions": 2.0})
+    )
+    for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
+        revisions.put(MapRevision(frames, frames, 1, "e", "t", frames, 10, 10, 1.0, 9.9))
+        if now_s == 50.0:
+            search.restart(now_s)
+        search.update(now_s)
+    assert search.map_rate_hz == 5.0  # since the restart
+    assert search.contacts == 2
+    for x_m in (0.0, 0.001, 0.1, 0.1, 0.2):
+        odometry.put(Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
+    search.update(61.0)
+    assert search.trail_m == ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0))  # without a robot that stands
+    assert search.overlay.robot == pytest.approx((0.2, 0.0, 0.5))
+    other = FakeRobot().search("r2")
+    assert separation_m([search, other]) == inf
+    other.trail_m = ((3.2, 4.0),)
+    assert separation_m([search, other]) == 5.0
+
+
+def test_paths_and_claims_with_a_position_are_drawn(tmp_path: Path) -> None:
+    free = np.full((60, 40), Occupancy.FREE, np.uint8)  # 6 x 4 m of free floor
+    grid, nothing = GridSpec(0.1, (0, 0), free.shape), np.zeros((0, 0), np.float32)
+    view = SearchView("", 1, 1, 1, grid, free, np.zeros_like(free), nothing)
+    drive, other = (Overlay(trail_m=np.array([(0.5, y), (3.0, y)])) for y in (3.0, 1.0))
+    found = ObjectSummary("bed", "found", "seen", (4.5, 1.0, 0.4), 30.0, 8.0, 7.0, 0.5, 0.0)
+
+    def drawn(drives: tuple[Overlay, ...], *objects: ObjectSummary) -> np.ndarray:
+        write_picture(tmp_path / "map.png", view, drives, objects)
+        image = cv2.imread(str(tmp_path / "map.png"))
+        assert image is not None
+        return image
+
+    plain = drawn((drive,))
+    rows, columns = np.nonzero(np.any(plain != drawn((drive, other)), axis=-1))
+    assert np.ptp(columns) > 2.5 / 0.1 * module.MIN_PIXELS_PER_CELL
+    assert rows.min() > plain.shape[0] / 2  # 1 m of 4 m is in the lower half; the first one stays
+    right, wrong = drawn((drive,), found), drawn((drive,), replace(found, goal_distance_m=9.0))
+    assert np.any(right != plain)
+    assert np.any(wrong != right)
+    assert np.array_equal(drawn((drive,), replace(found, position_m=())), plain)

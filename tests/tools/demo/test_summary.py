@@ -1,7 +1,8 @@
-"""Success, SPL and the JSON of values that are not finite."""
+"""Success, SPL, the JSON of values that are not finite, and what is printed of a demo."""
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import replace
 from math import inf, nan
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
@@ -19,54 +21,39 @@ from onemap_tools.demo.summary import (
     DemoSummary,
     ObjectSummary,
     RobotSummary,
-    in_order,
+    describe,
+    evaluate_result,
     path_efficiency,
+    scene_category,
 )
-from onemap_tools.demo.truth import Position, evaluate_result, scene_category
 
 lengths = st.floats(min_value=0, max_value=1e4)
+ITEM = ObjectSummary("sofa", "found", "because", (1.0, 2.0, 0.4), 12.0, 10.0, 5.0, 0.9, 0.0)
+WRONG = replace(ITEM, goal_distance_m=1.2)
+MISSED = replace(ITEM, outcome="not_found")
+UNJUDGED = replace(ITEM, goal_distance_m=inf, shortest_path_m=inf, judged=False)
 
 
-def item(
-    *,
-    outcome: str = "found",
-    away_m: float = 0.0,
-    driven_m: float = 10.0,
-    shortest_m: float = 5.0,
-    name: str = "sofa",
-    judged: bool = True,
-) -> ObjectSummary:
-    return ObjectSummary(
-        name,
-        outcome,
-        "because",
-        (1.0, 2.0, 0.4),
-        12.0,
-        driven_m,
-        shortest_m,
-        0.9,
-        away_m,
-        judged=judged,
-    )
+def summary(*objects: ObjectSummary, wanted: tuple[str, ...] = (), **others: Any) -> DemoSummary:
+    robots = (RobotSummary("", objects, 8.5, 40.0, 0),)
+    return DemoSummary(wanted or tuple(o.name for o in objects), robots, 60.0, 50.0, 5.0, **others)
 
 
-def summary(*objects: ObjectSummary, wanted: int | None = None, failure: str = "") -> DemoSummary:
-    others = max((wanted or 0) - len(objects), 0)
-    names = (*(each.name for each in objects), *(f"object {n}" for n in range(others)))
-    return DemoSummary(names, objects, 60.0, 50.0, 5.0, failure)
+def document_of(summary: DemoSummary) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(json.dumps(summary.document(), allow_nan=False))
+    return document
 
 
 def test_found_and_near_enough_is_success() -> None:
-    assert item(away_m=0.0).success
-    assert item(away_m=SUCCESS_TOLERANCE_M).success
-    assert not item(away_m=SUCCESS_TOLERANCE_M + 0.01).success
-    assert not item(outcome="not_found", away_m=0.0).success
+    assert replace(ITEM, goal_distance_m=SUCCESS_TOLERANCE_M).success
+    assert not replace(ITEM, goal_distance_m=SUCCESS_TOLERANCE_M + 0.01).success
+    assert not MISSED.success
 
 
 def test_spl_is_shortest_over_driven_for_successes_only() -> None:
-    assert item(driven_m=10, shortest_m=5).spl == 0.5
-    assert item(driven_m=4, shortest_m=5).spl == 1.0
-    assert item(outcome="failed").spl == 0.0
+    assert ITEM.spl == 0.5
+    assert replace(ITEM, path_length_m=4.0).spl == 1.0
+    assert MISSED.spl == 0.0
 
 
 @given(shortest_m=lengths, driven_m=lengths)
@@ -79,108 +66,119 @@ def test_efficiency_is_in_0_to_1_and_falls_with_the_path(
 
 
 def test_the_sequence_counts_only_as_a_whole() -> None:
-    good = summary(item(driven_m=10, shortest_m=5), item(driven_m=2, shortest_m=1))
+    good = summary(ITEM, replace(ITEM, path_length_m=2.0, shortest_path_m=1.0))
     assert good.worked
     assert good.spl == pytest.approx(6 / 12)
-    bad = summary(item(), item(outcome="not_found"), item())
-    assert not bad.worked
-    assert bad.spl == 0.0
-    assert bad.found == 2
+    bad = summary(ITEM, MISSED, ITEM)
+    assert (bad.worked, bad.spl, bad.found) == (False, 0.0, 2)
     assert bad.progress == pytest.approx(1 / 3)
+    assert not summary(ITEM, failure="the planner died").worked
+    assert not summary().worked
 
 
-def test_wrong_claims_are_counted() -> None:
-    mixed = summary(item(), item(away_m=1.2), item(outcome="not_found", away_m=1.2))
-    assert mixed.claimed_wrongly == 1
-    document = mixed.document()
+def test_wrong_claims_are_counted_and_what_is_not_finite_is_null() -> None:
+    mixed = summary(ITEM, WRONG, replace(MISSED, goal_distance_m=nan, shortest_path_m=inf))
+    document = document_of(mixed)
     assert document["claimed_wrongly"] == 1
     assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, True, False]
+    assert document["objects"][2]["goal_distance_m"] is None
+    assert document["objects"][2]["shortest_path_m"] is None
+    assert document["objects"][2]["position_m"] == [1.0, 2.0, 0.4]
 
 
 def test_without_ground_truth_claims_count_and_are_not_judged() -> None:
-    unknown = item(away_m=inf, shortest_m=inf, judged=False)
-    whole = summary(item(), unknown)
+    whole = summary(ITEM, UNJUDGED)
     assert whole.worked
     assert (whole.found, whole.judged, whole.claimed_wrongly) == (2, 1, 0)
-    document = json.loads(json.dumps(whole.document(), allow_nan=False))
+    document = document_of(whole)
     assert document["spl"] is None
-    assert [entry["success"] for entry in document["objects"]] == [True, None]
-    assert [entry["spl"] for entry in document["objects"]] == [0.5, None]
-    assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, None]
-
-
-def test_a_failed_run_is_no_success() -> None:
-    assert not summary(item(), failure="the planner died").worked
-    assert not summary().worked
+    verdicts = [[o[k] for k in ("success", "spl", "claimed_wrongly")] for o in document["objects"]]
+    assert verdicts == [[True, 0.5, False], [None, None, None]]
 
 
 def test_a_gap_in_the_results_ends_the_progress() -> None:
     """Another robot had gone on when the object in between was given up."""
-    done = (item(name="bed"), item(name="sofa"))
-    gap = DemoSummary(("bed", "desk", "sofa"), done, 60.0, 50.0, 5.0)
+    gap = summary(replace(ITEM, name="bed"), ITEM, wanted=("bed", "desk", "sofa"))
     assert gap.not_sought == ("desk",)
     assert gap.progress == pytest.approx(1 / 3)
     assert not gap.worked
 
 
+def two(contacts: int | None = 3) -> DemoSummary:
+    bed = replace(ITEM, name="bed")
+    robots = (
+        RobotSummary("r1", (WRONG, bed), 8.5, 40.0, contacts=2),
+        RobotSummary("r2", (), 22.0, 90.0, contacts),
+    )
+    return DemoSummary(("bed", "sofa"), robots, 60.0, 50.0, 5.0)
+
+
 def test_the_document_of_a_robot_names_what_it_found() -> None:
-    wrong = item(name="sofa", away_m=9.0)
-    robots = (robot(item(name="bed"), wrong), robot())
-    objects = in_order(("bed", "sofa"), robots)
-    summed = DemoSummary(("bed", "sofa"), objects, 60.0, 50.0, 5.0, robots=robots)
-    document = json.loads(json.dumps(summed.document(), allow_nan=False))
+    document = document_of(two())
+    assert [item["name"] for item in document["objects"]] == ["bed", "sofa"]
     assert document["robots"][0] == {
         "name": "r1",
-        "objects": ["bed", "sofa"],
+        "objects": ["sofa", "bed"],
         "found": ["bed"],
         "path_length_m": 8.5,
         "search_s": 40.0,
-        "contacts": 0,
+        "contacts": 2,
     }
+    assert document["contacts"] == 5
+    assert document_of(two(contacts=None))["contacts"] is None
     assert document["closest_m"] is None  # nobody knows where they are
+    assert document_of(summary(ITEM))["robots"] == []
 
 
-def robot(*objects: ObjectSummary, contacts: int | None = 0) -> RobotSummary:
-    return RobotSummary("r1", objects, 8.5, 40.0, contacts)
+def printed(summary: DemoSummary, picture: str | None = None) -> str:
+    console = Console(file=(output := io.StringIO()), width=80)
+    describe(summary, picture, console)
+    assert "…" not in output.getvalue()
+    return output.getvalue()
 
 
-def test_the_document_is_json_with_unknown_values() -> None:
-    document = summary(item(away_m=nan, shortest_m=inf)).document()
-    text = json.dumps(document, allow_nan=False)
-    (only,) = json.loads(text)["objects"]
-    assert only["goal_distance_m"] is None
-    assert only["shortest_path_m"] is None
-    assert only["position_m"] == [1.0, 2.0, 0.4]
-    assert document["worked"] is False
+def flat(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_a_row_per_object_fits_eighty_columns_and_failures_have_their_reason() -> None:
+    fridge = replace(ITEM, name="refrigerator", position_m=(10.11, 10.43, 1.0), time_s=112.4)
+    wrong = replace(WRONG, reason="seen [3] times", nearest="armchair")
+    toilet = replace(MISSED, name="toilet", reason="searched it all", position_m=())
+    wanted = ("refrigerator", "sofa", "toilet", "desk")
+    text = printed(summary(fridge, wrong, toilet, wanted=wanted, failure="It ended."), "map.png")
+    (row,) = (line for line in text.splitlines() if line.strip().startswith("refrigerator"))
+    for part in ("found", "(10.1, 10.4)", "112 s", "10.0 m", "5.0 m", "0.50", "0.9 m"):
+        assert part in row
+    assert "wrong one" in text
+    assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
+    assert "toilet: searched it all\n" in text
+    assert "desk not sought" in flat(text)
+    totals = "1 of 4 found in 50 s (60 s with starting up), 1 claimed wrongly, SPL 0.00, 5.0 map"
+    assert totals in flat(text)
+    assert "It ended." in text
+    assert "Map, path and finds: map.png" in text
+    assert "Closest" not in text
+
+
+def test_results_without_ground_truth_are_marked() -> None:
+    text = printed(summary(UNJUDGED))
+    assert "found (no" in text
+    assert "wrong" not in text
+    assert "1 of 1 found in 50 s (60 s with starting up), no ground truth" in flat(text)
+    assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(printed(summary(UNJUDGED, WRONG)))
+
+
+def test_a_row_per_robot_says_what_it_did() -> None:
+    text = printed(replace(two(contacts=None), closest_m=1.26))
+    rows = [line.split() for line in text.splitlines() if " r" in line[:3]]
+    assert ["r1", "bed", "8.5", "m", "40", "s", "2"] in rows
+    assert ["r2", "nothing", "22.0", "m", "90", "s", "-"] in rows
+    assert "Closest to each other: 1.3 m" in flat(text)
 
 
 VOCABULARY = load_vocabulary(SHIPPED)
 APARTMENT = ("armchair", "sofa", "wall")
-
-
-def result(**changes: Any) -> dict[str, Any]:
-    return {
-        "name": "couch",
-        "outcome": "found",
-        "reason": "seen",
-        "position_m": [3.0, 2.0, 0.4],
-        "duration_s": 12.0,
-        "path_length_m": 5.0,
-        "start_xy_m": [0.0, 0.0],
-        "end_xy_m": [2.0, 2.0],
-        **changes,
-    }
-
-
-def apartment_truth(name: str, place_m: Position) -> Truth:
-    """One sofa, with success places at x >= 2; an armchair stands beside it."""
-    count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
-    away_m = way_m + 1.0 if count else inf
-    return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", names_complete=True)
-
-
-def scene_file_truth(name: str, place_m: Position) -> Truth:
-    return replace(apartment_truth(name, place_m), names_complete=False)
 
 
 @pytest.mark.parametrize(
@@ -202,30 +200,40 @@ def test_a_word_has_a_category_of_the_scene(
     assert scene_category(word, categories, VOCABULARY) == name
 
 
-def test_a_synonym_is_judged_by_its_category() -> None:
-    item = evaluate_result(
-        result(), scene_category("couch", APARTMENT, VOCABULARY), apartment_truth
-    )
-    assert item.name == "couch"
-    assert item.success
-    assert item.shortest_path_m == 2.0
-    assert item.true_distance_m == 1.0
+@pytest.mark.parametrize(
+    ("category", "complete", "end_x_m", "verdict"),
+    [
+        ("sofa", True, 2.0, "right"),
+        ("sofa", True, 0.5, "wrong"),
+        ("toilet", False, 2.0, "unjudged"),  # perhaps an unnamed object of a scene file
+        ("sofa", False, 2.0, "right"),
+        ("sofa", False, 0.5, "wrong"),
+    ],
+)
+def test_a_claim_is_judged_by_the_truth_of_its_category(
+    category: str, complete: bool, end_x_m: float, verdict: str
+) -> None:
+    """One sofa, with success places at x >= 2; an armchair stands beside it."""
 
+    def truth(name: str, place_m: tuple[float, ...]) -> Truth:
+        count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
+        away_m = way_m + 1.0 if count else inf
+        return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", complete)
 
-def test_a_wrong_claim_names_the_nearest_thing() -> None:
-    item = evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", apartment_truth)
-    assert item.claimed_wrongly
-    assert item.goal_distance_m == 1.5
-    assert item.nearest == "armchair"
-
-
-def test_an_unnamed_object_of_a_file_is_not_judged() -> None:
-    item = evaluate_result(result(), "toilet", scene_file_truth)
-    assert not item.judged
-    assert item.counts_as_found
-    assert not item.claimed_wrongly
-
-
-def test_a_named_object_of_a_file_is_judged() -> None:
-    assert evaluate_result(result(), "sofa", scene_file_truth).success
-    assert evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", scene_file_truth).claimed_wrongly
+    result = {
+        "name": "couch",
+        "outcome": "found",
+        "reason": "seen",
+        "position_m": [3.0, 2.0, 0.4],
+        "duration_s": 12.0,
+        "path_length_m": 5.0,
+        "start_xy_m": [0.0, 0.0],
+        "end_xy_m": [end_x_m, 2.0],
+    }
+    item = evaluate_result(result, category, truth)
+    assert (item.name, item.nearest, item.judged) == ("couch", "armchair", verdict != "unjudged")
+    assert item.counts_as_found is (verdict != "wrong")
+    assert item.claimed_wrongly is (verdict == "wrong")
+    if category == "sofa":
+        assert (item.shortest_path_m, item.true_distance_m) == (2.0, 3.0 - end_x_m)
+    assert not evaluate_result(result, category, lambda *_: None).judged

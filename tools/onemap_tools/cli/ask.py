@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -116,11 +117,10 @@ def search(
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        followed = remote.search(
-            gateway, tuple(objects), progress_console(), any_order=any_order, limits=limits
-        )
-    show(followed.report, as_json, remote.describe_search)
-    raise typer.Exit(followed.exit_code(done=remote.all_found(followed.report)))
+        start = partial(gateway.search, tuple(objects), any_order=any_order, limits=limits)
+        report, exit_code = remote.follow(gateway, start, progress_console())
+    show(report, as_json, remote.describe_search)
+    raise typer.Exit(exit_code)
 
 
 @app.command("search replay", rich_help_panel=RECORDINGS, epilog=REPLAY_EPILOG)
@@ -174,9 +174,10 @@ def go(
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        followed = remote.drive(gateway, (x, y), progress_console(), look=look, limits=limits)
-    show(followed.report, as_json, remote.describe_drive)
-    raise typer.Exit(followed.exit_code(done=remote.arrived(followed.report)))
+        start = partial(gateway.look_at if look else gateway.go_to, x, y, limits=limits)
+        report, exit_code = remote.follow(gateway, start, progress_console())
+    show(report, as_json, remote.describe_drive)
+    raise typer.Exit(exit_code)
 
 
 @app.command(rich_help_panel=FIRST)
@@ -209,7 +210,7 @@ def status(
     With --service: 0 only if that service says that it is ready.
     """
     if service:
-        from onemap_tools.processes.heartbeat import check_service
+        from onemap_tools.processes.session import check_service
 
         check_service(service, config)
         if as_json:
@@ -233,10 +234,10 @@ def status(
 @app.command(rich_help_panel=FIRST)
 def doctor(config: Config = None, as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
-    from onemap_tools.doctor import report
+    from onemap_tools import doctor
 
-    findings = report.examine(config, progress_console())
-    report.describe(findings, result_console(as_json))
+    findings = doctor.examine(config, progress_console())
+    doctor.describe(findings, result_console(as_json))
     if as_json:
-        print_json(report.document(findings))
-    raise typer.Exit(EXIT_OK if report.healthy(findings) else EXIT_FAILED)
+        print_json(doctor.document(findings))
+    raise typer.Exit(EXIT_OK if doctor.healthy(findings) else EXIT_FAILED)

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from enum import Enum
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
 from onemap_tools.cli.options import Json, Token, Url
 from onemap_tools.cli.terminal import show
@@ -80,12 +82,11 @@ def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> N
 @app.command()
 def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Extent, areas, memory and update rate of the map."""
-    from onemap_tools.cli.remote import describe_info
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
         document = dict(gateway.maps.info().document)
-    show(document, as_json, describe_info)
+    show(document, as_json, _describe_info)
 
 
 @app.command()
@@ -111,22 +112,52 @@ def export(
     with a world file .pgw; .yaml: for nav2's map server, with a .pgm; .geojson: found
     objects, and the regions of each --text; .ply: the known cells as a point cloud.
     """
-    from onemap_tools.cli.remote import describe_export
     from onemap_tools.gateway import gateway_client
     from onemap_tools.map_export import export_map
 
     with gateway_client(url, token) as gateway:
         written = export_map(gateway, file, texts=text or (), layer=layer)
-    show(written, as_json, describe_export)
+
+    def describe(written: dict[str, Any], console: Console) -> None:
+        paths = " and ".join([written["path"], *written.get("beside", ())])
+        console.print(f"Wrote {paths}, {written['file_bytes']} bytes.", soft_wrap=True)
+
+    show(written, as_json, describe)
 
 
 def _change(
     url: str, token: str, as_json: bool, send: Callable[[MapFiles], MapContent], done: str
 ) -> None:
-    """Send a request to the gateway and print what the map holds then."""
-    from onemap_tools.cli.remote import describe_change
+    """Send a request to the gateway and print what the map holds then.
+
+    done: the verb in the past tense.
+    """
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
         document = dict(send(gateway.maps).document)
-    show(document, as_json, describe_change(done))
+
+    def describe(change: dict[str, Any], console: Console) -> None:
+        what = f"{done} {change['path']}".rstrip()
+        held = f"{change['cells_observed']} cells from {change['frames_fused']} frames"
+        size = f", {change['file_bytes'] / 1e6:.1f} MB" if change["file_bytes"] else ""
+        console.print(f"{what}: {held}{size}.", soft_wrap=True)
+
+    show(document, as_json, describe)
+
+
+def _describe_info(info: dict[str, Any], console: Console) -> None:
+    """Print extent, areas, memory and update rate of the map."""
+    x_min, y_min, x_max, y_max = info["bounds_m"]
+    table = Table.grid(padding=(0, 2))
+    for name, value in (
+        ("revision", str(info["revision"])),
+        ("newest frame", "empty" if info["age_s"] is None else f"{info['age_s']:.1f} s"),
+        ("extent", f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m"),
+        *((area, f"{info[f'{area}_m2']:.1f} m2") for area in ("observed", "free", "occupied")),
+        ("memory", f"{info['memory_bytes'] / 1e6:.1f} MB"),
+        ("updates", f"{info['rate_hz']:.1f} Hz, {info['update_ms']:.0f} ms each"),
+        ("encoder", f"{info['encoder_id']} ({info['text_space']})"),
+    ):
+        table.add_row(name, value)
+    console.print(table)

@@ -84,7 +84,7 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it. It cannot confirm objects
     that a scene file does not name: there the robot's claim counts. See 'onemap scene check'.
     """
-    from onemap_tools.demo.run import run_with_report
+    from onemap_tools.demo.run import run
     from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
 
     console = progress_console()
@@ -100,7 +100,7 @@ def demo(
         ros2=ros2,
         robots=robots,
     )
-    document = run_with_report(options, console)
+    document = run(options, console)
     if as_json:
         print_json(document)
     raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)

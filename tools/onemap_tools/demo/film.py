@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
@@ -22,9 +22,6 @@ from PIL import Image, ImageDraw, ImageFont
 
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import LOOPBACK, any_free_port
-
-T = TypeVar("T")
-BoundsM = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 
 FORMATS = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 MAX_BYTES = 3_000_000  # pages that show the film load it whole
@@ -39,11 +36,11 @@ FOUND = (86, 211, 100)
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """How a search stood: the gateway's report, the map's picture and bounds, the camera's."""
+    """How a search stood: the gateway's report, its pictures, and x_min, y_min, x_max, y_max."""
 
     report: dict[str, Any]
     map: Image.Image
-    bounds_m: BoundsM
+    bounds_m: tuple[float, ...]
     camera: Image.Image
 
 
@@ -56,13 +53,13 @@ def moment_of(url: str) -> Moment | None:
             return None
         text = urlencode({"text": searches[0]["target"]})
         with urlopen(f"{url}/v1/map.png?{text}", timeout=5) as reply:
-            x_min, y_min, x_max, y_max = map(float, reply.headers["X-OneMap-Bounds"].split(","))
+            bounds_m = tuple(map(float, reply.headers["X-OneMap-Bounds"].split(",")))
             seen = Image.open(io.BytesIO(reply.read())).convert("RGB")
         with urlopen(f"{url}/v1/camera.jpg", timeout=5) as reply:
             camera = Image.open(io.BytesIO(reply.read())).convert("RGB")
     except OSError:  # the gateway starts, ends or has no map yet
         return None
-    return Moment(searches[0], seen, (x_min, y_min, x_max, y_max), camera)
+    return Moment(searches[0], seen, bounds_m, camera)
 
 
 def record(demo: subprocess.Popen[bytes], url: str) -> list[Moment]:
@@ -81,30 +78,7 @@ def record(demo: subprocess.Popen[bytes], url: str) -> list[Moment]:
     return moments
 
 
-def spread(items: Sequence[T], count: int) -> list[T]:
-    """At most ``count`` (2 or more) of the items, evenly spread, with the first and the last."""
-    if len(items) <= count:
-        return list(items)
-    step = (len(items) - 1) / (count - 1)
-    return [items[round(i * step)] for i in range(count)]
-
-
-def speed_of(moments: Sequence[Moment]) -> float:
-    """How many times faster than the search the film is."""
-    length_s = moments[-1].report["elapsed_s"] - moments[0].report["elapsed_s"]
-    return max(SPEED, float(length_s) / (MAX_LENGTH_S - LAST_PICTURE_S))
-
-
-def durations_ms(moments: Sequence[Moment], speed: float) -> list[int]:
-    """How long each picture is shown; in tens, which is what a GIF can tell apart."""
-    shown_ms = [round(each.report["elapsed_s"] / speed * 100) * 10 for each in moments]
-    return [
-        *(max(after - before, 20) for before, after in pairwise(shown_ms)),
-        round(LAST_PICTURE_S * 1000),
-    ]
-
-
-def draw(moment: Moment, bounds_m: BoundsM, speed: float) -> Image.Image:
+def draw(moment: Moment, bounds_m: Sequence[float], speed: float) -> Image.Image:
     """One picture; its map shows ``bounds_m``."""
     picture = Image.new("RGB", SIZE_PX, PAGE)
     x_min, y_min, x_max, y_max = bounds_m
@@ -116,13 +90,11 @@ def draw(moment: Moment, bounds_m: BoundsM, speed: float) -> Image.Image:
     picture.paste(area, (MARGIN_PX, MARGIN_PX))
     camera = moment.camera.copy()
     camera.thumbnail(CAMERA_PX)
-    column = 2 * MARGIN_PX + MAP_PX[0]
+    column, row = 2 * MARGIN_PX + MAP_PX[0], 2 * MARGIN_PX + CAMERA_PX[1]
     picture.paste(camera, (column, MARGIN_PX))
     pen, font = ImageDraw.Draw(picture), ImageFont.load_default(15)
-    row = 2 * MARGIN_PX + CAMERA_PX[1]
-    for text, colour in object_lines(moment.report):
-        pen.text((column, row), text, colour, font)
-        row += ROW_PX
+    for number, (text, colour) in enumerate(object_lines(moment.report)):
+        pen.text((column, row + number * ROW_PX), text, colour, font)
     line = SIZE_PX[1] - MARGIN_PX - ROW_PX + 4
     pen.text((MARGIN_PX, line), caption(moment.report)[:110], INK, font)
     pen.text((SIZE_PX[0] - 120, line), f"{speed:.0f} x real time", DIM, font)
@@ -152,29 +124,32 @@ def object_lines(report: dict[str, Any]) -> list[tuple[str, tuple[int, int, int]
     return lines[-6:]
 
 
-def encode(pictures: Sequence[Image.Image], durations: Sequence[int], ending: str) -> bytes:
-    """The file of an animation that repeats."""
-    buffer = io.BytesIO()
-    options = {"append_images": pictures[1:], "duration": list(durations), "loop": 0, "quality": 75}
-    pictures[0].save(buffer, FORMATS[ending], save_all=True, **options)
-    return buffer.getvalue()
-
-
 def write(file: Path, moments: Sequence[Moment]) -> str:
     """Write the film; pictures are left out, evenly, until it has at most ``MAX_BYTES``."""
-    corners = list(zip(*(moment.bounds_m for moment in moments), strict=True))
-    bounds_m = (min(corners[0]), min(corners[1]), max(corners[2]), max(corners[3]))
-    speed = speed_of(moments)
-    shown = [(moment, draw(moment, bounds_m, speed)) for moment in moments]
+    x_min, y_min, x_max, y_max = zip(*(moment.bounds_m for moment in moments), strict=True)
+    bounds_m = (min(x_min), min(y_min), max(x_max), max(y_max))
+    times_s = [moment.report["elapsed_s"] for moment in moments]
+    speed = max(SPEED, (times_s[-1] - times_s[0]) / (MAX_LENGTH_S - LAST_PICTURE_S))
+    pictures = [draw(moment, bounds_m, speed) for moment in moments]
+    count = len(moments)
     while True:
-        durations = durations_ms([moment for moment, _ in shown], speed)
-        data = encode([picture for _, picture in shown], durations, file.suffix.lower())
-        if len(data) <= MAX_BYTES or len(shown) <= 2:
+        step = (len(moments) - 1) / max(count - 1, 1)
+        chosen = [round(i * step) for i in range(count)]
+        # In tens of milliseconds, which is what a GIF can tell apart.
+        shown_ms = [round(times_s[i] / speed * 100) * 10 for i in chosen]
+        lasting_ms = [max(after - before, 20) for before, after in pairwise(shown_ms)]
+        lasting_ms.append(round(LAST_PICTURE_S * 1000))
+        first, *others = (pictures[i] for i in chosen)
+        buffer = io.BytesIO()
+        options = {"append_images": others, "duration": lasting_ms, "loop": 0, "quality": 75}
+        first.save(buffer, FORMATS[file.suffix.lower()], save_all=True, **options)
+        size = buffer.tell()
+        if size <= MAX_BYTES or count <= 2:
             break
-        shown = spread(shown, max(int(len(shown) * 0.93 * MAX_BYTES / len(data)), 2))
-    file.write_bytes(data)
-    length_s = sum(durations) / 1000
-    return f"Film: {file} ({len(shown)} pictures, {length_s:.1f} s, {len(data) / 1e6:.1f} MB)"
+        count = max(int(count * 0.93 * MAX_BYTES / size), 2)
+    file.write_bytes(buffer.getvalue())
+    length_s = sum(lasting_ms) / 1000
+    return f"Film: {file} ({count} pictures, {length_s:.1f} s, {size / 1e6:.1f} MB)"
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -5,9 +5,7 @@ It joins OneMap's bus too, under a name that is no robot's: the demo asks it for
 
 from __future__ import annotations
 
-import itertools
 import os
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import astuple
@@ -27,13 +25,13 @@ from onemap_ros2.cdr import (
     header,
     new,
 )
-from onemap_ros2.network.interface import NetworkError, Reader, RosNetwork, Writer
+from onemap_ros2.network.interface import NetworkError, RosNetwork, Writer
 from onemap_ros2.network.rmw import RmwNetwork
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, Topic
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 from onemap_shared.runner import StartError, run_service
-from onemap_shared.transport import Bus, Counters, Health, Publisher, Subscription
+from onemap_shared.transport import Bus, Counters, Publisher, Subscription
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import SimulatorWorker, check, open_scene
 from onemap_tools.demo.setup import ROS2_ROBOT
@@ -43,7 +41,6 @@ DOMAIN = 0
 COLOR, DEPTH, INFO = "/camera/color/image_raw", "/camera/depth/image_raw", "/camera/camera_info"
 MAP, BASE, CAMERA = "map", "base_link", "camera_optical_frame"
 BASE_TIMEOUT_MS = 500  # a base's own: without a command for so long it stops
-GEOMETRY = "geometry_msgs/msg/"
 
 
 class Ros2RobotBus:
@@ -77,14 +74,11 @@ class Ros2RobotBus:
             )
         return self._bus.publish(topic)
 
-    def subscribe(
-        self, topic: Topic[Any], capacity: int = 1, arrived: threading.Event | None = None
-    ) -> Subscription[Any]:
+    def subscribe(self, topic: Topic[Any], *options: Any) -> Subscription[Any]:
         """See ``transport.Bus``; a command of the robot's network sets no event."""
         if topic == ROBOT_CMD_VEL:
-            reader = self._network.read("/cmd_vel", TWIST_STAMPED, 1)
-            return _CommandSubscription(self._network, reader)
-        return self._bus.subscribe(topic, capacity, arrived)
+            return _Commands(self._network)
+        return self._bus.subscribe(topic, *options)
 
     def close(self) -> None:
         """Leave the robot's network; the other bus is its owner's."""
@@ -102,12 +96,11 @@ class _Writers:
             writer.put(form(message))
 
 
-class _CommandSubscription:
+class _Commands:
     """The newest TwistStamped as a command of nobody in particular: ROS 2 names no planner."""
 
-    def __init__(self, network: RosNetwork, reader: Reader) -> None:
-        self._network, self._reader = network, reader
-        self._numbers = itertools.count(1)
+    def __init__(self, network: RosNetwork) -> None:
+        self._network, self._reader = network, network.read("/cmd_vel", TWIST_STAMPED, 1)
         self._received = 0
 
     def take(self, timeout_s: float) -> VelocityCommand | None:
@@ -121,7 +114,7 @@ class _CommandSubscription:
         self._received += 1
         twist = decode(taken[-1], TWIST_STAMPED).twist
         speed = float(twist.linear.x), float(twist.angular.z)
-        return VelocityCommand(next(self._numbers), time.time_ns(), *speed, BASE_TIMEOUT_MS)
+        return VelocityCommand(self._received, time.time_ns(), *speed, BASE_TIMEOUT_MS)
 
     @property
     def counters(self) -> Counters:
@@ -151,52 +144,43 @@ def _camera_info(frame: RgbdFrame) -> bytes:
 
 def _odometry(odometry: Odometry) -> bytes:
     """The body's pose in the map frame, with its speed."""
-    twist = new(
-        f"{GEOMETRY}Twist",
-        new(f"{GEOMETRY}Vector3", odometry.linear_mps, 0.0, 0.0),
-        new(f"{GEOMETRY}Vector3", 0.0, 0.0, odometry.angular_radps),
-    )
-    x, y, z = (float(value) for value in odometry.T_map_body[:3, 3])
-    place = new(f"{GEOMETRY}Point", x, y, z)
-    pose = new(f"{GEOMETRY}Pose", place, _quaternion(odometry.T_map_body))
+    linear = _geometry("Vector3", odometry.linear_mps, 0.0, 0.0)
+    angular = _geometry("Vector3", 0.0, 0.0, odometry.angular_radps)
+    pose = _geometry("Pose", *_parts(odometry.T_map_body, "Point"))
     unknown = np.zeros(36)
-    pose = new(f"{GEOMETRY}PoseWithCovariance", pose, unknown)
-    twist = new(f"{GEOMETRY}TwistWithCovariance", twist, unknown)
+    pose = _geometry("PoseWithCovariance", pose, unknown)
+    twist = _geometry("TwistWithCovariance", _geometry("Twist", linear, angular), unknown)
     return encode(new(ODOMETRY, header(odometry.stamp_ns, MAP), BASE, pose, twist), ODOMETRY)
 
 
 def _transform(T_parent_child: F64, parent: str, child: str, stamp_ns: int) -> bytes:
-    x, y, z = (float(value) for value in T_parent_child[:3, 3])
-    moved = new(f"{GEOMETRY}Vector3", x, y, z)
-    turned = new(f"{GEOMETRY}Transform", moved, _quaternion(T_parent_child))
-    stamped = new(f"{GEOMETRY}TransformStamped", header(stamp_ns, parent), child, turned)
+    turned = _geometry("Transform", *_parts(T_parent_child, "Vector3"))
+    stamped = _geometry("TransformStamped", header(stamp_ns, parent), child, turned)
     return encode(new(TF, [stamped]), TF)
 
 
-def _quaternion(T: F64) -> Any:
+def _parts(T: F64, place: str) -> tuple[Any, Any]:
+    """Where a pose is, as this type, and its quaternion."""
     turn = Rotation.from_matrix(T[:3, :3]).as_quat()
-    return new(f"{GEOMETRY}Quaternion", *(float(value) for value in turn))
+    return _geometry(place, *T[:3, 3].tolist()), _geometry("Quaternion", *turn.tolist())
 
 
-class Ros2Robot:
-    """Implements ``transport.Worker``: the simulator's worker, and the network that it has."""
+def _geometry(name: str, *fields: Any) -> Any:
+    return new(f"geometry_msgs/msg/{name}", *fields)
+
+
+class Ros2Robot(SimulatorWorker):
+    """The simulator's worker on a network of ROS 2, which it leaves at its end."""
 
     def __init__(self, bus: Bus, network: RosNetwork, config: SimulatorConfig) -> None:
-        self._bus = Ros2RobotBus(bus, network, config.camera.mount)
-        self._worker = SimulatorWorker(cast(Bus, self._bus), open_scene(config), config)
-
-    def step(self, timeout_s: float) -> None:
-        """See ``transport.Worker``."""
-        self._worker.step(timeout_s)
-
-    def health(self) -> Health:
-        """See ``transport.Worker``."""
-        return self._worker.health()
+        self._network = network
+        joined = Ros2RobotBus(bus, network, config.camera.mount)
+        super().__init__(cast(Bus, joined), open_scene(config), config)
 
     def close(self) -> None:
         """Stop the camera, then leave the robot's network."""
-        self._worker.close()
-        self._bus.close()
+        super().close()
+        self._network.close()
 
 
 def build(bus: Bus, config: SimulatorConfig) -> Ros2Robot:

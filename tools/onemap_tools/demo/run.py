@@ -1,80 +1,222 @@
-"""Runs the demo: starts all processes, searches once, and writes a summary."""
+"""Runs the demo: starts all processes, lets the robots search, and writes a summary."""
 
 from __future__ import annotations
 
 import json
 import threading
 import time
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from math import inf
-from typing import Any
+from itertools import combinations
+from math import dist, inf
+from pathlib import Path
+from typing import Any, TypeVar
 
+import numpy as np
 from rich.console import Console
 
+from onemap import Client
+from onemap_gateway.present.canvas import Canvas, Viewport
+from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
-from onemap_tools.demo.report import describe
-from onemap_tools.demo.robot_search import RobotSearch, RunMonitor, deal, rounds_of, separation_m
-from onemap_tools.demo.robots import DemoRobot
+from onemap_shared.geometry import yaw_of
+from onemap_shared.keys import (
+    MAP_REVISION,
+    MAP_SEARCH_VIEW,
+    ROBOT_ODOMETRY,
+    ROBOT_TRUTH,
+    heartbeat,
+)
+from onemap_shared.messages import (
+    MapRevision,
+    SearchState,
+    SearchView,
+    SearchViewRequest,
+    Truth,
+    TruthRequest,
+)
+from onemap_shared.rates import mean_rate_hz
+from onemap_shared.runner import is_starting
+from onemap_shared.trail import PointM, extended
+from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.demo.setup import (
     OBJECTS,
     OBJECTS_EACH,
     DemoOptions,
+    DemoRobot,
     DemoSetup,
     choose_objects,
-    failed_document,
     set_up,
 )
-from onemap_tools.demo.summary import DemoSummary, RobotSummary, in_order, total_contacts
-from onemap_tools.demo.truth import evaluate_result, scene_category, vocabulary_names
+from onemap_tools.demo.summary import (
+    DemoSummary,
+    ObjectSummary,
+    RobotSummary,
+    describe,
+    evaluate_result,
+    names_of_classes,
+    scene_category,
+)
 from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
-from onemap_tools.gateway import gateway_client
+from onemap_tools.gateway import SearchHandle, gateway_client
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.progress import ProgressView, progress_view
+from onemap_tools.progress import ProgressView, SearchProgress, progress_view
+
+M = TypeVar("M")
 
 POLL_S = 0.25
 CONNECT_S = 5.0  # the router accepts connections before this wait begins
+QUEUE = 512  # messages held between two updates: odometry at 50 Hz for ten seconds
+TRAIL_STEP_M = 0.02  # finer than a pixel of the picture
+TRUTH_S = 10.0  # long enough for a busy machine to answer
+MIN_PIXELS_PER_CELL = 8  # of the picture
 
 
-class DemoRun:
-    """One demo run: its options, its processes and its time limit."""
+class RobotSearch:
+    """A robot: what the bus says of it, and the searches that its gateway was given, in order.
 
-    def __init__(
-        self, options: DemoOptions, setup: DemoSetup, processes: Processes, stop: threading.Event
-    ) -> None:
-        self.options = options
-        self.setup = setup
-        self.processes = processes
-        self.stop = stop
-        self.began_s = self._limit_from_s = time.monotonic()
+    contacts: those above 0.05 m/s that its simulator has counted; None before it says so.
+    compiling: whether the mapper's newest heartbeat says that its start goes on.
+    """
+
+    def __init__(self, robot: DemoRobot, gateway: Client, bus: Bus) -> None:
+        self.robot, self.gateway, self._bus = robot, gateway, bus
+        self._handles: list[SearchHandle] = []
+        self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
+        self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
+        self._of_robot = bus.subscribe(heartbeat(robot.process), QUEUE)
+        self._of_mapper = bus.subscribe(heartbeat("mapper"))
+        self._readings: list[tuple[float, int]] = []  # when, and how many frames the map had
+        self._revision: MapRevision | None = None
+        self.trail_m: tuple[PointM, ...] = ()
+        self.yaw_rad = 0.0
+        self.contacts: int | None = None
+        self.compiling = False
 
     @property
-    def elapsed_s(self) -> float:
-        """Seconds since the start."""
-        return time.monotonic() - self.began_s
+    def active(self) -> bool:
+        """Whether it searches."""
+        return bool(self._handles) and self._handles[-1].active
+
+    def begin(self, objects: Sequence[str]) -> None:
+        """Search for these objects."""
+        self._handles.append(SearchHandle(self.gateway.search(objects)))
+
+    def cancel(self) -> None:
+        """End its search, if there is one."""
+        if self.active:
+            self._handles[-1].cancel()
+
+    def update(self, now_s: float) -> None:
+        """Take what the bus brought since the last update, and ask how the search goes.
+
+        now_s: on a monotonic clock. Call it several times a second.
+        """
+        for odometry in _waiting(self._odometry):
+            x, y = (float(value) for value in odometry.T_map_body[:2, 3])
+            self.yaw_rad = yaw_of(odometry.T_map_body)
+            self.trail_m = extended(self.trail_m, (x, y), step_m=TRAIL_STEP_M)
+        for beat in _waiting(self._of_robot):
+            if "collisions" in beat.metrics:
+                self.contacts = int(beat.metrics["collisions"])
+        for beat in _waiting(self._of_mapper):
+            self.compiling = is_starting(beat)
+        for revision in _waiting(self._revisions):
+            self._revision = revision
+        if self._revision is not None:
+            self._readings.append((now_s, self._revision.frames_fused))
+        if self.active:
+            self._handles[-1].poll()
+
+    def restart(self, now_s: float) -> None:
+        """Measure the map's rate and the driven path from now on."""
+        self.update(now_s)
+        self._readings, self.trail_m = self._readings[-1:], self.trail_m[-1:]
 
     @property
-    def overdue(self) -> bool:
-        """Whether the time limit has passed since the start, or since ``restart_limit``."""
-        return time.monotonic() - self._limit_from_s > self.options.time_limit_s
+    def map_rate_hz(self) -> float:
+        """Frames fused into the map per second since ``restart``; NaN without two readings."""
+        times_s, counts = zip(*self._readings, strict=True) if self._readings else ((), ())
+        return mean_rate_hz(counts, times_s)
 
-    def restart_limit(self) -> None:
-        """Count the time limit from now on."""
-        self._limit_from_s = time.monotonic()
+    @property
+    def position_m(self) -> PointM | None:
+        """The robot's newest x, y in the map frame; None without odometry."""
+        return self.trail_m[-1] if self.trail_m else None
 
-    def pause(self) -> None:
-        """Wait ``POLL_S``; raises CliError if a process ended or the user pressed Ctrl-C."""
-        self.stop.wait(POLL_S)
-        if self.stop.is_set():
-            raise CliError("Stopped.", EXIT_INTERRUPTED)
-        for ended in self.processes.collect(time.monotonic()):
-            raise CliError(f"{ended.sentence}. Its last lines:\n{ended.tail}")
+    @property
+    def overlay(self) -> Overlay:
+        """The driven path, and the robot at its end."""
+        trail_m = np.array(self.trail_m, dtype=np.float64).reshape(-1, 2)
+        return Overlay(
+            trail_m=trail_m, robot=(*self.trail_m[-1], self.yaw_rad) if self.trail_m else ()
+        )
+
+    @property
+    def progress(self) -> SearchProgress:
+        """Its newest search; there must be one."""
+        age_s = None
+        if self._revision is not None:
+            age_s = max(time.time_ns() - self._revision.stamp_ns, 0) / 1e9
+        report, rate_hz = self._handles[-1].report, self.map_rate_hz
+        return SearchProgress(report, age_s, rate_hz, self.position_m, self.robot.name)
+
+    @property
+    def failure(self) -> str:
+        """Why a search as a whole did not come to its end; empty if all ran to their end."""
+        early = (SearchState.FAILED, SearchState.CANCELLED, SearchState.INTERRUPTED)
+        reports = (handle.report for handle in self._handles)
+        reason = next((str(r["reason"]) for r in reports if r["state"] in early), "")
+        return f"{self.robot.name}: {reason}" if reason and self.robot.name else reason
+
+    def summary(self, scene_categories: dict[str, str]) -> RobotSummary:
+        """What it did; scene_categories: the scene's category for each word."""
+        reports = [handle.report for handle in self._handles]
+        results = [result for report in reports for result in report["results"]]
+        return RobotSummary(
+            name=self.robot.name,
+            objects=tuple(
+                evaluate_result(result, scene_categories[result["name"]], self.truth)
+                for result in results
+            ),
+            path_length_m=sum(float(report["path_length_m"]) for report in reports),
+            search_s=sum(float(report["elapsed_s"]) for report in reports),
+            contacts=self.contacts,
+        )
+
+    def truth(self, name: str, place_m: tuple[float, ...]) -> Truth | None:
+        """Ground truth for a category at a position; None if the robot does not publish it."""
+        x, y = place_m[:2] if len(place_m) >= 2 else (0.0, 0.0)
+        try:
+            return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
+        except CallError:
+            return None
+
+    def map_view(self) -> SearchView | None:
+        """The map's layers; None if the mapper does not answer."""
+        try:
+            return self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest())
+        except CallError:
+            return None
+
+
+def _waiting(subscription: Subscription[M]) -> Iterator[M]:
+    """All messages in the queue."""
+    while (message := subscription.take(0.0)) is not None:
+        yield message
+
+
+def separation_m(searches: Sequence[RobotSearch]) -> float:
+    """Metres between the middles of the two robots that are nearest to each other, or infinity."""
+    known = [place for search in searches if (place := search.position_m) is not None]
+    return min((dist(one, other) for one, other in combinations(known, 2)), default=inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +227,201 @@ class DemoTargets:
     scene_categories: dict[str, str]
 
 
+class DemoRun:
+    """A demo whose processes run: from the wait until they are ready to the summary."""
+
+    def __init__(
+        self, options: DemoOptions, setup: DemoSetup, processes: Processes, stop: threading.Event
+    ) -> None:
+        self.options, self.setup = options, setup
+        self.processes, self.stop = processes, stop
+        self.searches: list[RobotSearch] = []
+        self.began_s = self._limit_from_s = time.monotonic()
+
+    @property
+    def overdue(self) -> bool:
+        """Whether the time limit has passed since the start, or since the mapper compiled."""
+        return time.monotonic() - self._limit_from_s > self.options.time_limit_s
+
+    def pause(self) -> None:
+        """Wait ``POLL_S``; raises CliError if a process ended or the user pressed Ctrl-C."""
+        self.stop.wait(POLL_S)
+        if self.stop.is_set():
+            raise CliError("Stopped.", EXIT_INTERRUPTED)
+        for ended in self.processes.collect(time.monotonic()):
+            raise CliError(ended.report)
+
+    def join(self, stack: ExitStack) -> None:
+        """Join bus and gateway for each robot; left with ``stack``."""
+        while not accepts_connections(self.setup.endpoint):
+            self.pause()
+        for robot in self.setup.robots:
+            config = BusConfig(connect=(self.setup.endpoint,), namespace=robot.namespace)
+            bus = stack.enter_context(temporary_session(config, "demo", CONNECT_S))
+            gateway = stack.enter_context(gateway_client(self.setup.url_of(robot)))
+            self.searches.append(RobotSearch(robot, gateway, bus))
+
+    def wait_until_ready(self, view: ProgressView) -> None:
+        """Show what is missing; CliError after the time limit, which restarts after compiling."""
+        while missing := self._missing():
+            for search in self.searches:
+                search.update(time.monotonic())
+                if search.compiling:
+                    self._limit_from_s = time.monotonic()
+            if self.overdue:
+                raise CliError(
+                    f"Not ready after {self.options.time_limit_s:g} s. {missing} "
+                    f"The logs are in {self.processes.folder}."
+                )
+            view.wait(time.monotonic() - self.began_s, missing)
+            self.pause()
+
+    def _missing(self) -> str:
+        """What the first robot that is not ready lacks, in a sentence; empty if all are ready."""
+        for search in self.searches:
+            if missing := search.gateway.missing_stage():
+                return f"{search.robot.name}: {missing}" if search.robot.name else missing
+        return ""
+
+    def choose_targets(self, console: Console) -> DemoTargets:
+        """The objects to search for; reports those of the user's that the scene does not contain.
+
+        OneMapError if there are several robots and perception does not know a word: the planner
+        says so when a search begins, which for some words is minutes later.
+        """
+        wanted, several = self.options.objects, len(self.searches) > 1
+        truth = self.searches[0].truth(wanted[0] if wanted else "sofa", ())
+        categories = truth.categories if truth else ()
+        vocabulary = load_vocabulary(SHIPPED)
+        known = {name for names in names_of_classes(vocabulary) for name in names}
+        count = OBJECTS_EACH * len(self.searches) if several else OBJECTS
+        objects = wanted or choose_objects(categories, known, count)
+        names = {word: scene_category(word, categories, vocabulary) for word in objects}
+        for word, name in names.items():
+            if truth is not None and name not in categories:
+                unjudged = "" if truth.names_complete else ", without ground truth"
+                console.print(
+                    f"{truth.scene} has nothing that is called {word!r}; it is searched for all "
+                    f"the same{unjudged}. It has: {', '.join(sorted(categories))}."
+                )
+        if several:
+            self.searches[0].gateway.query_all(objects)
+        return DemoTargets(objects, names)
+
+    def search(self, targets: DemoTargets, view: ProgressView) -> DemoSummary:
+        """Search for the targets until all are finished or the time limit has passed.
+
+        Several robots take them in turn: one that has finished with its object takes the next.
+        """
+        alone = len(self.searches) == 1
+        rounds = deque([targets.objects] if alone else [(name,) for name in targets.objects])
+        began_s = time.monotonic()
+        for search in self.searches:
+            search.restart(began_s)
+        failure, closest_m = "", inf
+        while self._deal(rounds):
+            for search in self.searches:
+                if search.active:
+                    view.show(search.progress)
+            if self.overdue:
+                failure = f"Cancelled after the time limit of {self.options.time_limit_s:g} s."
+                for search in self.searches:
+                    search.cancel()
+                break
+            self.pause()
+            for search in self.searches:
+                search.update(time.monotonic())
+            closest_m = min(closest_m, separation_m(self.searches))
+        now_s = time.monotonic()
+        return DemoSummary(
+            wanted=targets.objects,
+            robots=tuple(search.summary(targets.scene_categories) for search in self.searches),
+            duration_s=now_s - self.began_s,
+            search_s=now_s - began_s,
+            map_rate_hz=self.searches[0].map_rate_hz,
+            failure=failure or "; ".join(each.failure for each in self.searches if each.failure),
+            closest_m=closest_m,
+        )
+
+    def _deal(self, rounds: deque[tuple[str, ...]]) -> bool:
+        """Give the next rounds to the robots that are free; whether any robot searches."""
+        for search in self.searches:
+            if rounds and not search.active:
+                search.begin(rounds.popleft())
+        return any(search.active for search in self.searches)
+
+    def write_results(self, summary: DemoSummary) -> dict[str, Any]:
+        """Write the picture and the summary into the run's folder; returns the document."""
+        folder, view = self.options.folder, self.searches[0].map_view()
+        picture = None if view is None else folder / "map.png"
+        if view is not None and picture is not None:
+            overlays = [search.overlay for search in self.searches]
+            write_picture(picture, view, overlays, summary.objects)
+        document = {
+            **summary.document(),
+            "seed": self.options.seed,
+            "scene": str(self.options.scene) if self.options.scene else None,
+            "picture": str(picture) if picture else None,
+            "folder": str(folder),
+        }
+        text = json.dumps(document, indent=2) + "\n"
+        (folder / "summary.json").write_text(text, encoding="utf-8")
+        return document
+
+    def stay_up(self, console: Console) -> None:
+        """Keep the processes running until Ctrl-C."""
+        yours = "The robot is yours" if len(self.setup.robots) == 1 else "The robots are yours"
+        console.print(f"{yours}. {self.setup.pages}   (Ctrl-C ends everything)")
+        console.print(
+            f"What is wrong, if anything: onemap doctor --config {self.setup.config_file}"
+        )
+        while not self.stop.is_set():
+            try:
+                self.pause()
+            except CliError as error:
+                if error.exit_code != EXIT_INTERRUPTED:
+                    raise
+
+
+def write_picture(
+    path: Path, view: SearchView, drives: Sequence[Overlay], objects: Sequence[ObjectSummary]
+) -> None:
+    """Write a PNG of the map, the drives, at least one, and the claims over them."""
+    found = tuple(
+        (f"{each.name}{'' if each.success else ' (wrong)'}", each.position_m[0], each.position_m[1])
+        for each in objects
+        if len(each.position_m) >= 2
+    )
+    first, *others = drives
+    drawn = render_map(view, first, MIN_PIXELS_PER_CELL)
+    x_min, _, _, y_max = drawn.bounds_m
+    viewport = Viewport(x_min, y_max, drawn.pixels_per_cell / view.grid.cell_size_m)
+    for overlay in (*others, Overlay(found=found)):
+        draw_overlay(Canvas(drawn.image, viewport), overlay)
+    path.write_bytes(encode_png(drawn.image))
+
+
 def run(options: DemoOptions, console: Console) -> dict[str, Any]:
     """Run the demo; returns the summary as JSON can hold it.
 
-    Unless it is headless, it keeps running with the live page until Ctrl-C.
+    Unless it is headless, it keeps running with the live page until Ctrl-C. A CliError holds the
+    summary of the failed run as its document.
     """
+    try:
+        return _run(options, console)
+    except (CliError, ConfigError) as cause:
+        error = to_cli_error(cause)
+        failed = {
+            "worked": False,
+            "seed": options.seed,
+            "objects": [],
+            "trouble": str(error),
+            "folder": str(options.folder),
+        }
+        raise CliError(str(error), error.exit_code, failed) from cause
+
+
+def _run(options: DemoOptions, console: Console) -> dict[str, Any]:
     setup = set_up(options)
     with (
         Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
@@ -98,196 +430,15 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
         processes.start()
         demo = DemoRun(options, setup, processes, stop)
-        while not accepts_connections(setup.endpoint):
-            demo.pause()
         with ExitStack() as stack:
-            searches = [_joined(setup, robot, stack) for robot in setup.robots]
+            demo.join(stack)
             with progress_view(console) as view:
-                _wait_until_ready(demo, searches, view)
-                targets = _choose_targets(demo, searches, console)
-                _check_words(searches, targets)
-                console.print(f"Searching for {', '.join(targets.objects)}. {_pages(setup)}")
-                summary = _search(demo, searches, targets, view)
-            document = _write_results(demo, searches, summary)
-        describe(summary, document, console)
+                demo.wait_until_ready(view)
+                targets = demo.choose_targets(console)
+                console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
+                summary = demo.search(targets, view)
+            document = demo.write_results(summary)
+        describe(summary, document["picture"], console)
         if not options.headless:
-            _stay_up(demo, console)
+            demo.stay_up(console)
     return document
-
-
-def run_with_report(options: DemoOptions, console: Console) -> dict[str, Any]:
-    """As ``run``; a CliError holds the summary of the failed run as its JSON document."""
-    try:
-        return run(options, console)
-    except (CliError, ConfigError) as cause:
-        error = to_cli_error(cause)
-        document = failed_document(options, str(error))
-        raise CliError(str(error), error.exit_code, document) from cause
-
-
-def _joined(setup: DemoSetup, robot: DemoRobot, stack: ExitStack) -> RobotSearch:
-    """A robot's part of bus and gateway, left with ``stack``."""
-    config = BusConfig(connect=(setup.endpoint,), namespace=robot.namespace)
-    bus = stack.enter_context(temporary_session(config, "demo", CONNECT_S))
-    gateway = stack.enter_context(gateway_client(setup.url_of(robot)))
-    return RobotSearch(robot, gateway, RunMonitor(bus, robot.process))
-
-
-def _pages(setup: DemoSetup) -> str:
-    """Where the live page of each robot is."""
-    if len(setup.robots) == 1:
-        return f"Live page: {setup.url}"
-    pages = (f"{robot.name} {setup.url_of(robot)}/" for robot in setup.robots)
-    return f"Live pages: {', '.join(pages)}"
-
-
-def _wait_until_ready(demo: DemoRun, searches: Sequence[RobotSearch], view: ProgressView) -> None:
-    """Show what is missing; CliError after the time limit, which starts anew after compiling."""
-    while missing := _missing(searches):
-        for search in searches:
-            search.monitor.update(time.monotonic())
-            if search.monitor.compiling:
-                demo.restart_limit()
-        if demo.overdue:
-            raise CliError(
-                f"Not ready after {demo.options.time_limit_s:g} s. {missing} "
-                f"The logs are in {demo.processes.folder}."
-            )
-        view.wait(demo.elapsed_s, missing)
-        demo.pause()
-
-
-def _missing(searches: Sequence[RobotSearch]) -> str:
-    """What the first robot that is not ready lacks, in a sentence; empty if all are ready."""
-    for search in searches:
-        if missing := search.gateway.missing_stage():
-            return f"{search.robot.name}: {missing}" if search.robot.name else missing
-    return ""
-
-
-def _choose_targets(
-    demo: DemoRun, searches: Sequence[RobotSearch], console: Console
-) -> DemoTargets:
-    """The objects to search for; reports those of the user's that the scene does not contain."""
-    wanted = demo.options.objects
-    truth = searches[0].monitor.truth(wanted[0] if wanted else "sofa", ())
-    categories = truth.categories if truth else ()
-    vocabulary = load_vocabulary(SHIPPED)
-    count = OBJECTS if len(searches) == 1 else OBJECTS_EACH * len(searches)
-    objects = wanted or choose_objects(categories, vocabulary_names(vocabulary), count)
-    names = {word: scene_category(word, categories, vocabulary) for word in objects}
-    for word, name in names.items():
-        if truth is not None and name not in categories:
-            unjudged = "" if truth.names_complete else ", without ground truth"
-            console.print(
-                f"{truth.scene} has nothing that is called {word!r}; it is searched for all "
-                f"the same{unjudged}. It has: {', '.join(sorted(categories))}."
-            )
-    return DemoTargets(objects, names)
-
-
-def _check_words(searches: Sequence[RobotSearch], targets: DemoTargets) -> None:
-    """OneMapError if perception does not know a word.
-
-    The planner says so when a search begins: with several robots, minutes later for some words.
-    """
-    if len(searches) > 1:
-        searches[0].gateway.query_all(targets.objects)
-
-
-def _search(
-    demo: DemoRun,
-    searches: Sequence[RobotSearch],
-    targets: DemoTargets,
-    view: ProgressView,
-) -> DemoSummary:
-    """Search for the targets until all are finished or the time limit has passed.
-
-    Several robots take them in turn: one that has finished with its object takes the next.
-    """
-    rounds = rounds_of(targets.objects, len(searches))
-    began_s = time.monotonic()
-    for search in searches:
-        search.monitor.restart(began_s)
-    failure, closest_m = "", inf
-    while deal(rounds, searches):
-        for search in searches:
-            if search.active:
-                view.show(search.progress)
-        if demo.overdue:
-            failure = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
-            for search in searches:
-                search.cancel()
-            break
-        demo.pause()
-        for search in searches:
-            search.update(time.monotonic())
-        closest_m = min(closest_m, separation_m(searches))
-    search_s = time.monotonic() - began_s
-    robots = tuple(_robot_summary(search, targets) for search in searches)
-    return DemoSummary(
-        wanted=targets.objects,
-        objects=in_order(targets.objects, robots),
-        duration_s=demo.elapsed_s,
-        search_s=search_s,
-        map_rate_hz=searches[0].monitor.map_rate_hz,
-        failure=failure or "; ".join(each.failure for each in searches if each.failure),
-        contacts=total_contacts(robots),
-        robots=robots if len(robots) > 1 else (),
-        closest_m=closest_m,
-    )
-
-
-def _robot_summary(search: RobotSearch, targets: DemoTargets) -> RobotSummary:
-    return RobotSummary(
-        name=search.robot.name,
-        objects=tuple(
-            evaluate_result(result, targets.scene_categories[result["name"]], search.monitor.truth)
-            for result in search.results
-        ),
-        path_length_m=search.path_length_m,
-        search_s=search.search_s,
-        contacts=search.monitor.contacts,
-    )
-
-
-def _write_results(
-    demo: DemoRun,
-    searches: Sequence[RobotSearch],
-    summary: DemoSummary,
-) -> dict[str, Any]:
-    """Write the picture and the summary into the run's folder; returns the summary document."""
-    from onemap_tools.demo.report import DrivenPath, write_picture
-
-    folder = demo.options.folder
-    picture = None
-    monitors = [search.monitor for search in searches]
-    view = monitors[0].map_view()
-    if view is not None:
-        picture = folder / "map.png"
-        drives = [DrivenPath(monitor.trail_m, monitor.yaw_rad) for monitor in monitors]
-        write_picture(picture, view, drives, summary.objects)
-    scene = str(demo.options.scene) if demo.options.scene else None
-    document = {
-        **summary.document(),
-        "seed": demo.options.seed,
-        "scene": scene,
-        "picture": str(picture) if picture else None,
-        "folder": str(folder),
-    }
-    (folder / "summary.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    return document
-
-
-def _stay_up(demo: DemoRun, console: Console) -> None:
-    """Keep the processes running until Ctrl-C."""
-    yours = "The robot is yours" if len(demo.setup.robots) == 1 else "The robots are yours"
-    console.print(f"{yours}. {_pages(demo.setup)}   (Ctrl-C ends everything)")
-    console.print(f"What is wrong, if anything: onemap doctor --config {demo.setup.config_file}")
-    while True:
-        try:
-            demo.pause()
-        except CliError as error:
-            if error.exit_code != EXIT_INTERRUPTED:
-                raise
-            return

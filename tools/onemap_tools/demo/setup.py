@@ -1,36 +1,39 @@
-"""Prepares a demo run: folder, configuration file, processes and objects to search for."""
+"""Prepares a demo run: its robots, configuration files, processes and objects to search for."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
+from math import atan2
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
-from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
-from onemap_tools.demo.robots import (
-    DemoRobot,
-    check_combination,
-    named_robots,
-    sections_of_robots,
-    with_values,
-)
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.scene.loading import load_scene
+from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
+from onemap_simulator.service import open_scene
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import CORE, check_robot
 
 SIMULATOR, ROS2_ROBOT = "simulator", "ros2_robot"  # the processes that simulate the robot
+SITE = "demo"  # of the robots' namespaces
+MAX_ROBOTS = 4
+OF_EACH_ROBOT = (SIMULATOR, "perception", "planner")  # the other services are shared
+SHARED_RGBD_HZ = 4.0  # of each of several: what a search needs, half of one robot's alone
 OBJECTS = 3
 OBJECTS_EACH = 2  # of several robots
-OF_EACH_ROBOT = ("perception", "planner")  # each has its own; the other services are shared
 
 # Searched for by default where the scene has them: large objects of different rooms first.
 PREFERRED_OBJECTS = (
@@ -47,13 +50,17 @@ PREFERRED_OBJECTS = (
 # Categories that every room has: finding one demonstrates nothing.
 UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 
+CELL_SIZE_M = 0.05
+ROOMY_M = 0.3  # between the body and obstacles, where the floor has it
+MARGIN_M = 0.1  # the same where it has not: a robot can turn and leave
+MIN_APART_M = 1.0  # between the middles of two robots
+
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map. ``settings``: of the
-    configuration's sections, above the environment's.
+    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map.
     """
 
     seed: int
@@ -65,7 +72,24 @@ class DemoOptions:
     time_limit_s: float
     ros2: bool = False
     robots: int = 1
-    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class DemoRobot:
+    """A robot of the demo; process: that simulates it. One alone has no name."""
+
+    name: str = ""
+    process: str = SIMULATOR
+
+    @property
+    def namespace(self) -> str:
+        """Of its keys on the bus."""
+        return f"{SITE}/{self.name}" if self.name else ""
+
+    @property
+    def prefix(self) -> str:
+        """What the names of its own processes and files begin with."""
+        return f"{self.name}-" if self.name else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,15 +108,21 @@ class DemoSetup:
 
     def url_of(self, robot: DemoRobot) -> str:
         """Where a robot's page and API are."""
-        return self.url + robot.path
+        return f"{self.url}/robots/{robot.name}" if robot.name else self.url
+
+    @property
+    def pages(self) -> str:
+        """Where the live page of each robot is, in words."""
+        if len(self.robots) == 1:
+            return f"Live page: {self.url}"
+        pages = (f"{robot.name} {self.url_of(robot)}/" for robot in self.robots)
+        return f"Live pages: {', '.join(pages)}"
 
 
 def parse_objects(objects: str | None) -> tuple[str, ...]:
     """Split a comma-separated list; empty for None. CliError if the list holds no name."""
-    if objects is None:
-        return ()
-    names = tuple(name for part in objects.split(",") if (name := part.strip()))
-    if not names:
+    names = tuple(name for part in (objects or "").split(",") if (name := part.strip()))
+    if objects is not None and not names:
         raise CliError(
             f"--objects is {objects!r}, which names nothing: write bed,television or leave it out",
             EXIT_USAGE_ERROR,
@@ -121,22 +151,49 @@ def run_folder(parent: Path, now: datetime, seed: int) -> Path:
     return next(folder for folder in candidates if not folder.exists())
 
 
+def check_robots(robots: int, *, objects: Sequence[str], ros2: bool) -> None:
+    """CliError if so many robots cannot be simulated, or not with these options."""
+    problem = ""
+    if not 1 <= robots <= MAX_ROBOTS:
+        problem = (
+            f"--robots is {robots}, and the demo simulates 1 to {MAX_ROBOTS}: give another number."
+        )
+    elif robots > 1 and ros2:
+        problem = (
+            f"--ros2 does not fit --robots {robots}: behind ROS 2's formats there is one "
+            "simulated robot."
+        )
+    elif 0 < len(objects) < robots:
+        problem = (
+            f"--objects does not fit --robots {robots}: each robot takes one object after the "
+            "other, and one would have none."
+        )
+    if problem:
+        raise CliError(problem, EXIT_USAGE_ERROR)
+
+
 def set_up(options: DemoOptions) -> DemoSetup:
     """Write the run's configuration and list the processes; CliError if it cannot work."""
-    check_combination(
-        options.robots,
-        objects=options.objects,
-        ros2=options.ros2,
-    )
+    check_robots(options.robots, objects=options.objects, ros2=options.ros2)
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
-    environment = dict(os.environ)
-    sections = demo_sections(environment, options, endpoint)
+    sections = demo_sections(os.environ, options, endpoint)
+    # Overrides are in the file already; applied again they would replace fixed values.
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(PREFIX)}
     check_robot(SIMULATOR, sections)
     if options.ros2:
+        from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE
+
         check_robot("ros2", sections)
+        environment[ROUTER_VARIABLE] = endpoint
     if options.scene is not None:
-        check_scene_file(options.scene)
-    robots = named_robots(options.robots, ROS2_ROBOT if options.ros2 else SIMULATOR)
+        try:
+            load_scene(options.scene)
+        except ValueError as problem:
+            more = f"'onemap scene check {options.scene}' shows more."
+            raise CliError(f"{problem}. {more}", EXIT_USAGE_ERROR) from problem
+    names = [f"r{n}" for n in range(1, options.robots + 1)] if options.robots > 1 else [""]
+    process = ROS2_ROBOT if options.ros2 else SIMULATOR
+    robots = tuple(DemoRobot(name, process) for name in names)
     parts = sections_of_robots(sections, robots)
     make_folder(options.folder)
     files = [options.folder / f"{robot.prefix}config.yaml" for robot in robots]
@@ -147,67 +204,15 @@ def set_up(options: DemoOptions) -> DemoSetup:
         url=f"http://{LOOPBACK}:{options.port}",
         config_file=files[0],
         specs=_processes(robots, files, ros2=options.ros2),
-        # Their overrides are in the file already; applied again they would replace fixed values.
-        environment={
-            **{k: v for k, v in environment.items() if not k.startswith(PREFIX)},
-            **(_ros2_environment(endpoint) if options.ros2 else {}),
-        },
+        environment=environment,
         robots=robots,
     )
-
-
-def _processes(
-    robots: Sequence[DemoRobot], files: Sequence[Path], *, ros2: bool
-) -> tuple[ProcessSpec, ...]:
-    """The router, what simulates the robots, and the services; each reads its robot's file."""
-
-    def shared(name: str) -> ProcessSpec:
-        command = onemap_command(name, "--config", str(files[0]))
-        return ProcessSpec(name, command, last=name == "router")
-
-    def of_each(name: str) -> Iterator[ProcessSpec]:
-        for robot, file in zip(robots, files, strict=True):
-            yield ProcessSpec(robot.prefix + name, onemap_command(name, "--config", str(file)))
-
-    services = (
-        spec
-        for name in CORE
-        for spec in (of_each(name) if name in OF_EACH_ROBOT else (shared(name),))
-    )
-    simulated = _ros2_processes(files[0]) if ros2 else tuple(of_each(SIMULATOR))
-    return (shared("router"), *simulated, *services)
-
-
-def _ros2_processes(file: Path) -> tuple[ProcessSpec, ...]:
-    """The simulator behind ROS 2's formats, and the adapter."""
-    robot = (sys.executable, "-m", "onemap_tools.demo.ros2_robot", "--config", str(file))
-    adapter = onemap_command("ros2", "--config", str(file))
-    return (ProcessSpec(ROS2_ROBOT, robot), ProcessSpec("ros2", adapter))
-
-
-def _ros2_environment(endpoint: str) -> dict[str, str]:
-    from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE
-
-    return {ROUTER_VARIABLE: endpoint}
-
-
-def check_scene_file(path: Path) -> None:
-    """CliError if the simulator cannot open the scene file."""
-    from onemap_simulator.scene.loading import load_scene
-
-    try:
-        load_scene(path)
-    except ValueError as problem:
-        raise CliError(
-            f"{problem}. 'onemap scene check {path}' shows more.", EXIT_USAGE_ERROR
-        ) from problem
 
 
 def demo_sections(
     environment: Mapping[str, str], options: DemoOptions, endpoint: str
 ) -> dict[str, Any]:
     """The demo's configuration: the environment, then the values of this run."""
-    sections = read(None, environment)
     fixed: dict[str, dict[str, Any]] = {
         "bus": {"connect": [endpoint], "namespace": ""},
         "gateway": {"host": LOOPBACK, "port": options.port},
@@ -222,18 +227,99 @@ def demo_sections(
             from onemap_tools.demo.ros2_robot import ros2_section
 
         fixed["ros2"] = ros2_section(endpoint)
-    return with_values(with_values(sections, options.settings), fixed)
+    return _with_values(read(None, environment), fixed)
 
 
-def failed_document(options: DemoOptions, reason: str) -> dict[str, Any]:
-    """The summary document of a run that failed before its search ended."""
-    return {
-        "worked": False,
-        "seed": options.seed,
-        "objects": [],
-        "trouble": reason,
-        "folder": str(options.folder),
-    }
+def sections_of_robots(
+    sections: Mapping[str, Any], robots: Sequence[DemoRobot]
+) -> tuple[dict[str, Any], ...]:
+    """The configuration of each robot's processes, made of that of one robot alone.
+
+    The first robot's is also that of mapper, gateway and router. The section ``simulator`` must be
+    valid. CliError if the scene has no room for so many robots.
+    """
+    if len(robots) == 1:
+        return (dict(sections),)
+    config = SimulatorConfig.model_validate(sections["simulator"])
+    try:
+        scene = open_scene(config)
+        starts = (scene.start, *further_starts(scene, config.robot, len(robots) - 1))
+    except ValueError as problem:
+        raise CliError(
+            f"--robots {len(robots)} cannot start: {problem}.", EXIT_USAGE_ERROR
+        ) from problem
+    served = {robot.name: robot.namespace for robot in robots}
+    state = sections["planner"]["state_dir"]
+    return tuple(
+        _with_values(
+            sections,
+            {
+                "bus": {"namespace": robot.namespace},
+                "gateway": {"robots": served},
+                "mapper": {"robots": list(served.values())},
+                "simulator": {
+                    "rgbd_hz": sections["simulator"].get("rgbd_hz", SHARED_RGBD_HZ),
+                    "start": [round(value, 3) for value in start],
+                },
+                "planner": {"state_dir": f"{state}/{robot.name}"},
+            },
+        )
+        for robot, start in zip(robots, starts, strict=True)
+    )
+
+
+def _with_values(
+    sections: Mapping[str, Any], values: Mapping[str, Mapping[str, Any]]
+) -> dict[str, Any]:
+    """The sections with these values in place of their own."""
+    changed = {name: {**sections.get(name, {}), **part} for name, part in values.items()}
+    return {**sections, **changed}
+
+
+def further_starts(
+    scene: Scene, robot: RobotParams, count: int
+) -> tuple[tuple[float, float, float], ...]:
+    """Starts (x, y, yaw) of ``count`` robots beside the one at the scene's start, which they face.
+
+    Each is as far from those before as the floor reaches. ValueError if it does not hold so many
+    robots ``MIN_APART_M`` apart.
+    """
+    collision = CollisionMap.of(scene, robot.height_m, CELL_SIZE_M)
+    x_m, y_m, _ = scene.start
+    reachable = collision.reachable_cells(x_m, y_m, robot.radius_m)
+    starts: list[tuple[float, float, float]] = []
+    for margin_m in (ROOMY_M, MARGIN_M):
+        wide = reachable & (collision.clearance >= robot.radius_m + margin_m)
+        places = collision.grid.centres(np.argwhere(wide))
+        away = np.linalg.norm(places - (x_m, y_m), axis=1)
+        starts = []
+        while len(starts) < count and len(places) and away.max() >= MIN_APART_M:
+            x, y = (float(value) for value in places[int(away.argmax())])
+            starts.append((x, y, atan2(y_m - y, x_m - x)))
+            away = np.minimum(away, np.linalg.norm(places - (x, y), axis=1))
+        if len(starts) == count:
+            return tuple(starts)
+    raise ValueError(
+        f"{scene.name} has room for {len(starts) + 1} robots that start {MIN_APART_M:g} m apart, "
+        f"not for {count + 1}"
+    )
+
+
+def _processes(
+    robots: Sequence[DemoRobot], files: Sequence[Path], *, ros2: bool
+) -> tuple[ProcessSpec, ...]:
+    """The router, what simulates the robots, and the services; each reads its robot's file."""
+    specs = []
+    for name in ("router", *((ROS2_ROBOT, "ros2") if ros2 else (SIMULATOR,)), *CORE):
+        shared = name not in OF_EACH_ROBOT
+        for robot, file in list(zip(robots, files, strict=True))[: 1 if shared else None]:
+            command = onemap_command(name)
+            if name == ROS2_ROBOT:
+                command = (sys.executable, "-m", "onemap_tools.demo.ros2_robot")
+            of_robot = "" if shared else robot.prefix
+            started = (*command, "--config", str(file))
+            specs.append(ProcessSpec(of_robot + name, started, last=name == "router"))
+    return tuple(specs)
 
 
 def choose_objects(

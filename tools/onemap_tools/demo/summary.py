@@ -1,4 +1,4 @@
-"""Metrics of a search: success, SPL, wrong claims and map rate.
+"""The results of a demo: judged by the ground truth, as JSON, and printed.
 
 An object counts as found if the robot claims it and stops at a success position, which
 ``onemap_simulator.ground_truth`` defines; a search succeeds if all of its objects count. SPL is
@@ -8,12 +8,19 @@ that of Anderson et al. (2018) with the shortest path to such a position.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
 from math import inf, isfinite, nan
 from typing import Any
 
-from onemap_shared.messages import SearchState
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from onemap_perception.text.vocabulary import Vocabulary
+from onemap_shared.messages import SearchState, Truth
+from onemap_shared.names import normalised
 from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 
 
@@ -41,6 +48,11 @@ class ObjectSummary:
     judged: bool = True
 
     @property
+    def claimed(self) -> bool:
+        """Whether the robot claims to have found it."""
+        return self.outcome == SearchState.FOUND.value
+
+    @property
     def success(self) -> bool:
         """Whether the claim is right by the ground truth."""
         return self.judged and self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
@@ -49,11 +61,6 @@ class ObjectSummary:
     def counts_as_found(self) -> bool:
         """Whether it counts as found: by the ground truth, or by the claim where there is none."""
         return self.claimed and (self.success or not self.judged)
-
-    @property
-    def claimed(self) -> bool:
-        """Whether the robot claims to have found it."""
-        return self.outcome == SearchState.FOUND.value
 
     @property
     def claimed_wrongly(self) -> bool:
@@ -68,19 +75,66 @@ class ObjectSummary:
     def document(self) -> dict[str, Any]:
         """As a JSON object; values that are not finite or not judged become null."""
         verdicts = {
-            "spl": self.spl,
-            "success": self.success,
-            "claimed_wrongly": self.claimed_wrongly,
+            name: getattr(self, name) if self.judged else None
+            for name in ("spl", "success", "claimed_wrongly")
         }
-        fields = asdict(self) | (verdicts if self.judged else dict.fromkeys(verdicts))
-        return {name: json_value(value) for name, value in fields.items()}
+        return {name: json_value(value) for name, value in (asdict(self) | verdicts).items()}
+
+
+# Asks for the ground truth of a category at a position in metres; None without a reply.
+TruthQuery = Callable[[str, tuple[float, ...]], Truth | None]
+
+
+def evaluate_result(result: dict[str, Any], name: str, query: TruthQuery) -> ObjectSummary:
+    """Compare the gateway's result for one object with the ground truth of category ``name``.
+
+    It is not judged without a reply, or if the scene has unnamed objects and none of that
+    category.
+    """
+
+    def truth_at(place: list[float] | None) -> Truth | None:
+        return query(name, tuple(place)) if place else None
+
+    start, end = truth_at(result["start_xy_m"]), truth_at(result["end_xy_m"])
+    claimed = truth_at(result["position_m"])
+    return ObjectSummary(
+        name=result["name"],
+        outcome=result["outcome"],
+        reason=result["reason"],
+        position_m=tuple(result["position_m"] or ()),
+        time_s=result["duration_s"],
+        path_length_m=result["path_length_m"],
+        shortest_path_m=start.shortest_path_m if start else nan,
+        true_distance_m=end.distance_m if end else nan,
+        goal_distance_m=end.shortest_path_m if end else nan,
+        nearest=claimed.nearest if claimed else "",
+        judged=end is not None and (end.names_complete or end.instances > 0),
+    )
+
+
+def names_of_classes(vocabulary: Vocabulary) -> list[tuple[str, ...]]:
+    """All names of each class that the encoder ``mini`` was trained on."""
+    return [(c.name, *c.aliases, *c.held_out, *c.query_aliases) for c in vocabulary.classes]
+
+
+def scene_category(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
+    """The scene's category for an object that a user calls ``word``.
+
+    The word itself if the scene has that category, else a category that is a synonym in the
+    vocabulary ("couch" where the scene has "sofa"), else the word.
+    """
+    wanted = normalised(word)
+    if wanted in categories:
+        return wanted
+    synonyms = next((names for names in names_of_classes(vocabulary) if wanted in names), ())
+    return next((name for name in synonyms if name in categories), wanted)
 
 
 @dataclass(frozen=True, slots=True)
 class RobotSummary:
-    """What one of several robots did: the results for its objects, what it drove and for how long.
+    """What one robot did: the results for its objects, what it drove and for how long.
 
-    ``contacts``: as in ``DemoSummary``.
+    contacts: above 0.05 m/s, as its simulator counted them; None if it did not say.
     """
 
     name: str
@@ -110,21 +164,29 @@ class RobotSummary:
 class DemoSummary:
     """The result of a demo run.
 
-    ``wanted``: all objects to search for, in order; ``objects``: the results in that order.
-    ``failure``: why the run ended early, empty if it did not; "trouble" in the JSON document.
-    ``contacts``: above 0.05 m/s, as the simulators counted them; None if one did not say.
-    ``robots``: of several; ``closest_m``: between the middles of two of them, infinity without.
+    ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
+    if it did not; "trouble" in the JSON document. ``closest_m``: between the middles of two
+    robots, infinity without.
     """
 
     wanted: tuple[str, ...]
-    objects: tuple[ObjectSummary, ...]
+    robots: tuple[RobotSummary, ...]
     duration_s: float
     search_s: float
     map_rate_hz: float
     failure: str = ""
-    contacts: int | None = None
-    robots: tuple[RobotSummary, ...] = ()
     closest_m: float = inf
+
+    @property
+    def objects(self) -> tuple[ObjectSummary, ...]:
+        """The results of all robots in the order of the wanted objects."""
+        results = [item for robot in self.robots for item in robot.objects]
+        return tuple(sorted(results, key=lambda item: self.wanted.index(item.name)))
+
+    @property
+    def several(self) -> tuple[RobotSummary, ...]:
+        """The robots if there is more than one."""
+        return self.robots if len(self.robots) > 1 else ()
 
     @property
     def not_sought(self) -> tuple[str, ...]:
@@ -177,6 +239,7 @@ class DemoSummary:
 
     def document(self) -> dict[str, Any]:
         """As a JSON object."""
+        contacts = [robot.contacts for robot in self.robots if robot.contacts is not None]
         return {
             "worked": self.worked,
             "found": self.found,
@@ -188,24 +251,11 @@ class DemoSummary:
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
             "map_rate_hz": json_value(self.map_rate_hz),
-            "contacts": self.contacts,
+            "contacts": sum(contacts) if len(contacts) == len(self.robots) else None,
             "trouble": self.failure,
-            "robots": [robot.document() for robot in self.robots],
+            "robots": [robot.document() for robot in self.several],
             "closest_m": json_value(self.closest_m),
         }
-
-
-def in_order(wanted: Sequence[str], robots: Sequence[RobotSummary]) -> tuple[ObjectSummary, ...]:
-    """The results of all robots in the order of the wanted objects."""
-    objects = [item for robot in robots for item in robot.objects]
-    return tuple(sorted(objects, key=lambda item: wanted.index(item.name)))
-
-
-def total_contacts(robots: Sequence[RobotSummary]) -> int | None:
-    """The contacts of all robots; None if those of one are unknown."""
-    counts = [robot.contacts for robot in robots]
-    known = [count for count in counts if count is not None]
-    return sum(known) if len(known) == len(counts) else None
 
 
 def path_efficiency(shortest_m: float, driven_m: float) -> float:
@@ -218,6 +268,84 @@ def json_value(value: Any) -> Any:
     """Round floats to 4 digits, replace NaN and infinity by None, tuples by lists."""
     if isinstance(value, float):
         return round(value, 4) if isfinite(value) else None
-    if isinstance(value, tuple):
-        return [json_value(item) for item in value]
-    return value
+    return [json_value(item) for item in value] if isinstance(value, tuple) else value
+
+
+def describe(summary: DemoSummary, picture: str | None, console: Console) -> None:
+    """Print one row per object, the reasons of failures, totals and the picture's path."""
+    titles = ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by")
+    table = _table("outcome", titles)
+    for item in summary.objects:
+        table.add_row(*_row(item))
+    for name in summary.not_sought:
+        table.add_row(name, Text("not sought", style="dim"))
+    console.print(table)
+    if summary.several:
+        table = _table("found", ("robot", "found", "path", "time", "contacts"))
+        for robot in summary.several:
+            found = Text(", ".join(robot.found) or "nothing")
+            contacts = "-" if robot.contacts is None else str(robot.contacts)
+            path, time = metres(robot.path_length_m), f"{robot.search_s:.0f} s"
+            table.add_row(robot.name, found, path, time, contacts)
+        console.print(table)
+    for item in summary.objects:
+        if not item.counts_as_found:
+            wrong = item.claimed_wrongly and item.nearest
+            near = f" (nearest to the claimed place: {item.nearest})" if wrong else ""
+            console.print(f"{item.name}: {item.reason}{near}")
+    if summary.failure:
+        console.print(Text(summary.failure, style="red"))
+    console.print(
+        f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
+        f"({summary.duration_s:.0f} s with starting up), {_verdict(summary)}, "
+        f"{summary.map_rate_hz:.1f} map updates/s"
+    )
+    if summary.several:
+        console.print(
+            f"Closest to each other: {metres(summary.closest_m)}, middle to middle. They neither "
+            "see nor touch one another: each is simulated on its own."
+        )
+    if picture:
+        console.print(f"Map, path and finds: {picture}", soft_wrap=True)
+
+
+def _table(wrapped: str, titles: Sequence[str]) -> Table:
+    """A table whose columns, but ``wrapped``, stay in one line."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for title in titles:
+        table.add_column(title, no_wrap=title != wrapped)
+    return table
+
+
+def _verdict(summary: DemoSummary) -> str:
+    """Wrong claims and SPL, or for how many objects there is ground truth."""
+    wrong = f"{summary.claimed_wrongly} claimed wrongly"
+    if summary.judged == len(summary.objects):
+        return f"{wrong}, SPL {summary.spl:.2f}"
+    known = f"ground truth for {summary.judged} of {len(summary.objects)}"
+    return f"{known}, {wrong}" if summary.judged else "no ground truth"
+
+
+def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
+    outcome = item.outcome.replace("_", " ")
+    style = "green" if item.success else "red"
+    if item.claimed_wrongly:
+        outcome = "wrong one"
+    elif item.claimed and not item.judged:
+        outcome, style = "found (no ground truth)", "yellow"
+    place = ", ".join(f"{value:.1f}" for value in item.position_m[:2])
+    return (
+        item.name,
+        Text(outcome, style=style),
+        f"({place})" if place else "-",
+        f"{item.time_s:.0f} s",
+        metres(item.path_length_m),
+        metres(item.shortest_path_m),
+        f"{item.spl:.2f}" if item.judged else "-",
+        metres(item.true_distance_m),
+    )
+
+
+def metres(value: float) -> str:
+    """A length in metres; a dash if it is not finite."""
+    return f"{value:.1f} m" if isfinite(value) else "-"

@@ -48,8 +48,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedFeatureParams,
 )
 from onemap_tools.bench.options import NavigationBench
-from onemap_tools.demo.summary import ObjectSummary
-from onemap_tools.demo.truth import evaluate_result
+from onemap_tools.demo.summary import ObjectSummary, evaluate_result
 
 RGBD_HZ = 4.0  # what the services reach on two cores
 SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320 x 240
