@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onemap_ros2 import service
-from onemap_ros2.cdr import TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
+from onemap_ros2.cdr import POSE_STAMPED, TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
@@ -63,7 +63,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return made
 
 
-class Set:
+class System:
     """A worker between a robot in memory and a bus in memory."""
 
     def __init__(self, clock: Clock, *endpoints: Endpoint, config: Ros2Config = CONFIG) -> None:
@@ -79,7 +79,7 @@ class Set:
         self.worker = Ros2Worker(router.bus("ros2"), self.network, config)
         self.sequences: Iterator[int] = itertools.count(1)
 
-    def robot_says(self, stamp_ns: int) -> None:
+    def robot_says(self, stamp_ns: int = T0) -> None:
         say = self.network.say
         say(TOPICS.tf_static, transforms(0, ("base_link", "camera", 0.2, 0.0)))
         say(TOPICS.tf, transforms(stamp_ns, ("odom", "base_link", 1.0, 0.0)))
@@ -87,22 +87,21 @@ class Set:
         say(TOPICS.odometry, odometry(stamp_ns, 1.0))
         say(TOPICS.color, image(stamp_ns, np.zeros((HEIGHT, WIDTH, 3), np.uint8), "rgb8"))
         say(TOPICS.depth, image(stamp_ns, np.ones((HEIGHT, WIDTH), np.uint16), "16UC1"))
+        self.worker.step(0.1)
 
-    def command(self, linear_mps: float, odometry_stamp_ns: int = 0) -> None:
+    def command(self, linear_mps: float = 0.25, odometry_ns: int = 0) -> None:
         number = next(self.sequences)
         self.commands.put(
             VelocityCommand(
-                number, T0, linear_mps, 0.0, planner="p1", odometry_stamp_ns=odometry_stamp_ns
+                number, T0, linear_mps, 0.0, planner="p1", odometry_stamp_ns=odometry_ns
             )
         )
+        self.worker.step(0.1)
 
     def sent(self, ros_type: str) -> list[float]:
         """The forward velocities that went to the base."""
-        if (TOPICS.command, ros_type) not in self.network.writers:
-            return []
-        messages = [
-            decode(data, ros_type) for data in self.network.writers[TOPICS.command, ros_type].sent
-        ]
+        writer = self.network.writers[TOPICS.command, ros_type]
+        messages = [decode(data, ros_type) for data in writer.sent]
         return [m.twist.linear.x if ros_type == TWIST_STAMPED else m.linear.x for m in messages]
 
     def run(self, duration_s: float) -> None:
@@ -112,10 +111,9 @@ class Set:
             self.worker.step(0.1)
 
 
-def test_frames_and_odometry_reach_the_bus(clock: Clock) -> None:
-    made = Set(clock)
-    made.robot_says(T0)
-    made.worker.step(0.1)
+def test_frames_and_odometry_reach_the_bus_with_an_echo_of_the_command(clock: Clock) -> None:
+    made = System(clock, base(TWIST))
+    made.robot_says()
     frame, message = made.frames.take(0.0), made.odometry.take(0.0)
     assert frame is not None
     assert message is not None
@@ -123,69 +121,48 @@ def test_frames_and_odometry_reach_the_bus(clock: Clock) -> None:
     assert frame.T_map_camera[0, 3] == pytest.approx(1.2)
     assert (message.planner, message.command_sequence) == ("", 0)
     assert made.network.latched == {TOPICS.tf_static}
+    made.command(0.25, T0)
+    made.robot_says(T0 + 1)
+    message = made.odometry.take(0.0)
+    assert message is not None
+    assert (message.planner, message.command_sequence) == ("p1", 1)
 
 
 @pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])
 def test_velocities_go_out_as_the_base_asks_then_zero_then_silence(
     clock: Clock, ros_type: str
 ) -> None:
-    made = Set(clock, base(ros_type))
-    made.robot_says(T0)
-    made.worker.step(0.1)
+    made = System(clock, base(ros_type))
+    made.robot_says()
     made.command(0.25, T0)
-    made.worker.step(0.1)
     assert made.sent(ros_type) == [0.25]
     made.run(3.0)
     velocities = made.sent(ros_type)
     assert set(velocities[1:]) == {0.0}
     made.run(3.0)
-    assert made.sent(ros_type) == velocities
     made.worker.close()
     assert made.sent(ros_type) == velocities
     assert made.network.closed
 
 
-def test_odometry_echoes_the_command(clock: Clock) -> None:
-    made = Set(clock, base(TWIST))
-    made.robot_says(T0)
-    made.worker.step(0.1)
-    made.command(0.25, T0)
-    made.worker.step(0.1)
-    made.odometry.take(0.0)
-    made.robot_says(T0 + 1)
-    made.worker.step(0.1)
-    message = made.odometry.take(0.0)
-    assert message is not None
-    assert (message.planner, message.command_sequence) == ("p1", 1)
-
-
-def test_no_velocity_without_odometry(clock: Clock) -> None:
-    made = Set(clock, base(TWIST))
-    made.command(0.25)
-    made.worker.step(0.1)
+def test_no_velocity_without_odometry_or_a_base(clock: Clock) -> None:
+    made = System(clock, base(TWIST))
+    made.command()
     assert made.sent(TWIST) == []
-    made.robot_says(T0)
-    made.worker.step(0.1)
-    made.command(0.25)
-    made.worker.step(0.1)
+    made.robot_says()
+    made.command()
     assert made.sent(TWIST) == [0.25]
     made.clock.now_s += 0.6
-    made.command(0.25)
-    made.worker.step(0.1)
+    made.command()
     assert made.sent(TWIST) == [0.25, 0.0]
-
-
-def test_nothing_is_sent_while_no_base_subscribes(clock: Clock) -> None:
-    made = Set(clock)
-    made.robot_says(T0)
-    made.worker.step(0.1)
-    made.command(0.25)
-    made.worker.step(0.1)
-    assert made.network.writers == {}
+    alone = System(clock)
+    alone.robot_says()
+    alone.command()
+    assert alone.network.writers == {}
 
 
 def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
-    made = Set(clock)
+    made = System(clock)
     assert "no odometry on /odom" in made.worker.health().problem
     made.network.say(TOPICS.odometry, odometry(T0))
     made.worker.step(0.1)
@@ -194,7 +171,6 @@ def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
     made.worker.step(0.1)
     assert f"no node publishes {TOPICS.color}" in made.worker.health().problem
     made.robot_says(T0 + 1)
-    made.worker.step(0.1)
     assert "no node subscribes to /cmd_vel" in made.worker.health().problem
     made.network.known = (base(TWIST),)
     health = made.worker.health()
@@ -211,37 +187,34 @@ def nav2() -> Endpoint:
 @pytest.mark.parametrize("drive", ["nav2", "goal_pose"])
 def test_what_drives_by_goals_never_sends_a_velocity(clock: Clock, drive: str) -> None:
     config = Ros2Config.model_validate({**CONFIG.model_dump(), "drive": drive})
-    made = Set(clock, base(TWIST), nav2(), config=config)
+    made = System(clock, base(TWIST), nav2(), config=config)
     made.states.put(status("s1"))
     for step in range(100):
         if step < 40:
-            made.robot_says(T0 + step * 20_000_000)
             made.paths.put(path_to(4.0, 0.0))
-        made.command(0.25)
+            made.robot_says(T0 + step * 20_000_000)
         made.clock.now_s += 0.02
-        made.worker.step(0.1)
+        made.command()
     made.worker.close()
     assert (TOPICS.command, TWIST) not in made.network.writers
     if drive == "nav2":
         assert [call.service.split("/")[-1] for call in made.network.calls][:1] == ["send_goal"]
         assert "cancel_goal" in made.network.calls[-1].service
     else:
-        sent = [
-            decode(data, "geometry_msgs/msg/PoseStamped").pose.position.x
-            for data in made.network.writers["/goal_pose", "geometry_msgs/msg/PoseStamped"].sent
-        ]
+        writer = made.network.writers["/goal_pose", POSE_STAMPED]
+        sent = [decode(data, POSE_STAMPED).pose.position.x for data in writer.sent]
         assert sent[0] == 4.0
         assert sent[-1] == pytest.approx(1.0)  # where the robot stands: it is to stop
 
 
 def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:
-    made = Set(clock, base(TWIST_STAMPED), config=CONFIG.model_copy(update={"use_sim_time": True}))
+    made = System(
+        clock, base(TWIST_STAMPED), config=CONFIG.model_copy(update={"use_sim_time": True})
+    )
     assert "/clock" in made.worker.health().problem
     made.network.say("/clock", simulated_clock(7_000_000_123))
     made.robot_says(7_000_000_000)
-    made.worker.step(0.1)
     made.command(0.25, 7_000_000_000)
-    made.worker.step(0.1)
     (sent,) = made.network.writers[TOPICS.command, TWIST_STAMPED].sent
     assert stamp_ns(decode(sent, TWIST_STAMPED).header.stamp) == 7_000_000_123
 

@@ -1,10 +1,17 @@
+"""What a robot has, what it lacks, and how often it speaks."""
+
 from __future__ import annotations
+
+import itertools
 
 import pytest
 
+from onemap_ros2 import discovery
+from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs, topic_reports
+from tests.ros2.fake_network import FakeNetwork
 
 TOPICS = TopicParams(color="/camera/color")
 CONFIG = Ros2Config(topics=TOPICS)
@@ -14,7 +21,6 @@ EVERYTHING = Ros2Config(
     use_sim_time=True,
     drive="nav2",
 )
-IMAGE = "sensor_msgs/msg/Image"
 
 
 def endpoint(topic: str, ros_type: str, kind: str = "MP") -> Endpoint:
@@ -68,7 +74,7 @@ def test_compressed_topics_have_another_type() -> None:
     [
         ("nav2", "SS", "nav2_msgs/action/NavigateToPose_SendGoal", "/_action/send_goal"),
         ("nav2", "AS", "nav2_msgs/action/NavigateToPose", ""),
-        ("goal_pose", "MS", "geometry_msgs/msg/PoseStamped", ""),
+        ("goal_pose", "MS", POSE_STAMPED, ""),
     ],
 )
 def test_what_drives_is_looked_for(drive: str, kind: str, ros_type: str, topic: str) -> None:
@@ -98,3 +104,30 @@ def test_topics_are_listed_with_counts_and_rates() -> None:
     odom = reports[1]
     assert (odom.publishers, odom.subscribers, odom.rate_hz) == (1, 1, 20.0)
     assert reports[0].rate_hz is None
+
+
+class Talking(FakeNetwork):
+    """One message on /odom in every wait, once it is read."""
+
+    def wait(self, timeout_s: float) -> None:
+        if "/odom" in self.types:
+            self.say("/odom", b"")
+
+
+def test_a_survey_counts_messages_and_names_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network = Talking(endpoint("/odom", ODOMETRY), endpoint("/cmd_vel", "a/msg/B", "MS"))
+    seconds = itertools.count(0.0, 0.1)
+    monkeypatch.setattr("onemap_ros2.discovery.time.monotonic", lambda: next(seconds))
+    monkeypatch.setattr(discovery, "join", lambda *_: network)
+    reports, lacking = discovery.survey(CONFIG, 2.0)
+    assert [each.topic for each in reports] == ["/cmd_vel", "/odom"]
+    assert reports[1].rate_hz == pytest.approx(10.0, rel=0.1)
+    assert any("ros2.topics.depth" in sentence for sentence in lacking)
+    assert network.closed
+
+
+def test_without_a_router_there_is_no_survey() -> None:
+    with pytest.raises(ConnectionError, match="no ROS 2 router answers"):
+        discovery.survey(Ros2Config(connect=("tcp/127.0.0.1:1",)), 1.0)

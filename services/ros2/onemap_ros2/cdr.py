@@ -7,6 +7,7 @@ action: three services and two topics, whose types are generated as rosidl does 
 
 from __future__ import annotations
 
+import math
 import struct
 from functools import cache
 from typing import Any
@@ -40,8 +41,8 @@ def image_type(topic: str) -> str:
 
 BASES = {"bool", "int8", "int16", "uint16", "float32", "float64", "string"}
 UUID, TIME = "unique_identifier_msgs/msg/UUID", "builtin_interfaces/msg/Time"
-DURATION, POSE = "builtin_interfaces/msg/Duration", "geometry_msgs/msg/Pose"
-GOAL_INFO, STAMPED = "action_msgs/msg/GoalInfo", "geometry_msgs/msg/PoseStamped"
+DURATION, GOAL_INFO = "builtin_interfaces/msg/Duration", "action_msgs/msg/GoalInfo"
+POSE, POINT = "geometry_msgs/msg/Pose", "geometry_msgs/msg/Point"
 HEADER, VISION = "std_msgs/msg/Header", "vision_msgs/msg"
 SERVICE_EVENT = "service_msgs/msg/ServiceEventInfo"
 SEND_GOAL, GET_RESULT = f"{NAVIGATE}_SendGoal", f"{NAVIGATE}_GetResult"
@@ -63,10 +64,10 @@ MESSAGES: dict[str, Fields] = {
         "id": "string",
     },
     f"{VISION}/Detection3DArray": {"header": HEADER, "detections": f"{VISION}/Detection3D[]"},
-    f"{NAVIGATE}_Goal": {"pose": STAMPED, "behavior_tree": "string"},
+    f"{NAVIGATE}_Goal": {"pose": POSE_STAMPED, "behavior_tree": "string"},
     f"{NAVIGATE}_Result": {"error_code": "uint16", "error_msg": "string"},
     f"{NAVIGATE}_Feedback": {
-        "current_pose": STAMPED,
+        "current_pose": POSE_STAMPED,
         "navigation_time": DURATION,
         "estimated_time_remaining": DURATION,
         "number_of_recoveries": "int16",
@@ -82,36 +83,23 @@ MESSAGES: dict[str, Fields] = {
 }
 
 
-def register_missing(store: Typestore) -> None:
-    """Add the definitions to rosbags' own."""
+def _register_missing(store: Typestore) -> None:
+    """Add the definitions to rosbags' own.
+
+    Of a service, it and its event, which nobody sends, but which its hash is made of; rosidl maps
+    the event's char to uint8.
+    """
     store.register({name: ([], _described(fields)) for name, fields in MESSAGES.items()})
-    _correct_event(store)
-    for service in (SEND_GOAL, GET_RESULT, CANCEL_GOAL):
-        _define_service(store, service)
-
-
-def _correct_event(store: Typestore) -> None:
-    """Services have events, which count for their hashes; rosidl maps their char to uint8."""
     constants, fields = store.fielddefs[SERVICE_EVENT]
     gid = (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16))
     corrected: Any = [(name, gid if name == "client_gid" else kind) for name, kind in fields]
     store.fielddefs[SERVICE_EVENT] = (constants, corrected)
-
-
-def _define_service(store: Typestore, service: str) -> None:
-    """The service itself and its event, which nobody sends, but which its hash is made of."""
-    event = {
-        "info": SERVICE_EVENT,
-        "request": f"{service}_Request[<=1]",
-        "response": f"{service}_Response[<=1]",
-    }
-    whole = {
-        "request_message": f"{service}_Request",
-        "response_message": f"{service}_Response",
-        "event_message": f"{service}_Event",
-    }
-    store.fielddefs[f"{service}_Event"] = ([], _described(event))
-    store.fielddefs[service] = ([], _described(whole))
+    for service in (SEND_GOAL, GET_RESULT, CANCEL_GOAL):
+        request, response, event = (f"{service}_{end}" for end in ("Request", "Response", "Event"))
+        both = {"request": f"{request}[<=1]", "response": f"{response}[<=1]"}
+        store.fielddefs[event] = ([], _described({"info": SERVICE_EVENT, **both}))
+        whole = {"request_message": request, "response_message": response, "event_message": event}
+        store.fielddefs[service] = ([], _described(whole))
 
 
 def _described(fields: Fields) -> Any:
@@ -138,7 +126,7 @@ class FormatError(ValueError):
 def store() -> Typestore:
     """The message definitions; made on first use, which takes 0.3 s."""
     made = get_typestore(Stores.ROS2_JAZZY)
-    register_missing(made)
+    _register_missing(made)
     return made
 
 
@@ -173,8 +161,7 @@ def decode(data: bytes, ros_type: str) -> Any:
 def decode_start(data: bytes, ros_type: str) -> Any:
     """The message at the start of ``data``; later releases append fields to some messages."""
     try:
-        if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
-            raise ValueError("they do not begin with a CDR header")
+        _check_header(data, 4)
         layout = store().get_msgdef(ros_type)
         read = layout.deserialize_cdr_le if data[1] else layout.deserialize_cdr_be
         return read(data[4:], 0, layout.cls, store())[0]
@@ -197,9 +184,19 @@ def header(stamp: int, frame: str) -> Any:
     return new("std_msgs/msg/Header", time_of(stamp), frame)
 
 
+def pose(x_m: float, y_m: float, z_m: float = 0.0, yaw_rad: float = 0.0) -> Any:
+    """A ``geometry_msgs/Pose`` that stands upright."""
+    turn = 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
+    return new(POSE, new(POINT, x_m, y_m, z_m), new("geometry_msgs/msg/Quaternion", *turn))
+
+
 def peek_stamp_ns(data: bytes) -> int:
     """The stamp of a message that begins with a header, without decoding the rest."""
-    if len(data) < HEADER_BYTES or data[0] != 0 or data[1] not in (0, 1):
-        raise FormatError(f"{len(data)} bytes do not begin with a CDR header and a stamp")
+    _check_header(data, HEADER_BYTES)
     seconds, nanoseconds = struct.unpack_from("<iI" if data[1] else ">iI", data, 4)
     return int(seconds) * NS + int(nanoseconds)
+
+
+def _check_header(data: bytes, length: int) -> None:
+    if len(data) < length or data[0] != 0 or data[1] not in (0, 1):
+        raise FormatError(f"{len(data)} bytes do not begin with a CDR header and what follows it")

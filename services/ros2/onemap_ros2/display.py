@@ -90,10 +90,10 @@ class Display:
     def step(self, now_s: float) -> None:
         """Publish what is due; ``now_s`` of a monotonic clock."""
         self._take()
-        if now_s >= self._next_map_s and (self._heard("belief") or self._heard("similarity")):
+        if now_s >= self._next_map_s and self._heard("belief", "similarity"):
             self._next_map_s = now_s + MAP_PERIOD_S
             self._publish_grids()
-        if now_s >= self._next_markers_s and self._any_marks_heard():
+        if now_s >= self._next_markers_s and self._heard("markers", "detections", "path", "goal"):
             self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
             if self._changed:
@@ -105,9 +105,8 @@ class Display:
             self.step(time.monotonic())
 
     def _take(self) -> None:
-        revision, status = self._revisions.take(0.0), self._states.take(0.0)
-        path = self._paths.take(0.0)
-        self._revision = revision or self._revision
+        status, path = self._states.take(0.0), self._paths.take(0.0)
+        self._revision = self._revisions.take(0.0) or self._revision
         self._status = status or self._status
         if status is not None and not status.active:
             self._changed |= self._path is not None
@@ -115,11 +114,8 @@ class Display:
         elif path is not None:
             self._path, self._changed = path, True
 
-    def _heard(self, name: str) -> bool:
-        return self._writers[name].heard
-
-    def _any_marks_heard(self) -> bool:
-        return any(self._heard(name) for name in ("markers", "detections", "path", "goal"))
+    def _heard(self, *names: str) -> bool:
+        return any(self._writers[name].heard for name in names)
 
     def _take_objects(self) -> None:
         """Ask for the found objects when their list is another one."""

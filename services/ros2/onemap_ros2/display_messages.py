@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, encode, header, new, time_of
-from onemap_ros2.drive.driver import GoalPose, stamped_pose
-from onemap_shared.geometry import F32
+from onemap_ros2.cdr import (
+    DETECTION_ARRAY,
+    GRID,
+    MARKER_ARRAY,
+    PATH,
+    POINT,
+    POSE_STAMPED,
+    encode,
+    header,
+    new,
+    pose,
+    time_of,
+)
 from onemap_shared.messages import KeptObject, Layer, Occupancy, PlannedPath, SearchView
 
 UNKNOWN, FREE, UNEXPLORED, OCCUPIED = -1, 0, 30, 100  # 30: free, and not looked at well enough
@@ -40,18 +50,16 @@ def _grid(view: SearchView, values: NDArray[np.int8], frame: str) -> bytes:
     """``values`` (nx, ny) as a grid whose rows follow y, the lowest first."""
     x_m, y_m, *_ = view.grid.bounds_m
     (width, height), size_m = view.grid.shape, view.grid.cell_size_m
-    origin = new(
-        "geometry_msgs/msg/Pose",
-        new("geometry_msgs/msg/Point", x_m, y_m, 0.0),
-        new("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0),
-    )
-    info = new("nav_msgs/msg/MapMetaData", time_of(view.stamp_ns), size_m, width, height, origin)
+    origin, made = pose(x_m, y_m), time_of(view.stamp_ns)
+    info = new("nav_msgs/msg/MapMetaData", made, size_m, width, height, origin)
     return encode(new(GRID, header(view.stamp_ns, frame), info, values.T.ravel()), GRID)
 
 
-MARKER, POINT = "visualization_msgs/msg/Marker", "geometry_msgs/msg/Point"
-CYLINDER, SPHERE, SPHERE_LIST, TEXT, DELETE_ALL = 3, 2, 7, 9, 3
-FIND_M, REGION_M, FRONTIER_M, LETTER_M = 0.25, 0.4, 0.15, 0.25
+MARKER, VECTOR = "visualization_msgs/msg/Marker", "geometry_msgs/msg/Vector3"
+CYLINDER, SPHERE, SPHERE_LIST, TEXT = 3, 2, 7, 9
+ADD, DELETE_ALL = 0, 3
+FIND_SIZE = LETTER_SIZE = (0.25, 0.25, 0.25)  # metres
+REGION_SIZE, FRONTIER_SIZE = (0.4, 0.4, 0.05), (0.15, 0.15, 0.15)
 LABEL_ABOVE_M = 0.35
 MAX_MARKED = 300  # frontiers of a hall: RViz draws them as one list
 FIND_COLOR = (0.1, 0.75, 0.2, 1.0)
@@ -60,8 +68,7 @@ REGION_COLOR = (1.0, 0.55, 0.0)
 Place = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(NamedTuple):
     """What one marker shows: names, places in metres of the map frame, size in metres, RGBA."""
 
     namespace: str
@@ -71,8 +78,8 @@ class Mark:
     size: Place = (1.0, 1.0, 1.0)
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     text: str = ""
-    points: tuple[Place, ...] = ()
-    action: int = 0
+    points: Sequence[Place] = ()
+    action: int = ADD
 
 
 def marker_array(
@@ -85,39 +92,25 @@ def marker_array(
     """
     marks = [Mark("", 0, SPHERE, action=DELETE_ALL)]
     for number, kept in enumerate(objects):
-        marks += _find(number, kept)
+        x, y, z = kept.position_m
+        label = x, y, z + LABEL_ABOVE_M
+        marks.append(Mark("finds", 2 * number, SPHERE, (x, y, z), FIND_SIZE, FIND_COLOR))
+        marks.append(Mark("finds", 2 * number + 1, TEXT, label, LETTER_SIZE, text=kept.name))
     if path is not None:
-        scored = zip(path.regions_m[:MAX_MARKED], path.region_scores, strict=False)
-        marks += [_region(n, place, float(score)) for n, (place, score) in enumerate(scored)]
-        if len(path.frontiers_m):
-            marks.append(_frontiers(path.frontiers_m[:MAX_MARKED]))
+        scored = zip(path.regions_m[:MAX_MARKED].tolist(), path.region_scores, strict=False)
+        for number, ((x, y), score) in enumerate(scored):
+            color = (*REGION_COLOR, 0.2 + 0.7 * min(max(float(score), 0.0), 1.0))
+            marks.append(Mark("regions", number, CYLINDER, (x, y, 0.0), REGION_SIZE, color))
+        points = [(x, y, 0.0) for x, y in path.frontiers_m[:MAX_MARKED].tolist()]
+        if points:
+            paint = FRONTIER_SIZE, FRONTIER_COLOR
+            marks.append(Mark("frontiers", 0, SPHERE_LIST, (0, 0, 0), *paint, points=points))
     head = header(stamp_ns, frame)
     return encode(new(MARKER_ARRAY, [_marker(head, mark) for mark in marks]), MARKER_ARRAY)
 
 
-def _find(number: int, kept: KeptObject) -> list[Mark]:
-    x, y, z = kept.position_m
-    size = (LETTER_M, LETTER_M, LETTER_M)
-    label = Mark("finds", 2 * number + 1, TEXT, (x, y, z + LABEL_ABOVE_M), size, text=kept.name)
-    size = (FIND_M, FIND_M, FIND_M)
-    return [Mark("finds", 2 * number, SPHERE, (x, y, z), size, FIND_COLOR), label]
-
-
-def _region(number: int, place: F32, score: float) -> Mark:
-    color = (*REGION_COLOR, 0.2 + 0.7 * min(max(score, 0.0), 1.0))
-    x, y = (float(value) for value in place)
-    return Mark("regions", number, CYLINDER, (x, y, 0.0), (REGION_M, REGION_M, 0.05), color)
-
-
-def _frontiers(places: F32) -> Mark:
-    size = (FRONTIER_M, FRONTIER_M, FRONTIER_M)
-    points = tuple((float(x), float(y), 0.0) for x, y in places)
-    return Mark("frontiers", 0, SPHERE_LIST, size=size, color=FRONTIER_COLOR, points=points)
-
-
 def _marker(head: object, mark: Mark) -> object:
-    identity = new("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
-    place, nothing = new(POINT, *mark.place), np.zeros(0, np.uint8)
+    nothing = np.zeros(0, np.uint8)
     return new(
         MARKER,
         head,
@@ -125,8 +118,8 @@ def _marker(head: object, mark: Mark) -> object:
         mark.number,
         mark.kind,
         mark.action,
-        new("geometry_msgs/msg/Pose", place, identity),
-        new("geometry_msgs/msg/Vector3", *mark.size),
+        pose(*mark.place),
+        new(VECTOR, *mark.size),
         new("std_msgs/msg/ColorRGBA", *mark.color),
         new("builtin_interfaces/msg/Duration", 0, 0),  # it stays
         False,
@@ -158,22 +151,16 @@ def _detection(head: object, kept: KeptObject) -> object:
     x, y, z = kept.position_m
     low, high = kept.height_m or (z, z)
     hypothesis = new("vision_msgs/msg/ObjectHypothesis", kept.name, kept.score)
-    seen = new("geometry_msgs/msg/PoseWithCovariance", _pose(x, y, z), np.zeros(36))
+    seen = new("geometry_msgs/msg/PoseWithCovariance", pose(x, y, z), np.zeros(36))
     result = new("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, seen)
-    size = new("geometry_msgs/msg/Vector3", x1 - x0, y1 - y0, high - low)
-    middle = _pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
+    middle = pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
+    size = new(VECTOR, x1 - x0, y1 - y0, high - low)
     box = new("vision_msgs/msg/BoundingBox3D", middle, size)
     return new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
 
 
-def _pose(x: float, y: float, z: float) -> object:
-    upright = new("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
-    return new("geometry_msgs/msg/Pose", new("geometry_msgs/msg/Point", x, y, z), upright)
-
-
 def path_message(path: PlannedPath, stamp_ns: int, frame: str) -> bytes:
     """The path's points as poses without a heading of their own; empty without a path."""
-    poses = [
-        stamped_pose(GoalPose(float(x), float(y), 0.0), stamp_ns, frame) for x, y in path.points_m
-    ]
-    return encode(new(PATH, header(stamp_ns, frame), poses), PATH)
+    head = header(stamp_ns, frame)
+    poses = [new(POSE_STAMPED, head, pose(float(x), float(y))) for x, y in path.points_m]
+    return encode(new(PATH, head, poses), PATH)

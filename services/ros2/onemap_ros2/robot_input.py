@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict, deque
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,8 +43,7 @@ MAX_WAITING = 50  # odometry messages; a quarter of a second at 200 Hz
 KEPT = 10  # of each kind: a third of a second at 30 Hz, more than two streams of a camera differ
 
 
-@dataclass(frozen=True, slots=True)
-class ImagePair:
+class ImagePair(NamedTuple):
     """One color and one depth message, still encoded; the stamp is the depth's, in ns."""
 
     stamp_ns: int
@@ -52,53 +51,44 @@ class ImagePair:
     depth: bytes
 
 
-@dataclass(slots=True)
 class PairBuffer:
-    """Messages that wait for their counterpart.
+    """Color and depth messages that wait for their counterpart, by stamp in ns.
 
     tolerance_ns: by how much the stamps of a pair may differ. unpaired: messages that went
     without a counterpart.
     """
 
-    tolerance_ns: int
-    unpaired: int = 0
-    _color: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
-    _depth: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+    def __init__(self, tolerance_ns: int) -> None:
+        self.tolerance_ns = tolerance_ns
+        self.unpaired = 0
+        self._waiting: dict[str, dict[int, bytes]] = {"color": {}, "depth": {}}
 
-    def add_color(self, stamp_ns: int, data: bytes) -> None:
-        """A color message."""
-        self._keep(self._color, stamp_ns, data)
-
-    def add_depth(self, stamp_ns: int, data: bytes) -> None:
-        """A depth message."""
-        self._keep(self._depth, stamp_ns, data)
+    def add(self, kind: str, stamp_ns: int, data: bytes) -> None:
+        """A message, ``color`` or ``depth``."""
+        waiting = self._waiting[kind]
+        waiting[stamp_ns] = data
+        if len(waiting) > KEPT:
+            del waiting[next(iter(waiting))]
+            self.unpaired += 1
 
     def take(self) -> ImagePair | None:
         """The newest pair, or None; what is not newer than it is dropped."""
-        for depth_ns in sorted(self._depth, reverse=True):
-            near = min(self._color, key=lambda other: abs(other - depth_ns), default=None)
+        colors, depths = self._waiting.values()
+        for depth_ns in sorted(depths, reverse=True):
+            near = min(colors, key=lambda other: abs(other - depth_ns), default=None)
             if near is not None and abs(near - depth_ns) <= self.tolerance_ns:
-                pair = ImagePair(depth_ns, self._color.pop(near), self._depth.pop(depth_ns))
-                self._drop(self._color, near)
-                self._drop(self._depth, depth_ns)
+                pair = ImagePair(depth_ns, colors.pop(near), depths.pop(depth_ns))
+                for waiting, until_ns in ((colors, near), (depths, depth_ns)):
+                    for old_ns in [stamp for stamp in waiting if stamp <= until_ns]:
+                        del waiting[old_ns]
+                        self.unpaired += 1
                 return pair
         return None
 
     def clear(self) -> None:
         """Forget everything: the clock jumped back."""
-        self._color.clear()
-        self._depth.clear()
-
-    def _keep(self, kept: OrderedDict[int, bytes], stamp_ns: int, data: bytes) -> None:
-        kept[stamp_ns] = data
-        while len(kept) > KEPT:
-            kept.popitem(last=False)
-            self.unpaired += 1
-
-    def _drop(self, kept: OrderedDict[int, bytes], until_ns: int) -> None:
-        for old_ns in [stamp for stamp in kept if stamp <= until_ns]:
-            del kept[old_ns]
-            self.unpaired += 1
+        for waiting in self._waiting.values():
+            waiting.clear()
 
 
 @dataclass(slots=True)
@@ -208,10 +198,8 @@ class RobotInput:
         return None
 
     def _add(self, kind: str, data: bytes, now_s: float) -> None:
-        if kind == "color":
-            self._pairs.add_color(peek_stamp_ns(data), data)
-        elif kind == "depth":
-            self._pairs.add_depth(peek_stamp_ns(data), data)
+        if kind in ("color", "depth"):
+            self._pairs.add(kind, peek_stamp_ns(data), data)
         elif kind in ("camera_info", "depth_camera_info"):
             info = decode(data, CAMERA_INFO)
             self._cameras[kind] = intrinsics(info, rectified=self._config.rectified)

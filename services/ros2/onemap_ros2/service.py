@@ -7,17 +7,16 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from onemap_ros2.cdr import CAMERA_INFO, CLOCK, ODOMETRY, TF, image_type
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
-from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, pose_of
+from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, Say, pose_of
 from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
-from onemap_ros2.network.interface import NetworkError, RosNetwork
+from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
 from onemap_ros2.robot_input import RobotInput
-from onemap_ros2.topic_list import missing
+from onemap_ros2.topic_list import missing, needs
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.keys import (
     ROBOT_CMD_VEL,
@@ -33,31 +32,12 @@ from onemap_shared.transport import Bus, Health
 LOG = logging.getLogger("onemap.ros2")
 STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the planner's 20 Hz
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
-IMAGES_KEPT = 5
-TRANSFORMS_KEPT = 100
-DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config], Driver]] = {
+KEPT = {"tf_static": 100, "tf": 100, "odometry": 5, "color": 5, "depth": 5}  # between two steps
+DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Say], Driver]] = {
     "velocity": VelocityDriver,
     "nav2": Nav2Driver,
     "goal_pose": GoalPoseDriver,
 }
-
-
-def inputs(config: Ros2Config) -> dict[str, tuple[str, str, int]]:
-    """What is read, by the names of the settings: topic, type, messages kept."""
-    topics = config.names
-    found = {
-        "tf_static": (topics.tf_static, TF, TRANSFORMS_KEPT),
-        "tf": (topics.tf, TF, TRANSFORMS_KEPT),
-        "camera_info": (topics.camera_info, CAMERA_INFO, 1),
-        "odometry": (topics.odometry, ODOMETRY, IMAGES_KEPT),
-        "color": (topics.color, image_type(topics.color), IMAGES_KEPT),
-        "depth": (topics.depth, image_type(topics.depth), IMAGES_KEPT),
-    }
-    if topics.depth_camera_info is not None:
-        found["depth_camera_info"] = (topics.depth_camera_info, CAMERA_INFO, 1)
-    if config.use_sim_time:
-        found["clock"] = (topics.clock, CLOCK, 1)
-    return found
 
 
 class Ros2Worker:
@@ -68,8 +48,9 @@ class Ros2Worker:
         self._config, self._topics = config, config.names
         self._input = RobotInput(config)
         self._readers = {
-            kind: network.read(topic, ros_type, depth, latched=kind == "tf_static")
-            for kind, (topic, ros_type, depth) in inputs(config).items()
+            kind: network.read(topic, types[0], KEPT.get(kind, 1), latched=kind == "tf_static")
+            for kind, topic, types, role in needs(config)
+            if role == PUBLISHER
         }
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
@@ -78,7 +59,7 @@ class Ros2Worker:
         self._paths = bus.subscribe(SEARCH_PATH)
         self._states = bus.subscribe(SEARCH_STATE)
         self._voice = PlannerVoice()
-        self._driver: Driver = DRIVERS[config.drive](network, config)
+        self._driver: Driver = DRIVERS[config.drive](network, config, LOG.info)
         self._last: tuple[float, Odometry] | None = None  # when it was sent
         self._display: Display | None = None
         if config.display:
@@ -138,8 +119,6 @@ class Ros2Worker:
             self._input.body_frame,
         )
         self._driver.step(robot, self._command(robot), self._listen(now_s))
-        for news in self._driver.take_news():
-            LOG.info("%s", news)
 
     def _command(self, robot: RobotNow) -> VelocityCommand | None:
         """The planner's newest velocity, if it is one that the robot follows."""

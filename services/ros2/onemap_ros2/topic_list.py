@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from onemap_ros2.cdr import (
     CAMERA_INFO,
@@ -27,22 +28,14 @@ from onemap_ros2.network.interface import (
     Endpoint,
 )
 
-VERBS = {
-    PUBLISHER: "publishes",
-    SUBSCRIBER: "subscribes to",
-    SERVER: "serves",
-}
+VERBS = {PUBLISHER: "publishes", SUBSCRIBER: "subscribes to", SERVER: "serves"}
 
 
-@dataclass(frozen=True, slots=True)
-class TopicNeed:
+class TopicNeed(NamedTuple):
     """A topic that the configuration asks of the robot.
 
-    Attributes:
-        setting: its key below ``ros2.topics``.
-        topic: its name.
-        types: that it may have.
-        kind: what the robot's node is to it: publisher, subscriber or server.
+    setting: its key below ``ros2.topics``. types: that it may have. kind: what the robot's node
+    is to it: publisher, subscriber or server.
     """
 
     setting: str
@@ -55,12 +48,12 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
     """What the robot must have, as it is configured."""
     topics = config.names
     wanted = [
-        TopicNeed("color", topics.color, (image_type(topics.color),)),
-        TopicNeed("depth", topics.depth, (image_type(topics.depth),)),
+        TopicNeed("tf_static", topics.tf_static, (TF,)),
+        TopicNeed("tf", topics.tf, (TF,)),
         TopicNeed("camera_info", topics.camera_info, (CAMERA_INFO,)),
         TopicNeed("odometry", topics.odometry, (ODOMETRY,)),
-        TopicNeed("tf", topics.tf, (TF,)),
-        TopicNeed("tf_static", topics.tf_static, (TF,)),
+        TopicNeed("color", topics.color, (image_type(topics.color),)),
+        TopicNeed("depth", topics.depth, (image_type(topics.depth),)),
     ]
     if topics.depth_camera_info is not None:
         wanted.append(TopicNeed("depth_camera_info", topics.depth_camera_info, (CAMERA_INFO,)))
@@ -79,15 +72,10 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
 
 @dataclass(frozen=True, slots=True)
 class TopicReport:
-    """One topic of the robot.
+    """One topic of the robot, of type ``pkg/msg/Type``, with the numbers of its endpoints.
 
-    Attributes:
-        topic: its name.
-        ros_type: ``pkg/msg/Type``.
-        publishers: how many nodes' publishers it has.
-        subscribers: how many subscribers.
-        rate_hz: messages per second; None where nothing was counted.
-        setting: the key below ``ros2.topics`` that names it; empty if none does.
+    rate_hz: messages per second; None where nothing was counted. setting: the key below
+    ``ros2.topics`` that names it; empty if none does.
     """
 
     topic: str

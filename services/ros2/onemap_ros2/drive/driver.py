@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from onemap_ros2.cdr import POSE_STAMPED, encode, header, new
+from onemap_ros2.cdr import POSE_STAMPED, encode, header, new, pose
 from onemap_shared.geometry import F64, wrap_angle, yaw_of
 from onemap_shared.messages import PlannedPath, SearchStatus, VelocityCommand
 
@@ -17,6 +18,8 @@ TURN_RAD = math.pi / 2  # of a goal that makes the robot rotate where it stands
 # By so much the planner's goal must move, or its heading turn, before the robot's is replaced: each
 # one makes nav2 plan anew, and ends of paths move by a few cells at each plan. A third of a view.
 GOAL_CHANGE_M, GOAL_CHANGE_RAD = 0.4, 0.6
+NEVER = float("-inf")
+Say: TypeAlias = Callable[[str], None]  # what happened, for the log
 GOAL_PERIOD_S = 1.0  # least time between two goals: nav2's behaviour tree plans once a second
 # After so long without a plan, or a velocity, the goal ends: the planner plans four times a second,
 # not while its inputs are too old, and a velocity holds for half of that time.
@@ -76,27 +79,15 @@ def _heading_rad(path: PlannedPath, robot: GoalPose) -> float:
     return robot.yaw_rad
 
 
-def pose_message(goal: GoalPose) -> object:
-    """The goal as ``geometry_msgs/Pose``."""
-    half = 0.5 * goal.yaw_rad
-    return new(
-        "geometry_msgs/msg/Pose",
-        new("geometry_msgs/msg/Point", goal.x_m, goal.y_m, 0.0),
-        new("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(half), math.cos(half)),
-    )
-
-
 def stamped_pose(goal: GoalPose, stamp_ns: int, frame: str) -> object:
     """The goal as ``geometry_msgs/PoseStamped``."""
-    return new(POSE_STAMPED, header(stamp_ns, frame), pose_message(goal))
+    at = pose(goal.x_m, goal.y_m, yaw_rad=goal.yaw_rad)
+    return new(POSE_STAMPED, header(stamp_ns, frame), at)
 
 
 def encoded_pose(goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
     """The goal as the bytes of a ``geometry_msgs/PoseStamped``."""
     return encode(stamped_pose(goal, stamp_ns, frame), POSE_STAMPED)
-
-
-NEVER = float("-inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,18 +121,19 @@ class PlannerVoice:
         """After a velocity came."""
         return replace(self, command_s=now_s)
 
-    def goal(self, now_s: float, robot: GoalPose) -> GoalPose | None:
+    def goal(self, robot: RobotNow) -> GoalPose | None:
         """Where the robot is to drive; None: it must not drive on.
 
-        It must not without an active search, a recent plan and a recent velocity: the planner
-        sends no plan while its map or its odometry is too old.
+        It must not without fresh odometry, an active search, a recent plan and a recent velocity:
+        the planner sends no plan while its map or its odometry is too old.
         """
         recent = (
-            now_s - self.path_s <= MAX_PLAN_AGE_S and now_s - self.command_s <= MAX_COMMAND_AGE_S
+            robot.now_s - self.path_s <= MAX_PLAN_AGE_S
+            and robot.now_s - self.command_s <= MAX_COMMAND_AGE_S
         )
-        if not self.search or self.path is None or not recent:
+        if not (self.search and recent and robot.fresh) or self.path is None or robot.pose is None:
             return None
-        return goal_of(self.path, robot)
+        return goal_of(self.path, robot.pose)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,16 +156,13 @@ class RobotNow:
 
 
 class Driver(Protocol):
-    """Moves the robot, and stops it."""
+    """Moves the robot, and stops it. What happens is said in sentences, for the log."""
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """Send what is to be sent now; ``command``: a velocity that the planner sent just now."""
 
     def problem(self) -> str:
         """Why the robot cannot be driven, in one sentence; empty if it can."""
-
-    def take_news(self) -> list[str]:
-        """What happened since the last call, a sentence each, for the log."""
 
     def metrics(self) -> dict[str, float]:
         """Counts for health."""

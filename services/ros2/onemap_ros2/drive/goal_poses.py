@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from onemap_ros2.cdr import POSE_STAMPED
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import GOAL_PERIOD_S, GoalPose, PlannerVoice, RobotNow, encoded_pose
+from onemap_ros2.drive.driver import (
+    GOAL_PERIOD_S,
+    NEVER,
+    GoalPose,
+    PlannerVoice,
+    RobotNow,
+    Say,
+    encoded_pose,
+)
 from onemap_ros2.network.interface import RosNetwork
 from onemap_ros2.topic_list import missing
 from onemap_shared.messages import VelocityCommand
@@ -13,22 +21,20 @@ from onemap_shared.messages import VelocityCommand
 class GoalPoseDriver:
     """Implements ``Driver``. To stop, the robot gets where it stands as its goal."""
 
-    def __init__(self, network: RosNetwork, config: Ros2Config) -> None:
+    def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
+        del say
         self._network, self._config = network, config
         self._writer = network.write(config.names.goal_pose, POSE_STAMPED)
         self._goal: GoalPose | None = None
         self._robot: RobotNow | None = None
-        self._sent_s = float("-inf")
-        self._stop_until_s = float("-inf")
+        self._sent_s = self._stop_until_s = NEVER
         self._sent = 0
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
         self._robot = robot
-        wanted = None
-        if robot.fresh and robot.pose is not None:
-            wanted = voice.goal(robot.now_s, robot.pose)
+        wanted = voice.goal(robot)
         due = robot.now_s - self._sent_s >= GOAL_PERIOD_S
         if wanted is None:
             self._stop(robot, due=due)
@@ -39,10 +45,6 @@ class GoalPoseDriver:
     def problem(self) -> str:
         """See ``Driver``."""
         return missing(self._network.endpoints(), self._config).get("goal_pose", "")
-
-    def take_news(self) -> list[str]:
-        """See ``Driver``."""
-        return []
 
     def metrics(self) -> dict[str, float]:
         """See ``Driver``."""

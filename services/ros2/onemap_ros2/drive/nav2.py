@@ -26,7 +26,15 @@ from onemap_ros2.cdr import (
     time_of,
 )
 from onemap_ros2.config import NODE, Ros2Config
-from onemap_ros2.drive.driver import GOAL_PERIOD_S, GoalPose, PlannerVoice, RobotNow, stamped_pose
+from onemap_ros2.drive.driver import (
+    GOAL_PERIOD_S,
+    NEVER,
+    GoalPose,
+    PlannerVoice,
+    RobotNow,
+    Say,
+    stamped_pose,
+)
 from onemap_ros2.network.interface import PendingCall, RosNetwork, serves_action
 from onemap_ros2.topic_list import missing
 from onemap_shared.messages import VelocityCommand
@@ -35,9 +43,7 @@ MARK_BYTES = 6  # of a goal's id that say whose it is
 RANDOM_BYTES = 10
 RESULT_S = 86_400.0  # a goal takes as long as it takes; a lost link ends the question earlier
 CLOSE_S = 2.0
-ANSWER_S = (
-    2.0  # for nav2 to answer a goal or a cancellation, which is asked again then; its default
-)
+ANSWER_S = 2.0  # for nav2 to answer a goal or a cancellation, which is asked again then
 RETRY_S = 3.0  # after a goal that nav2 refused, aborted or reached, before the same is sent again
 STATUS_KEPT = 5
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
@@ -99,11 +105,6 @@ def cancel_request(goal_id: bytes) -> bytes:
     return encode(new(f"{CANCEL_GOAL}_Request", info), f"{CANCEL_GOAL}_Request")
 
 
-def cancel_code(reply: bytes) -> int:
-    """0 if the goal will be cancelled, else why not."""
-    return int(decode(reply, f"{CANCEL_GOAL}_Response").return_code)
-
-
 def read_feedback(data: bytes) -> tuple[bytes, float]:
     """The goal's id and the metres that remain; what later releases append is left out."""
     message = decode_start(data, FEEDBACK)
@@ -122,9 +123,6 @@ def _uuid(goal_id: bytes) -> Any:
 
 def _bytes(uuid: Any) -> bytes:
     return bytes(bytearray(uuid.uuid))
-
-
-SOON = float("-inf")
 
 
 class GoalPhase(Enum):
@@ -182,59 +180,39 @@ class NavGoal:
 
     phase: GoalPhase = GoalPhase.NONE
     target: GoalPose | None = None
-    since_s: float = SOON
-    sent_s: float = SOON
-    next_s: float = SOON
+    since_s: float = NEVER
+    sent_s: float = NEVER
+    next_s: float = NEVER
     replaces: bool = False
 
     def step(self, now_s: float, wanted: GoalPose | None, heard: Heard) -> tuple[NavGoal, Order]:
         """The goal after this moment, and what to ask of nav2. ``wanted`` None: it must end."""
-        match self.phase:
-            case GoalPhase.NONE:
-                return self._without(now_s, wanted, heard)
-            case GoalPhase.ASKING:
-                return self._asking(now_s, heard)
-            case GoalPhase.DRIVING:
-                return self._driving(now_s, wanted, heard)
-            case GoalPhase.CANCELLING:
-                return self._cancelling(now_s, heard)
-
-    def _without(
-        self, now_s: float, wanted: GoalPose | None, heard: Heard
-    ) -> tuple[NavGoal, Order]:
-        if wanted is None or not heard.served:
-            return self, Order.NOTHING
-        moved = self.target is None or self._moved(wanted)
-        due_s = self.sent_s + GOAL_PERIOD_S if moved else self.next_s
-        return (self, Order.NOTHING) if now_s < due_s else self._sent(now_s, wanted)
-
-    def _asking(self, now_s: float, heard: Heard) -> tuple[NavGoal, Order]:
-        if heard.accepted:
-            return replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
-        if heard.accepted is False and not self.replaces:
-            return self._ended(now_s), Order.NOTHING
-        if heard.accepted is False or now_s - self.since_s > ANSWER_S:
-            return self._cancel(now_s)  # the goal before it, or this one: its answer may be lost
-        return self, Order.NOTHING
-
-    def _driving(
-        self, now_s: float, wanted: GoalPose | None, heard: Heard
-    ) -> tuple[NavGoal, Order]:
-        if heard.result is not None:
-            return self._ended(now_s), Order.NOTHING
-        if wanted is None or heard.lost:
-            return self._cancel(now_s)
-        if self._moved(wanted) and now_s >= self.sent_s + GOAL_PERIOD_S:
-            return self._sent(now_s, wanted)
-        return self, Order.NOTHING
-
-    def _cancelling(self, now_s: float, heard: Heard) -> tuple[NavGoal, Order]:
-        if heard.result is not None or heard.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
-            return replace(self, phase=GoalPhase.NONE, next_s=now_s), Order.NOTHING
-        return self._cancel(now_s) if now_s - self.since_s > ANSWER_S else (self, Order.NOTHING)
-
-    def _moved(self, wanted: GoalPose) -> bool:
-        return self.target is not None and wanted.differs(self.target)
+        late = now_s - self.since_s > ANSWER_S
+        moved = wanted is not None and (self.target is None or wanted.differs(self.target))
+        due = now_s >= (self.sent_s + GOAL_PERIOD_S if moved else self.next_s)
+        after: tuple[NavGoal, Order] = self, Order.NOTHING
+        if self.phase is GoalPhase.NONE:
+            if wanted is not None and heard.served and due:
+                after = self._sent(now_s, wanted)
+        elif self.phase is GoalPhase.ASKING:
+            if heard.accepted:
+                after = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
+            elif heard.accepted is False and not self.replaces:
+                after = self._ended(now_s), Order.NOTHING
+            elif heard.accepted is False or late:
+                after = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
+        elif self.phase is GoalPhase.DRIVING:
+            if heard.result is not None:
+                after = self._ended(now_s), Order.NOTHING
+            elif wanted is None or heard.lost:
+                after = self._cancel(now_s)
+            elif moved and due:
+                after = self._sent(now_s, wanted)
+        elif heard.result is not None or heard.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
+            after = replace(self, phase=GoalPhase.NONE, next_s=now_s), Order.NOTHING
+        elif late:
+            after = self._cancel(now_s)
+        return after
 
     def _sent(self, now_s: float, wanted: GoalPose) -> tuple[NavGoal, Order]:
         replaces = self.phase is GoalPhase.DRIVING
@@ -255,8 +233,8 @@ class Nav2Driver:
     cancelled by the next one of the same name.
     """
 
-    def __init__(self, network: RosNetwork, config: Ros2Config) -> None:
-        self._network, self._config = network, config
+    def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
+        self._network, self._config, self._say = network, config, say
         self._action = config.names.navigate
         self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()
         self._goal = NavGoal()
@@ -272,17 +250,13 @@ class Nav2Driver:
         self._counts = dict.fromkeys(("sent", "refused", "lost", *OUTCOMES.values()), 0)
         self._remaining_m = 0.0
         self._problem = ""
-        self._news: list[str] = []
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
-        wanted = None
-        if robot.fresh and robot.pose is not None:
-            wanted = voice.goal(robot.now_s, robot.pose)
         heard = self._hear(robot.now_s)
         before = self._goal
-        self._goal, order = before.step(robot.now_s, wanted, heard)
+        self._goal, order = before.step(robot.now_s, voice.goal(robot), heard)
         if order is Order.SEND and self._goal.target is not None:
             self._send(self._goal.target, robot.stamp_ns)
         elif order is Order.CANCEL:
@@ -296,11 +270,6 @@ class Nav2Driver:
         if not self._served():
             return missing(self._network.endpoints(), self._config).get("navigate", "")
         return self._problem
-
-    def take_news(self) -> list[str]:
-        """See ``Driver``."""
-        news, self._news = self._news, []
-        return news
 
     def metrics(self) -> dict[str, float]:
         """See ``Driver``: goals by what became of them, and what remains of the present one."""
@@ -328,7 +297,7 @@ class Nav2Driver:
         self._answer = self._call("send_goal", SEND_GOAL, request)
         self._counts["sent"] += 1
         self._remaining_m = 0.0
-        self._news.append(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
+        self._say(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
 
     def _ask_result(self) -> None:
         request = result_request(self._goal_id)
@@ -338,7 +307,7 @@ class Nav2Driver:
     def _ask_to_cancel(self, goal_id: bytes) -> None:
         self._goal_id, self._old_id = goal_id, b""
         self._cancel = self._call("cancel_goal", CANCEL_GOAL, cancel_request(goal_id))
-        self._news.append(f"{self._action} was asked to cancel its goal")
+        self._say(f"{self._action} was asked to cancel its goal")
 
     def _call(self, service: str, ros_type: str, request: bytes) -> PendingCall:
         return self._network.call(f"{self._action}/_action/{service}", ros_type, request, ANSWER_S)
@@ -374,51 +343,53 @@ class Nav2Driver:
         ours = goal_id in (self._goal_id, self._old_id)
         if ours or not goal_id.startswith(self._mark[:MARK_BYTES]):
             return
-        if now_s - self._orphans.get(goal_id, float("-inf")) > ANSWER_S:
+        if now_s - self._orphans.get(goal_id, NEVER) > ANSWER_S:
             self._orphans[goal_id] = now_s
             self._call("cancel_goal", CANCEL_GOAL, cancel_request(goal_id))
-            self._news.append("a goal that an adapter before this one left behind is cancelled")
+            self._say("a goal that an adapter before this one left behind is cancelled")
 
     def _accepted(self) -> bool | None:
-        call = self._answer
-        if call is None or call.reply is None:
+        reply, self._answer = _taken(self._answer)
+        if reply is None:
             return None
-        self._answer = None
-        accepted = is_accepted(call.reply)
+        accepted = is_accepted(reply)
         if not accepted:
             self._counts["refused"] += 1
             self._problem = f"{self._action} refused the goal"
-            self._news.append(self._problem)
+            self._say(self._problem)
         return accepted
 
     def _ended(self) -> GoalResult | None:
-        call = self._result
-        if call is None or call.reply is None:
+        reply, self._result = _taken(self._result)
+        if reply is None:
             return None
-        self._result = None
-        result = read_result(call.reply)
+        result = read_result(reply)
         outcome = OUTCOMES.get(result.status, "aborted")
         self._counts[outcome] += 1
         self._problem = f"{self._action}: {result.sentence}" if outcome == "aborted" else ""
-        self._news.append(f"goal of {self._action} was {result.sentence}")
+        self._say(f"goal of {self._action} was {result.sentence}")
         return result
 
     def _cancelled(self) -> int | None:
-        call = self._cancel
-        if call is None or call.reply is None:
+        reply, self._cancel = _taken(self._cancel)
+        if reply is None:
             return None
-        self._cancel = None
-        code = cancel_code(call.reply)
+        code = int(decode(reply, f"{CANCEL_GOAL}_Response").return_code)
         if code == CANCEL_REJECTED:
             self._problem = f"{self._action} does not let its goal be cancelled"
         return code
 
     def _lost(self) -> bool:
-        call = self._result
-        if call is None or not call.done or call.reply is not None:
+        if self._result is None or not self._result.done:
             return False
         self._result = None
         self._counts["lost"] += 1
         self._problem = f"the link to {self._action} was lost while it drove"
-        self._news.append(self._problem)
+        self._say(self._problem)
         return True
+
+
+def _taken(call: PendingCall | None) -> tuple[bytes | None, PendingCall | None]:
+    """The answer to a question, and the question if it is still open."""
+    reply = call.reply if call is not None else None
+    return reply, call if reply is None else None

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from onemap_ros2.cdr import TWIST, TWIST_STAMPED, encode, header, known, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import PlannerVoice, RobotNow
+from onemap_ros2.drive.driver import NEVER, PlannerVoice, RobotNow, Say
 from onemap_ros2.network.interface import SUBSCRIBER, RosNetwork, Writer
 from onemap_ros2.topic_list import missing
 from onemap_shared.geometry import Velocity2d
@@ -16,14 +16,13 @@ from onemap_shared.messages import VelocityCommand
 class VelocityDriver:
     """Implements ``Driver``: velocities while they hold, then zero, then silence."""
 
-    def __init__(self, network: RosNetwork, config: Ros2Config) -> None:
-        self._network, self._config = network, config
+    def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
+        self._network, self._config, self._say = network, config, say
         self._topic = config.names.command
-        self._relay = CommandRelay(STOP_S)
+        self._relay = CommandRelay()
         self._writer: tuple[str, Writer] | None = None
         self._robot: RobotNow | None = None
         self._sent = 0
-        self._news: list[str] = []
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; the planner's goals count for nothing here."""
@@ -39,11 +38,6 @@ class VelocityDriver:
         if self._writer is None and self._config.command_type == "auto":
             return missing(self._network.endpoints(), self._config).get("command", "")
         return ""
-
-    def take_news(self) -> list[str]:
-        """See ``Driver``."""
-        news, self._news = self._news, []
-        return news
 
     def metrics(self) -> dict[str, float]:
         """See ``Driver``."""
@@ -61,7 +55,7 @@ class VelocityDriver:
         ros_type = command_type(self._network, self._config)
         if ros_type is not None:
             self._writer = (ros_type, self._network.write(self._topic, ros_type))
-            self._news.append(f"velocities go to {self._topic} as {ros_type}")
+            self._say(f"velocities go to {self._topic} as {ros_type}")
 
     def _publish(self, velocity: Velocity2d) -> None:
         if self._writer is None or self._robot is None:
@@ -94,9 +88,7 @@ def twist(velocity: Velocity2d, ros_type: str, stamp_ns: int, frame: str) -> byt
 
 
 REPEAT_S = 0.1  # zero velocity at 10 Hz
-# For so long before silence, longer if the process is held up: a lost message must not leave the
-# robot driving.
-STOP_S = 0.5
+ZEROS = 5  # more of them, before silence: a lost message must not leave the robot driving
 STOPPED = Velocity2d()
 
 
@@ -105,19 +97,16 @@ class CommandRelay:
     """Decides what goes to ``cmd_vel``. Times are seconds of any monotonic clock.
 
     Attributes:
-        stop_s: for so long zero is sent before silence, so that one lost message is not enough to
-            let the robot drive on. If this process is held up meanwhile, no zero is left out.
         driving: whether the newest velocity that was sent is not yet followed by zeros.
         valid_until_s: until then the newest command holds.
         zeros: how many more are to be sent.
         next_zero_s: when the next zero is due.
     """
 
-    stop_s: float
     driving: bool = False
-    valid_until_s: float = float("-inf")
+    valid_until_s: float = NEVER
     zeros: int = 0
-    next_zero_s: float = float("-inf")
+    next_zero_s: float = NEVER
 
     def step(
         self, now_s: float, command: VelocityCommand | None, *, fresh: bool
@@ -128,11 +117,9 @@ class CommandRelay:
         """
         if command is not None and fresh:
             until_s = now_s + command.validity_ms * 1e-3
-            return replace(self, driving=True, valid_until_s=until_s), command.velocity
+            return CommandRelay(driving=True, valid_until_s=until_s), command.velocity
         if self.driving and (not fresh or now_s > self.valid_until_s):
-            repeated = round(self.stop_s / REPEAT_S)
-            stopping = replace(self, driving=False, zeros=repeated, next_zero_s=now_s + REPEAT_S)
-            return stopping, STOPPED
+            return CommandRelay(zeros=ZEROS, next_zero_s=now_s + REPEAT_S), STOPPED
         if not self.driving and self.zeros and self.next_zero_s <= now_s:
             return replace(self, zeros=self.zeros - 1, next_zero_s=now_s + REPEAT_S), STOPPED
         return self, None

@@ -18,7 +18,7 @@ from onemap_ros2.network.interface import (
     Reader,
     Writer,
 )
-from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox
+from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox, callback
 
 HISTORY_S = 5.0  # a bridge's own time for the history of a latched topic
 ADVICE = "start one on the robot with 'zenoh-bridge-ros2dds', which listens on port 7447"
@@ -69,24 +69,22 @@ def cache_key(topic: str, session: str = "*") -> str:
     return f"{ADMIN}/{session}/{CACHE}/{topic_key(topic)}"
 
 
-class BridgeNetwork:
+class BridgeNetwork(RobotSession):
     """The robot's topics as bridges show them. Implements ``RosNetwork``."""
 
     def __init__(self, connect: tuple[str, ...]) -> None:
-        self._robot = RobotSession(connect, ADVICE, parse_token)
+        super().__init__(connect, ADVICE, parse_token)
         self._latched: dict[str, SampleInbox] = {}
-        self._robot.on_endpoint = self._fetch_from
-        self._robot.announce(bridge_token(self._robot.id))
-        self._robot.follow_graph(graph_key())
+        self.announce(bridge_token(self.id))
+        self.follow_graph(graph_key())
 
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
-        inbox = self._robot.inbox(depth)
-        handler = zenoh.handlers.Callback(inbox.on_sample, indirect=False)
-        key = topic_key(topic)
-        self._robot.keep(self._robot.session.declare_subscriber(key, handler))
+        inbox = self.inbox(depth)
+        handler = callback(inbox.on_sample)
+        self.keep(self.session.declare_subscriber(topic_key(topic), handler))
         qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
-        self._announce(Endpoint(SUBSCRIBER, "", topic, ros_type, ""), qos)
+        self._announce(SUBSCRIBER, topic, ros_type, qos)
         if latched:
             self._latched[topic] = inbox
             self._fetch(topic, inbox)
@@ -94,52 +92,39 @@ class BridgeNetwork:
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """See ``RosNetwork``."""
-        publisher = self._robot.session.declare_publisher(
+        publisher = self.session.declare_publisher(
             topic_key(topic),
             congestion_control=zenoh.CongestionControl.DROP,
             express=not latched,
             reliability=zenoh.Reliability.RELIABLE,
         )
         writer = _BridgeWriter(publisher)
-        self._robot.keep(publisher)
+        self.keep(publisher)
         if latched:
-            cache = cache_key(topic, self._robot.id)
-            handler = zenoh.handlers.Callback(writer.on_query, indirect=False)
-            self._robot.keep(self._robot.session.declare_queryable(cache, handler))
+            cache, handler = cache_key(topic, self.id), callback(writer.on_query)
+            self.keep(self.session.declare_queryable(cache, handler))
         qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
-        self._announce(Endpoint(PUBLISHER, "", topic, ros_type, ""), qos)
+        self._announce(PUBLISHER, topic, ros_type, qos)
         return writer
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
         """See ``RosNetwork``; the bridge knows the type of the service itself."""
         del ros_type
-        return self._robot.ask(topic_key(service), request, timeout_s)
+        return self.ask(topic_key(service), request, timeout_s)
 
-    def endpoints(self) -> tuple[Endpoint, ...]:
-        """See ``RosNetwork``."""
-        return self._robot.endpoints()
-
-    def wait(self, timeout_s: float) -> None:
-        """See ``RosNetwork``."""
-        self._robot.wait(timeout_s)
-
-    def close(self) -> None:
-        """Leave the network; nothing is received afterwards."""
-        self._robot.close()
-
-    def _announce(self, endpoint: Endpoint, qos: str) -> None:
-        self._robot.announce(endpoint_token(self._robot.id, endpoint, qos))
-
-    def _fetch_from(self, endpoint: Endpoint) -> None:
+    def on_endpoint(self, found: Endpoint) -> None:
         """A bridge came that may have published a latched topic before."""
-        inbox = self._latched.get(endpoint.topic)
-        if endpoint.kind == PUBLISHER and inbox is not None:
-            self._fetch(endpoint.topic, inbox)
+        inbox = self._latched.get(found.topic)
+        if found.kind == PUBLISHER and inbox is not None:
+            self._fetch(found.topic, inbox)
+
+    def _announce(self, kind: str, topic: str, ros_type: str, qos: str) -> None:
+        self.announce(endpoint_token(self.id, Endpoint(kind, "", topic, ros_type, ""), qos))
 
     def _fetch(self, topic: str, inbox: SampleInbox) -> None:
-        self._robot.session.get(
+        self.session.get(
             cache_key(topic),
-            zenoh.handlers.Callback(inbox.on_reply, indirect=False),
+            callback(inbox.on_reply),
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             accept_replies=zenoh.ReplyKeyExpr.ANY,

@@ -22,7 +22,7 @@ from onemap_ros2.network.interface import (
     Reader,
     Writer,
 )
-from onemap_ros2.network.zenoh_session import RobotSession
+from onemap_ros2.network.zenoh_session import RobotSession, callback
 
 STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
 HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
@@ -98,31 +98,29 @@ def attachment(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
     return ATTACHMENT.pack(sequence, stamp_ns, GID_BYTES, gid)
 
 
-class RmwNetwork:
+class RmwNetwork(RobotSession):
     """One ROS 2 node. Implements ``RosNetwork``."""
 
     def __init__(
         self, connect: tuple[str, ...], domain: int, node: str, namespace: str = ""
     ) -> None:
-        self._robot = RobotSession(connect, ADVICE, parse_token)
+        super().__init__(connect, ADVICE, parse_token)
         self._domain = domain
         self._numbers = 0
         self._calls = 0
         self._client_id = os.urandom(GID_BYTES)
-        self._node = node_token(domain, self._robot.id, node, namespace)
+        self._node = node_token(domain, self.id, node, namespace)
         self._buffered: dict[str, Endpoint] = {}  # topics whose images may come as buffers
-        self._robot.on_endpoint = self._ask_for_buffers
-        self._robot.announce(self._node)
-        self._robot.follow_graph(graph_key(domain))
+        self.announce(self._node)
+        self.follow_graph(graph_key(domain))
 
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
-        inbox = self._robot.inbox(depth)
-        key = topic_key(self._domain, topic, ros_type)
-        handler = zenoh.handlers.Callback(inbox.on_sample, indirect=False)
+        inbox = self.inbox(depth)
+        key, handler = topic_key(self._domain, topic, ros_type), callback(inbox.on_sample)
         if latched:
             subscriber: Any = zenoh.ext.declare_advanced_subscriber(
-                self._robot.session,
+                self.session,
                 key,
                 handler,
                 history=zenoh.ext.HistoryConfig(
@@ -131,17 +129,15 @@ class RmwNetwork:
                 recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
                 subscriber_detection=True,
             )
+            self.keep(subscriber)
         else:
-            subscriber = self._robot.session.declare_subscriber(key, handler)
-            buffers = f"{key}/{BUFFERS}"
-            self._robot.keep(self._robot.session.declare_subscriber(buffers, handler))
-        self._robot.keep(subscriber)
-        qos = QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR
+            for each in (key, f"{key}/{BUFFERS}"):
+                self.keep(self.session.declare_subscriber(each, handler))
         endpoint = Endpoint(SUBSCRIBER, "", topic, ros_type, self._hash(ros_type))
-        self._announce(endpoint, qos)
+        self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR)
         self._buffered[topic] = endpoint
         for known in self.endpoints():
-            self._ask_for_buffers(known)
+            self.on_endpoint(known)
         return inbox
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
@@ -154,7 +150,7 @@ class RmwNetwork:
         }
         if latched:
             publisher: Any = zenoh.ext.declare_advanced_publisher(
-                self._robot.session,
+                self.session,
                 key,
                 cache=zenoh.ext.CacheConfig(max_samples=1),
                 publisher_detection=True,
@@ -164,10 +160,10 @@ class RmwNetwork:
                 **options,
             )
         else:
-            publisher = self._robot.session.declare_publisher(key, express=True, **options)
-        self._robot.keep(publisher)
-        qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
-        return _RmwWriter(self, publisher, endpoint, self._announce(endpoint, qos))
+            publisher = self.session.declare_publisher(key, express=True, **options)
+        self.keep(publisher)
+        gid = self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE)
+        return _RmwWriter(self, publisher, topic, gid)
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
         """See ``RosNetwork``."""
@@ -176,59 +172,42 @@ class RmwNetwork:
             (e for e in self.endpoints() if e.kind == SERVER and e.topic == service), None
         )
         known = server.type_hash if server is not None and server.ros_type == ros_type else "*"
-        return self._robot.ask(
-            topic_key(self._domain, service, ros_type, known),
-            request,
-            timeout_s,
-            attachment=attachment(self._calls, time.time_ns(), self._client_id),
-        )
-
-    def endpoints(self) -> tuple[Endpoint, ...]:
-        """See ``RosNetwork``."""
-        return self._robot.endpoints()
+        key = topic_key(self._domain, service, ros_type, known)
+        note = attachment(self._calls, time.time_ns(), self._client_id)
+        return self.ask(key, request, timeout_s, attachment=note)
 
     def listeners(self, topic: str) -> bool:
         """Whether a node subscribes to the topic."""
         return any(e.kind == SUBSCRIBER and e.topic == topic for e in self.endpoints())
 
-    def wait(self, timeout_s: float) -> None:
-        """See ``RosNetwork``."""
-        self._robot.wait(timeout_s)
-
-    def close(self) -> None:
-        """Leave the network; nothing is received afterwards."""
-        self._robot.close()
+    def on_endpoint(self, found: Endpoint) -> None:
+        """Lyrical and Rolling publish images only for a token that names a buffer backend."""
+        if found.kind == PUBLISHER and found.backends and found.topic in self._buffered:
+            endpoint = self._buffered.pop(found.topic)
+            self._announce(endpoint, f"{QOS_SENSOR}/{BACKENDS}")
 
     def _hash(self, ros_type: str) -> str:
         """The hash that the robot's own nodes have for a type, else the one of our definition."""
         known = (each.type_hash for each in self.endpoints() if each.ros_type == ros_type)
         return next(known, None) or type_hash(ros_type)
 
-    def _ask_for_buffers(self, found: Endpoint) -> None:
-        """Lyrical and Rolling publish images only for a token that names a buffer backend."""
-        if found.kind == PUBLISHER and found.backends and found.topic in self._buffered:
-            endpoint = self._buffered.pop(found.topic)
-            self._announce(endpoint, f"{QOS_SENSOR}/{BACKENDS}")
-
     def _announce(self, endpoint: Endpoint, qos: str) -> bytes:
         """Show the endpoint in the graph; returns the id of a publisher."""
         self._numbers += 1
         token = endpoint_token(self._node, self._numbers, endpoint, qos)
-        self._robot.announce(token)
+        self.announce(token)
         return gid_of(token)
 
 
 class _RmwWriter:
-    def __init__(self, network: RmwNetwork, publisher: Any, endpoint: Endpoint, gid: bytes) -> None:
-        self._network = network
-        self._publisher = publisher
-        self._endpoint = endpoint
-        self._gid = gid
+    def __init__(self, network: RmwNetwork, publisher: Any, topic: str, gid: bytes) -> None:
+        self._network, self._publisher = network, publisher
+        self._topic, self._gid = topic, gid
         self._sequence = 0
 
     @property
     def heard(self) -> bool:
-        return self._network.listeners(self._endpoint.topic)
+        return self._network.listeners(self._topic)
 
     def put(self, data: bytes) -> None:
         self._sequence += 1

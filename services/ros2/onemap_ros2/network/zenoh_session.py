@@ -18,38 +18,37 @@ from onemap_ros2.network.interface import Endpoint, NetworkError
 from onemap_shared.bus import zenoh_config
 
 
+def callback(*handlers: Callable[..., None]) -> Any:
+    """A handler that Zenoh calls in its own thread: for each sample, and at the end."""
+    return zenoh.handlers.Callback(*handlers, indirect=False)
+
+
 class RobotSession:
     """The session, the tokens of the robot's graph, and an event that any arrival sets."""
 
     def __init__(
         self, connect: tuple[str, ...], advice: str, parse: Callable[[str], Endpoint | None]
     ) -> None:
+        settings = zenoh_config("client", connect=connect)
+        settings.insert_json5("timestamping/enabled", "true")  # histories of latched topics need it
         try:
-            self.session = zenoh.open(_settings(connect))
+            self.session = zenoh.open(settings)
         except zenoh.ZError as problem:
             raise NetworkError(
                 f"no ROS 2 router answers at {', '.join(connect)}: {advice}, or correct "
                 "ros2.connect"
             ) from problem
+        self.id = str(self.session.info.zid())
         self._parse = parse
         self._arrived = threading.Event()
         self._kept: list[Any] = []  # what is dropped ends
         self._graph: dict[str, Endpoint] = {}
         self._own: set[str] = set()
-        self.on_endpoint: Callable[[Endpoint], None] = lambda _: None
-
-    @property
-    def id(self) -> str:
-        """The session's Zenoh id."""
-        return str(self.session.info.zid())
 
     def follow_graph(self, key: str) -> None:
         """Follow the tokens on these keys."""
-        self.keep(
-            self.session.liveliness().declare_subscriber(
-                key, zenoh.handlers.Callback(self._on_token, indirect=False), history=True
-            )
-        )
+        handler = callback(self._on_token)
+        self.keep(self.session.liveliness().declare_subscriber(key, handler, history=True))
 
     def announce(self, token: str) -> None:
         """Show a token of our own, which is not among the robot's endpoints."""
@@ -64,12 +63,15 @@ class RobotSession:
         """Room for the newest ``depth`` samples."""
         return SampleInbox(depth, self._arrived)
 
+    def on_endpoint(self, found: Endpoint) -> None:
+        """Called in a thread of Zenoh when an endpoint of the robot appears."""
+
     def ask(self, key: str, request: bytes, timeout_s: float, **options: Any) -> QueryCall:
         """Send a query to all that serve the key."""
         call = QueryCall(self._arrived)
         self.session.get(
             key,
-            zenoh.handlers.Callback(call.on_reply, call.on_end, indirect=False),
+            callback(call.on_reply, call.on_end),
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout_s,
@@ -146,10 +148,3 @@ class QueryCall:
         """No answer will come any more."""
         self.done = True
         self._arrived.set()
-
-
-def _settings(connect: tuple[str, ...]) -> zenoh.Config:
-    """As on OneMap's bus, with time stamps: the history of latched topics needs them."""
-    config = zenoh_config("client", connect=connect)
-    config.insert_json5("timestamping/enabled", "true")
-    return config

@@ -1,0 +1,159 @@
+"""What goes to the base: velocities and their end, goals and what they rest on."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_ros2.cdr import POSE_STAMPED, decode
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.drive.driver import (
+    MAX_COMMAND_AGE_S,
+    MAX_PLAN_AGE_S,
+    GoalPose,
+    PlannerVoice,
+    RobotNow,
+    encoded_pose,
+    end_of,
+    goal_of,
+    pose_of,
+)
+from onemap_ros2.drive.goal_poses import GoalPoseDriver
+from onemap_ros2.drive.velocity import ZEROS, CommandRelay
+from onemap_shared.geometry import Velocity2d, pose_2d
+from onemap_shared.messages import SearchState, VelocityCommand
+from tests.ros2.fake_network import FakeNetwork
+from tests.ros2.planner_messages import path_to, status
+
+DRIVE, STOPPED = VelocityCommand(1, 1, 0.3, 0.1, validity_ms=300), Velocity2d()
+
+
+def sent(relay: CommandRelay, times_s: np.ndarray, *, fresh: bool = True) -> list[Velocity2d]:
+    """What goes out at these times without a further command."""
+    out = []
+    for now_s in times_s:
+        relay, velocity = relay.step(float(now_s), None, fresh=fresh)
+        out += [velocity] if velocity is not None else []
+    return out
+
+
+def test_a_command_holds_as_long_as_it_is_valid_then_comes_zero_then_silence() -> None:
+    relay, velocity = CommandRelay().step(0.0, DRIVE, fresh=True)
+    assert velocity == Velocity2d(0.3, 0.1)
+    assert sent(relay, np.arange(0.0, 0.3, 0.02)) == []
+    assert sent(relay, np.arange(0.31, 5.0, 0.02)) == [STOPPED] * (1 + ZEROS)
+
+
+def test_stale_odometry_stops_at_once_and_refuses_commands() -> None:
+    relay, _ = CommandRelay().step(0.0, DRIVE, fresh=True)
+    relay, velocity = relay.step(0.05, DRIVE, fresh=False)
+    assert velocity == STOPPED
+    for now_s in np.arange(1.0, 2.0, 0.05):
+        relay, velocity = relay.step(float(now_s), DRIVE, fresh=False)
+        assert velocity in (STOPPED, None)
+    # Without any command, another publisher of cmd_vel, such as a joystick, is not disturbed.
+    assert sent(CommandRelay(), np.arange(0.0, 5.0, 0.05), fresh=False) == []
+
+
+ORIGIN = GoalPose(0.0, 0.0, 0.0)
+
+
+def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
+    goal = goal_of(path_to(2.0, 0.0, look=(2.0, 5.0)), ORIGIN)
+    assert goal is not None
+    assert (goal.x_m, goal.y_m, goal.yaw_rad) == pytest.approx((2.0, 0.0, math.pi / 2))
+    turned = goal_of(path_to(3.0, 0.0, "rotate"), GoalPose(1.0, 2.0, 3.0))
+    assert turned is not None  # a quarter turn to the left in place
+    assert (turned.x_m, turned.y_m) == (1.0, 2.0)
+    assert turned.yaw_rad == pytest.approx(3.0 - 1.5 * math.pi)
+    for motion in ("rest", "reverse", ""):
+        assert goal_of(path_to(3.0, 0.0, motion), ORIGIN) is None
+        assert end_of(path_to(3.0, 0.0, motion)) is None
+
+
+def test_goals_differ_by_distance_or_heading() -> None:
+    goal = GoalPose(1.0, 1.0, 3.1)
+    assert not goal.differs(GoalPose(1.3, 1.0, -2.7))
+    assert goal.differs(GoalPose(1.5, 1.0, 3.1))
+    assert goal.differs(GoalPose(1.0, 1.0, 2.4))
+
+
+def test_a_pose_has_the_bytes_that_struct_builds() -> None:
+    goal = pose_of(pose_2d(1.5, -2.0, math.pi / 3))
+    body = struct.pack("<iII4s", 3, 7, 4, b"map\0")
+    values = (1.5, -2.0, 0, 0, 0, math.sin(math.pi / 6), math.cos(math.pi / 6))
+    encoded = encoded_pose(goal, 3_000_000_007, "map")
+    assert encoded[:20] == bytes((0, 1, 0, 0)) + body
+    assert struct.unpack("<7d", encoded[20:]) == pytest.approx(values)
+
+
+NOW = RobotNow(10.1, 7, True, ORIGIN)
+VOICE = (
+    PlannerVoice().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).with_command(10.0)
+)
+
+
+def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry() -> None:
+    assert VOICE.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
+    late = replace(NOW, now_s=10.0 + MAX_PLAN_AGE_S + 0.01)
+    ended = [
+        VOICE.with_status(status("s1", state)).goal(NOW)
+        for state in (SearchState.CANCELLED, SearchState.FOUND, SearchState.FAILED)
+    ]
+    assert [
+        *ended,
+        replace(VOICE, search="").goal(NOW),
+        replace(VOICE, path=None).goal(NOW),
+        PlannerVoice().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).goal(NOW),
+        VOICE.goal(replace(NOW, now_s=10.0 + MAX_COMMAND_AGE_S + 0.01)),
+        VOICE.with_command(late.now_s).goal(late),
+        VOICE.goal(replace(NOW, fresh=False)),
+        VOICE.goal(replace(NOW, pose=None)),
+    ] == [None] * 10
+
+
+class Ride:
+    """A driver by goal poses and a robot at x = 0.5 m."""
+
+    def __init__(self) -> None:
+        self.network = FakeNetwork()
+        config = Ros2Config(drive="goal_pose", namespace="/r1")
+        self.driver = GoalPoseDriver(self.network, config, print)
+        self.voice = PlannerVoice().with_status(status("s1"))
+        self.now_s = 10.0
+
+    def step(self, x_m: float, *, fresh: bool = True) -> None:
+        self.now_s += 0.5
+        self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s).with_command(self.now_s)
+        self.driver.step(RobotNow(self.now_s, 7, fresh, GoalPose(0.5, 0.0, 0.0)), None, self.voice)
+
+    @property
+    def sent(self) -> list[float]:
+        writer = self.network.writers["/r1/goal_pose", POSE_STAMPED]
+        return [decode(data, POSE_STAMPED).pose.position.x for data in writer.sent]
+
+
+def test_goal_poses_are_sent_when_they_move_and_to_stop_where_the_robot_stands() -> None:
+    ride = Ride()
+    for x_m in (4.0, 4.0, 4.1, 4.1, 8.0, 8.0):
+        ride.step(x_m)
+    assert ride.sent == [4.0, 8.0]
+    for _ in range(20):
+        ride.step(4.0, fresh=False)
+    assert set(ride.sent[2:]) == {0.5}
+    assert 2 <= len(ride.sent[2:]) <= 3
+
+
+def test_an_adapter_by_goal_poses_that_ends_stops_the_robot() -> None:
+    ride = Ride()
+    ride.driver.close()
+    assert ride.sent == []
+    ride.step(4.0)
+    ride.driver.close()
+    assert ride.sent == [4.0, 0.5]
+    assert ride.driver.metrics() == {"goals_sent": 2.0}
+    assert "no node subscribes to /r1/goal_pose" in ride.driver.problem()

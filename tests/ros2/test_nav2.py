@@ -1,0 +1,285 @@
+"""nav2's action: its bytes, the state of a goal, and the driver that asks."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+
+import pytest
+
+from onemap_ros2.cdr import FormatError, type_hash
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow
+from onemap_ros2.drive.nav2 import (
+    ANSWER_S,
+    RETRY_S,
+    GoalPhase,
+    GoalResult,
+    Heard,
+    Nav2Driver,
+    NavGoal,
+    Order,
+    cancel_request,
+    goal_request,
+    is_accepted,
+    read_feedback,
+    read_result,
+    read_under_way,
+    result_request,
+)
+from onemap_ros2.network.interface import Endpoint
+from onemap_shared.messages import SearchState
+from tests.ros2.fake_network import FakeCall, FakeNetwork
+from tests.ros2.planner_messages import path_to, status
+
+HEAD = bytes((0, 1, 0, 0))
+GOAL_ID = bytes(range(16))
+
+
+def pose(x: float) -> bytes:
+    return struct.pack("<iII4s7d", 3, 7, 4, b"map\0", x, 0, 0, 0, 0, 0, 1)
+
+
+def status_array(*goals: tuple[bytes, int]) -> bytes:
+    entries = [goal_id + struct.pack("<iIbxxx", 1, 2, state) for goal_id, state in goals]
+    return HEAD + struct.pack("<I", len(goals)) + b"".join(entries)
+
+
+def test_requests_are_what_struct_says() -> None:
+    golden = HEAD + GOAL_ID + pose(2.5) + struct.pack("<Ib", 1, 0)  # with an empty tree
+    assert goal_request(GOAL_ID, GoalPose(2.5, 0.0, 0.0), 3_000_000_007, "map") == golden
+    assert result_request(GOAL_ID) == HEAD + GOAL_ID
+    assert cancel_request(GOAL_ID) == HEAD + GOAL_ID + bytes(8)
+
+
+def test_answers_of_several_releases_are_read() -> None:
+    jazzy = HEAD + struct.pack("<bxHI7s", 6, 9002, 7, b"no map\0")
+    assert read_result(jazzy) == GoalResult(6, 9002, "no map")
+    assert read_result(jazzy).sentence == "aborted, error 9002: no map"
+    humble = HEAD + struct.pack("<bB", 4, 0)  # std_msgs/Empty
+    assert read_result(humble).sentence == "reached"
+    feedback = HEAD + GOAL_ID + pose(1.0) + struct.pack("<iIiIhxxf", 4, 0, 5, 0, 1, 2.5)
+    assert read_feedback(feedback) == (GOAL_ID, 2.5)
+    lyrical = feedback + struct.pack("<2f", 0.1, 0.2)
+    assert read_feedback(lyrical) == (GOAL_ID, 2.5)
+    assert read_under_way(status_array((GOAL_ID, 2), (bytes(16), 4))) == [GOAL_ID]
+    for read in (is_accepted, read_result, read_feedback):
+        with pytest.raises(FormatError, match="bytes are no"):
+            read(HEAD)
+
+
+A, B = GoalPose(1.0, 0.0, 0.0), GoalPose(5.0, 0.0, 0.0)
+QUIET = Heard()
+
+
+def driving(target: GoalPose = A) -> NavGoal:
+    goal, order = NavGoal().step(0.0, target, QUIET)
+    assert order is Order.SEND
+    goal, order = goal.step(0.1, target, Heard(accepted=True))
+    assert (goal.phase, order) == (GoalPhase.DRIVING, Order.NOTHING)
+    return goal
+
+
+def test_nothing_is_sent_without_a_wish_or_a_server() -> None:
+    assert NavGoal().step(0.0, None, QUIET) == (NavGoal(), Order.NOTHING)
+    assert NavGoal().step(0.0, A, Heard(served=False)) == (NavGoal(), Order.NOTHING)
+
+
+def test_a_goal_that_moves_is_replaced_but_not_more_often_than_the_period() -> None:
+    goal = driving()
+    assert goal.step(0.5, B, QUIET)[1] is Order.NOTHING
+    goal, order = goal.step(1.1, B, QUIET)
+    assert (order, goal.phase, goal.replaces) == (Order.SEND, GoalPhase.ASKING, True)
+    # If it is refused, the one before still drives, and is cancelled.
+    goal, order = goal.step(1.2, B, Heard(accepted=False))
+    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
+
+
+def test_no_wish_cancels_until_nav2_says_that_it_ended() -> None:
+    goal, order = driving().step(1.0, None, QUIET)
+    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
+    assert goal.step(1.1, A, Heard(cancel_code=0)) == (goal, Order.NOTHING)
+    again, order = goal.step(1.1 + ANSWER_S, A, QUIET)
+    assert (again.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
+    ended, order = again.step(3.2, None, Heard(result=GoalResult(5)))
+    assert (ended.phase, order) == (GoalPhase.NONE, Order.NOTHING)
+
+
+@pytest.mark.parametrize("heard", [Heard(accepted=False), Heard(accepted=True)])
+def test_a_goal_that_was_refused_or_ended_is_sent_again_later(heard: Heard) -> None:
+    goal, _ = NavGoal().step(0.0, A, QUIET)
+    goal, order = goal.step(0.1, A, heard)
+    if heard.accepted:
+        goal, order = goal.step(0.2, A, Heard(result=GoalResult(6)))
+    assert (goal.phase, order) == (GoalPhase.NONE, Order.NOTHING)
+    assert goal.step(2.0, A, QUIET)[1] is Order.NOTHING
+    assert goal.step(0.3 + RETRY_S, A, QUIET)[1] is Order.SEND
+    assert goal.step(1.3, B, QUIET)[1] is Order.SEND  # another one need not wait
+
+
+def test_whatever_is_heard_a_goal_is_never_sent_while_another_may_drive() -> None:
+    """All sequences of four events: before each goal the one before was accepted or ended."""
+    events = [
+        QUIET,
+        Heard(served=False),
+        Heard(accepted=True),
+        Heard(accepted=False),
+        Heard(result=GoalResult(4)),
+        Heard(lost=True),
+        Heard(cancel_code=0),
+    ]
+    states = {NavGoal(): 0}
+    for _ in range(4):
+        found = {}
+        for goal, step in states.items():
+            for heard in events:
+                for wanted in (A, B, None):
+                    after, order = goal.step(step * 10.0, wanted, heard)
+                    if order is Order.SEND:
+                        assert goal.phase in (GoalPhase.NONE, GoalPhase.DRIVING)
+                        assert wanted is not None
+                    if goal.phase is GoalPhase.DRIVING and wanted is None:
+                        assert order is Order.CANCEL or after.phase is GoalPhase.NONE
+                    found[after] = step + 1
+        states = found
+
+
+KIND = "nav2_msgs/action/NavigateToPose_SendGoal"
+SERVER = Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", KIND, type_hash(KIND))
+ACCEPTED, REFUSED = (HEAD + struct.pack("<?3xiI", yes, 0, 0) for yes in (True, False))
+CANCELLING = HEAD + struct.pack("<b3xI", 0, 0)
+STATUS, FEEDBACK = "/navigate_to_pose/_action/status", "/navigate_to_pose/_action/feedback"
+
+
+def result(state: int) -> bytes:
+    return HEAD + struct.pack("<bxHIb", state, 0, 1, 0)
+
+
+class Ride:
+    """A driver, a robot at the origin and a planner that speaks at every step."""
+
+    def __init__(self) -> None:
+        self.network = FakeNetwork(SERVER)
+        self.said: list[str] = []
+        self.driver = Nav2Driver(self.network, Ros2Config(drive="nav2"), self.said.append)
+        self.now_s = 100.0
+        self.fresh = True
+        self.voice = PlannerVoice().with_status(status("s1"))
+
+    def step(self, x_m: float | None = 4.0) -> None:
+        """One step; without ``x_m`` the planner is silent."""
+        self.now_s += 0.1
+        if x_m is not None:
+            self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s)
+            self.voice = self.voice.with_command(self.now_s)
+        now = RobotNow(self.now_s, 7, self.fresh, GoalPose(0.0, 0.0, 0.0))
+        self.driver.step(now, None, self.voice)
+
+    def calls(self, service: str) -> list[FakeCall]:
+        return [call for call in self.network.calls if call.service.endswith(service)]
+
+    def drive(self) -> FakeCall:
+        """A goal is sent and accepted; returns the question for its result."""
+        self.step()
+        self.calls("send_goal")[-1].answer(ACCEPTED)
+        self.step()
+        return self.calls("get_result")[-1]
+
+
+@pytest.fixture
+def ride() -> Ride:
+    return Ride()
+
+
+def test_a_goal_is_sent_accepted_and_reached(ride: Ride) -> None:
+    asked = ride.drive()
+    (sent,) = ride.calls("send_goal")
+    assert sent.request[4:20] == asked.request[4:20]  # of one goal
+    assert struct.unpack_from("<d", sent.request, 4 + 16 + 16)[0] == 4.0
+    body = asked.request[4:20] + pose(1.0) + struct.pack("<iIiIhxxf", 4, 0, 5, 0, 1, 2.5)
+    ride.network.say(FEEDBACK, HEAD + body)
+    ride.step()
+    assert ride.driver.metrics()["goal_remaining_m"] == 2.5
+    asked.answer(result(4))
+    ride.step()
+    assert ride.driver.metrics()["goals_reached"] == 1
+    assert ride.driver.problem() == ""
+    assert "goal of /navigate_to_pose was reached" in ride.said
+
+
+def test_a_refusal_is_named_and_asked_again_later(ride: Ride) -> None:
+    ride.step()
+    ride.calls("send_goal")[0].answer(REFUSED)
+    ride.step()
+    assert ride.driver.problem() == "/navigate_to_pose refused the goal"
+    for _ in range(40):
+        ride.step()
+    assert len(ride.calls("send_goal")) == 2
+
+
+@pytest.mark.parametrize("why", ["search", "silence", "odometry", "rest"])
+def test_whatever_ends_the_permission_cancels_the_goal(ride: Ride, why: str) -> None:
+    asked = ride.drive()
+    if why == "search":
+        ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    elif why == "odometry":
+        ride.fresh = False
+    elif why == "rest":
+        ride.voice = replace(ride.voice, path=path_to(0.0, 0.0, "rest"))
+    for _ in range(16 if why == "silence" else 1):
+        ride.step(None)
+    (cancel,) = ride.calls("cancel_goal")
+    assert cancel.request[4:20] == asked.request[4:20]
+    cancel.answer(CANCELLING)
+    asked.answer(result(5))
+    ride.step(None)
+    assert ride.driver.metrics()["goals_cancelled"] == 1
+    assert len(ride.calls("send_goal")) == 1
+
+
+def test_a_cancellation_without_an_answer_is_repeated(ride: Ride) -> None:
+    ride.drive()
+    ride.fresh = False
+    for _ in range(70):
+        ride.step()
+        if ride.calls("cancel_goal"):
+            ride.calls("cancel_goal")[-1].answer(None)
+    assert len(ride.calls("cancel_goal")) == 4
+
+
+def test_the_adapter_that_ends_cancels(ride: Ride) -> None:
+    ride.driver.close()
+    assert ride.network.calls == []
+    ride.drive()
+    ride.driver.close()
+    assert len(ride.calls("cancel_goal")) == 1
+
+
+def test_a_lost_link_is_named_and_the_goal_cancelled(ride: Ride) -> None:
+    ride.drive().answer(None)
+    ride.step()
+    assert "was lost" in ride.driver.problem()
+    assert len(ride.calls("cancel_goal")) == 1
+
+
+def test_a_goal_that_a_killed_adapter_left_is_cancelled(ride: Ride) -> None:
+    left = Ride().drive().request[4:20]
+    ride.network.say(STATUS, status_array((left, 2), (GOAL_ID, 2)))
+    ride.step(None)
+    assert [call.request[4:20] for call in ride.calls("cancel_goal")] == [left]
+    ride.network.say(STATUS, status_array((ride.drive().request[4:20], 2)))
+    ride.step()
+    assert len(ride.calls("cancel_goal")) == 1
+
+
+def test_answers_that_cannot_be_read_and_a_missing_nav2_are_named(ride: Ride) -> None:
+    ride.network.known = ()
+    ride.step()
+    assert ride.network.calls == []
+    assert "no node serves /navigate_to_pose" in ride.driver.problem()
+    ride.network.known = (SERVER,)
+    ride.step()
+    ride.calls("send_goal")[0].answer(b"\x00")
+    ride.network.say(FEEDBACK, b"\x00")
+    ride.step()
+    assert "cannot be read" in ride.driver.problem()
