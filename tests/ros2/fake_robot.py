@@ -182,6 +182,15 @@ class FakeBridge:
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic; a latched one has a cache under the bridge's own prefix."""
         made = Publisher(self.session.declare_publisher(topic[1:]), b"")
+        if topic.startswith("/camera"):  # best effort: DDS gives nothing to a reliable reader
+            made.matched = False
+
+            def on_token(sample: zenoh.Sample) -> None:
+                made.matched |= "/:0:" in str(sample.key_expr)
+
+            readers = f"@/*/@ros2_lv/MS/{topic[1:].replace('/', '§')}/**"
+            liveliness = self.session.liveliness()
+            self.declared.append(liveliness.declare_subscriber(readers, on_token, history=True))
         if latched:
 
             def on_query(query: zenoh.Query) -> None:
@@ -191,7 +200,8 @@ class FakeBridge:
             cache = f"{self._head}/@ros2_pub_cache{topic}"
             self.declared.append(self.session.declare_queryable(cache, on_query))
         if "/_action/" not in topic:
-            self._announce("MP", topic, ros_type, "/:1:1:0,1" if latched else "/:1::0,10")
+            qos = "/:1:1:0,1" if latched else "/:1::0,10" if made.matched else "/:0::0,10"
+            self._announce("MP", topic, ros_type, qos)
         return made
 
 
@@ -201,8 +211,11 @@ class Publisher:
     def __init__(self, publisher: Any, gid: bytes) -> None:
         self._publisher, self._gid, self._sequence = publisher, gid, 0
         self.newest = b""
+        self.matched = True
 
     def put(self, data: bytes) -> None:
+        if not self.matched:
+            return
         self._sequence += 1
         self.newest = data
         if not self._gid:

@@ -28,6 +28,7 @@ TOKEN_PARTS = 6  # @, session, @ros2_lv, kind, key, type; topics have their qual
 KINDS = (PUBLISHER, SUBSCRIBER, SERVER, ACTION_SERVER)
 # key:reliability:durability:history,depth, in the numbers of DDS; empty where default
 QOS_RELIABLE = ":1::0,10"
+QOS_SENSOR = ":0::0,10"  # of readers: a reliable one never matches a best-effort camera
 QOS_TRANSIENT_LOCAL = ":1:1:0,1"
 
 
@@ -83,7 +84,7 @@ class BridgeNetwork(RobotSession):
         inbox = self.inbox(depth)
         handler = callback(inbox.on_sample)
         self.keep(self.session.declare_subscriber(topic_key(topic), handler))
-        qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
+        qos = QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR
         self._announce(SUBSCRIBER, topic, ros_type, qos)
         if latched:
             self._latched[topic] = inbox
