@@ -43,8 +43,7 @@ from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
 from tests.tools.bench.furnished import write_room
-from tests.tools.recording.bags import RecordedRobot
-from tests.tools.recording.test_replay import TOPICS, bag, drive
+from tests.tools.recording.bags import TOPICS, RecordedRobot, bag, drive
 
 PHOTOGRAPHS = ROOT.parent / "shared" / "data" / "rgbd_study"
 LABELS = ROOT / "tests" / "data" / "rgbd_study.yaml"

@@ -1,27 +1,26 @@
-"""A mapper on a bus in this process, and recordings of it."""
+"""A mapper on a bus in this process, and recordings of it; bags as rosbag2 writes them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from mcap.writer import CompressionType, Writer
 
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
+from onemap_ros2.config import Ros2Config
 from onemap_shared import keys
-from onemap_shared.messages import (
-    MapClear,
-    RgbdFrame,
-    SearchReset,
-    TextEmbeddings,
-    TextRequest,
-)
+from onemap_shared.messages import RgbdFrame, TextEmbeddings, TextRequest
 from onemap_tools.recording.bag_file import BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
+from onemap_tools.recording.ros2_frames import read_topics
 from tests.mapper import scenes
 from tests.memory_bus import MemoryRouter
+from tests.ros2.robot_messages import camera_info, image, transforms
 
-SECOND_NS = 10**9
+SECOND_NS, MS = 10**9, 10**6
 CHANNELS = 16  # of the fields of this room
 
 
@@ -69,19 +68,56 @@ class RecordedRobot:
             if fused:
                 self.mapper.step(0.0)
 
-    def new_search(self) -> None:
-        self.bus.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
-
-    def clear(self) -> None:
-        self.bus.call(keys.MAP_CLEAR, MapClear())
-
-    def update(self, *, digest: bool = True) -> None:
+    def update(self) -> None:
+        """Record what came, the digest of the map and its layers."""
         self.now_ns += SECOND_NS
         self.recorder.update(self.now_ns)
-        if digest:
-            self.recorder.digest(self.now_ns)
+        self.recorder.snapshot(self.now_ns)
 
     def end(self) -> Path:
         self.update()
         self.writer.close({"ended": "stopped"})
         return self.path
+
+
+T0 = 1_700_000_000_000_000_000
+SIZE = (48, 64)
+TOPICS = {"color": "/cam/color", "depth": "/cam/depth", "camera_info": "/cam/info"}
+CONFIG = Ros2Config.model_validate({"topics": TOPICS})
+Entry = tuple[int, str, bytes]  # ms after T0, setting of the topic, message
+
+
+def drive(frames: int = 3) -> list[Entry]:
+    """A camera that moves 0.2 m a frame, which come every 100 ms."""
+    entries: list[Entry] = [
+        (0, "tf_static", transforms(0, ("base_link", "camera", 0.2, 0.0))),
+        (0, "camera_info", camera_info(T0, SIZE[1], SIZE[0], 40.0)),
+    ]
+    for number in range(frames):
+        ms = 100 * number
+        rgb = np.full((*SIZE, 3), 50 + number, np.uint8)
+        depth = np.full(SIZE, 1500, np.uint16)
+        edge = ("map", "base_link", 0.2 * number, 0.0)
+        entries += [
+            (ms, "tf", transforms(T0 + ms * MS, edge)),
+            (ms + 1, "color", image(T0 + ms * MS, rgb, "rgb8")),
+            (ms + 2, "depth", image(T0 + ms * MS, depth, "16UC1")),
+        ]
+    return entries
+
+
+def bag(path: Path, entries: Iterable[Entry], config: Ros2Config = CONFIG, **types: str) -> Path:
+    """A file as rosbag2 writes it; ``types``: of topics that are not what they should be."""
+    with open(path, "wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="a test")
+        channels: dict[str, int] = {}
+        for sequence, (ms, kind, data) in enumerate(entries):
+            if kind not in channels:
+                topic, ros_type = read_topics(config)[kind]
+                schema = writer.register_schema(types.get(kind, ros_type), "ros2msg", b"")
+                channels[kind] = writer.register_channel(topic, "cdr", schema)
+            at_ns = T0 + ms * MS
+            writer.add_message(channels[kind], at_ns, data, at_ns, sequence)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path

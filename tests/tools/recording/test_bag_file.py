@@ -14,7 +14,7 @@ from onemap_shared.messages import AnsweredQuery, Odometry, Verdict
 from onemap_tools.recording.bag_file import BagError, BagReader, BagWriter
 from onemap_tools.recording.info import describe, info
 from tests.gateway import fakes
-from tests.shared.samples import POSE, SAMPLES
+from tests.shared.samples import POSE, SAMPLES, equal
 from tests.tools.recording.bags import RecordedRobot
 
 COUNT = 40
@@ -40,17 +40,19 @@ def sequences(path: Path) -> tuple[list[int], BagReader]:
     return [message.sequence for message in reader.messages()], reader
 
 
-@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: type(sample).__name__)
-def test_every_message_comes_back(sample: object, tmp_path: Path) -> None:
-    path = tmp_path / "all.mcap"
-    writer = BagWriter(path, {})
-    writer.write("a/key", sample, 7)
+def test_every_message_comes_back(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "all.mcap", {})
+    for number, sample in enumerate(SAMPLES):
+        writer.write(f"key/{number}", sample, 7 + number)
     writer.close({})
-    (message,) = BagReader(path).messages()
-    assert (message.topic, message.log_time_ns) == ("a/key", 7)
-    again = message.decode(type(sample))
-    for name in sample.__dataclass_fields__:  # type: ignore[attr-defined]
-        np.testing.assert_array_equal(getattr(again, name), getattr(sample, name))
+    messages = list(BagReader(tmp_path / "all.mcap").messages())
+    assert [(m.topic, m.log_time_ns) for m in messages] == [
+        (f"key/{number}", 7 + number) for number in range(len(SAMPLES))
+    ]
+    for message, sample in zip(messages, SAMPLES, strict=True):
+        assert equal(message.decode(type(sample)), sample)
+    with pytest.raises(BagError, match=r"on key/1 cannot be read: .*schema"):
+        messages[1].decode(type(SAMPLES[0]))
 
 
 def test_without_its_end_a_file_is_read_up_to_there(tmp_path: Path) -> None:
@@ -82,7 +84,7 @@ def test_a_recording_is_not_overwritten(tmp_path: Path) -> None:
     with pytest.raises(BagError, match="exists: a recording is not overwritten"):
         BagWriter(path, {})
     assert path.read_text() == "mine"
-    with pytest.raises(BagError, match="cannot write"):
+    with pytest.raises(BagError, match="Cannot write"):
         BagWriter(path / "below" / "a.mcap", {})
 
 
@@ -113,7 +115,7 @@ def write_noise(writer: BagWriter) -> None:
             writer.sync()
 
 
-@pytest.mark.parametrize("room", [0, 100, 1500, 2600])
+@pytest.mark.parametrize("room", [0, 100, 2600])
 def test_a_full_disk_leaves_what_was_written_before(room: int, tmp_path: Path) -> None:
     path = tmp_path / "full.mcap"
     writer = BagWriter(path, {"onemap": {"version": "1"}})
@@ -127,88 +129,48 @@ def test_a_full_disk_leaves_what_was_written_before(room: int, tmp_path: Path) -
     assert path.stat().st_size <= room + 200
 
 
-def test_what_is_no_mcap_file_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_mcap_file_or_damaged_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "photo.mcap"
     for content in (b"", b"GIF89a and more of it", b"\x89MCAP0"):
         path.write_bytes(content)
         with pytest.raises(BagError, match="is not an MCAP file"):
             sequences(path)
-    with pytest.raises(BagError, match="cannot read"):
+    with pytest.raises(BagError, match="Cannot read"):
         sequences(tmp_path / "nowhere.mcap")
-
-
-def test_damage_in_the_middle_is_told_from_a_missing_end(tmp_path: Path) -> None:
-    path = tmp_path / "damaged.mcap"
-    written(path)
-    content = bytearray(path.read_bytes())
-    content[len(content) // 4] ^= 0xFF
-    path.write_bytes(content)
+    written(tmp_path / "damaged.mcap")
+    damaged = bytearray((tmp_path / "damaged.mcap").read_bytes())
+    damaged[len(damaged) // 4] ^= 0xFF
+    path.write_bytes(damaged)
     with pytest.raises(BagError, match="is damaged"):
         sequences(path)
 
 
-def test_a_message_of_another_type_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "other.mcap"
-    written(path)
-    message = next(BagReader(path).messages())
-    with pytest.raises(BagError, match=r"on robot/odometry/v1 cannot be read: .*schema"):
-        message.decode(type(SAMPLES[0]))
-
-
-@pytest.fixture
-def recorded(tmp_path: Path) -> Path:
+def test_it_says_what_is_in_it_and_what_was_asked(tmp_path: Path) -> None:
     robot = RecordedRobot(tmp_path)
     robot.begin()
     robot.see(0, 1)
     robot.update()
     robot.see(2)
     robot.bus.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
-    return robot.end()
-
-
-def test_it_says_what_is_in_it(recorded: Path) -> None:
-    document = info(recorded)
+    queries = robot.bus.publish(keys.MAP_QUERIES)
+    sofa = AnsweredQuery("sofa", 1, 123, "encoder-a", Verdict.NOT_LOOKED_YET, 0.1)
+    found = replace(sofa, verdict=Verdict.FOUND, best_score=0.9, centre_m=(1.0, 2.0))
+    for query in (sofa, found, replace(sofa, text="bed")):
+        queries.put(query)
+    path = robot.end()
+    document = info(path)
     topics = {each["topic"]: each for each in document["topics"]}
-    assert topics["perception/field/v1"]["messages"] == 3
-    assert topics["perception/field/v1"]["schema"] == "onemap.FeatureField/1"
-    assert topics["perception/field/v1"]["rate_hz"] == 2.0
+    field = topics["perception/field/v1"]
+    assert (field["messages"], field["rate_hz"]) == (3, 2.0)
+    assert field["schema"] == "onemap.FeatureField/1"
     assert (document["seconds"], document["cut_off"]) == (1.0, False)
     assert (document["encoders"], document["detectors"]) == (["encoder-a"], ["fake"])
     assert document["map"]["frames_fused"] == 3
-    assert document["bytes"] == recorded.stat().st_size
+    assert document["bytes"] == path.stat().st_size
+    asked = [(each["text"], each["times"], each["centre_m"]) for each in document["queries"]]
+    assert asked == [("sofa", 2, [1.0, 2.0]), ("bed", 1, None)]
     text = "\n".join(describe(document))
-    assert "perception/field/v1" in text
     assert "Encoder: encoder-a\nDetector: fake" in text
     assert "Map: 3 frames at revision 3" in text
     assert "cut off" not in text
-
-
-def test_it_says_what_was_asked(tmp_path: Path) -> None:
-    robot = RecordedRobot(tmp_path)
-    robot.begin()
-    queries = robot.bus.publish(keys.MAP_QUERIES)
-    sofa = AnsweredQuery("sofa", 1, 123, "encoder-a", Verdict.NOT_LOOKED_YET, 0.1)
-    queries.put(sofa)
-    queries.put(replace(sofa, verdict=Verdict.FOUND, best_score=0.9, centre_m=(1.0, 2.0)))
-    queries.put(replace(sofa, text="bed"))
-    document = info(robot.end())
-    assert document["queries"] == [
-        {
-            "text": "sofa",
-            "times": 2,
-            "verdict": "found",
-            "best_score": 0.9,
-            "centre_m": [1.0, 2.0],
-        },
-        {
-            "text": "bed",
-            "times": 1,
-            "verdict": "not_looked_yet",
-            "best_score": 0.1,
-            "centre_m": None,
-        },
-    ]
-    text = "\n".join(describe(document))
-    assert (
-        "Asked 2 times for 'sofa', last answered found with the score 0.90 at (1.00, 2.00)" in text
-    )
+    assert "for 'sofa', last answered found with the score 0.90 at (1.00, 2.00)" in text

@@ -17,9 +17,7 @@ from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.recording import foxglove as convert
 from onemap_tools.recording.foxglove import object_scene, plan_scene, robot_scene
 from onemap_tools.recording.map_colours import (
-    EXPLORED,
-    OBSERVED,
-    SEARCHED,
+    LAYERS,
     belief_rgba,
     occupancy_rgba,
     similarity_rgba,
@@ -118,30 +116,23 @@ def test_the_plan_has_path_goal_and_frontiers() -> None:
     assert {entity.frame_id for entity in sent.entities} == {"map"}
 
 
-def test_objects_are_boxes_with_names_and_replace_the_earlier() -> None:
-    sent = read(object_scene((KEPT,), fakes.STAMP_NS))
-    assert len(sent.deletions) == 1
-    (entity,) = sent.entities
-    cube = entity.cubes[0]
-    assert entity.id == KEPT.object_id
-    assert (cube.pose.position.x, cube.pose.position.y) == (1.0, 2.0)
-    assert (cube.size.x, cube.size.y) == (1.0, 2.0)
-    assert entity.texts[0].text == "bed 0.93"
-    assert len(read(object_scene((), fakes.STAMP_NS)).entities) == 0
-
-
 @pytest.mark.parametrize(
     ("height_m", "middle_m", "size_m"), [((0.3, 1.9), 1.1, 1.6), ((), 0.4, 0.3)]
 )
-def test_a_box_has_the_heights_of_its_object_where_they_are_known(
+def test_objects_are_boxes_with_names_and_their_heights_where_they_are_known(
     height_m: tuple[float, ...], middle_m: float, size_m: float
 ) -> None:
-    kept = replace(KEPT, height_m=height_m)
-    (entity,) = read(object_scene((kept,), fakes.STAMP_NS)).entities
+    sent = read(object_scene((replace(KEPT, height_m=height_m),), fakes.STAMP_NS))
+    assert len(sent.deletions) == 1  # of the earlier ones
+    (entity,) = sent.entities
     cube, label = entity.cubes[0], entity.texts[0]
+    assert (entity.id, label.text) == (KEPT.object_id, "bed 0.93")
+    assert (cube.pose.position.x, cube.pose.position.y) == (1.0, 2.0)
+    assert (cube.size.x, cube.size.y) == (1.0, 2.0)
     assert cube.pose.position.z == pytest.approx(middle_m)
     assert cube.size.z == pytest.approx(size_m)
     assert label.pose.position.z > middle_m + size_m / 2
+    assert len(read(object_scene((), fakes.STAMP_NS)).entities) == 0
 
 
 def test_the_robot_has_its_trail() -> None:
@@ -153,24 +144,16 @@ def test_the_robot_has_its_trail() -> None:
     assert [(point.x, point.y) for point in line.lines[0].points] == list(trail)
 
 
-def test_unknown_cells_are_transparent() -> None:
+def test_cells_have_the_colours_of_what_is_known_and_else_none() -> None:
     occupancy = np.array([[Occupancy.UNKNOWN, Occupancy.FREE, Occupancy.OCCUPIED]], np.uint8)
     coloured = occupancy_rgba(occupancy)
     assert coloured[0, :, 3].tolist() == [0, 255, 255]
-    assert tuple(coloured[0, 1, :3]) == DARK.free
-    assert tuple(coloured[0, 2, :3]) == DARK.occupied
-
-
-def test_the_strongest_layer_gives_the_colour() -> None:
+    assert [tuple(cell[:3]) for cell in coloured[0, 1:]] == [DARK.free, DARK.occupied]
     bits = [0, Layer.OBSERVED, Layer.OBSERVED | Layer.EXPLORED, 7]
     coloured = belief_rgba(np.array([bits], np.uint8))
     assert coloured[0, 0, 3] == 0
-    assert [tuple(cell[:3]) for cell in coloured[0, 1:]] == [OBSERVED, EXPLORED, SEARCHED]
-
-
-def test_heat_is_relative_to_the_best_score() -> None:
-    scores = np.array([[np.nan, 0.0, 0.45, 0.9]], np.float32)
-    coloured = similarity_rgba(scores)
+    assert [tuple(cell[:3]) for cell in coloured[0, 1:]] == [*LAYERS.values()]  # the strongest
+    coloured = similarity_rgba(np.array([[np.nan, 0.0, 0.45, 0.9]], np.float32))
     assert coloured[0, 0, 3] == coloured[0, 1, 3] == 0
-    assert tuple(coloured[0, 3, :3]) == DARK.heat[-1]
+    assert tuple(coloured[0, 3, :3]) == DARK.heat[-1]  # relative to the best score
     assert 0 < coloured[0, 2, 3] < coloured[0, 3, 3] == 255

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any
 
 import typer
 
-from onemap_tools.cli.options import FIRST, RECORDINGS, Config, Json
+from onemap_tools.cli.options import FIRST, RECORDINGS, Config, Json, version
 from onemap_tools.cli.terminal import print_json, progress_console, result_console
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 
 app = typer.Typer()
 bag_app = typer.Typer(no_args_is_help=True, help="Look at a recording.")
@@ -50,26 +51,26 @@ def record(
     itself, with exit code 1, when the disk is full; the robot goes on.
     """
     with requires_extra("record", "This command"):
-        from onemap_tools.recording.record import RecordOptions
-        from onemap_tools.recording.record import record as run
-    from onemap_tools.cli.options import version
+        from onemap_tools.recording import record as command
 
-    folder = Path("runs/recordings")
-    options = RecordOptions(
-        path=out or folder / f"{datetime.now():%Y%m%d-%H%M%S}.mcap",
-        config=config,
-        images=images,
-        clear_map=clear_map,
-        seconds=seconds,
-        keep_free_mb=keep_free,
-        version=version(),
+    path = out or Path("runs/recordings") / f"{datetime.now():%Y%m%d-%H%M%S}.mcap"
+    options = command.RecordOptions(
+        path, config, images, clear_map, seconds, keep_free, version=version()
     )
-    document = run(options, progress_console())
-    result_console(as_json).print(
-        f"Recorded {document['seconds']:.0f} s, {document['bytes'] / 1e6:.1f} MB.", soft_wrap=True
-    )
+    document = command.record(options, progress_console())
     for key, count in document["missed"].items():
         progress_console().print(f"{count} messages on {key} are missing in it.")
+    _show(
+        document,
+        lambda done: [f"Recorded {done['seconds']:.0f} s, {done['bytes'] / 1e6:.1f} MB."],
+        as_json,
+    )
+
+
+def _show(
+    document: dict[str, Any], describe: Callable[[dict[str, Any]], list[str]], as_json: bool
+) -> None:
+    result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
     if as_json:
         print_json(document)
 
@@ -91,16 +92,9 @@ def bag_info(
     Exit code 0 if it is complete, 1 if it was cut off, 2 if it is damaged or no MCAP file.
     """
     with requires_extra("record", "This command"):
-        from onemap_tools.recording.bag_file import BagError
         from onemap_tools.recording.info import describe, info
-    try:
-        document = info(file)
-    except BagError as problem:
-        sentence = str(problem)
-        raise CliError(f"{sentence[0].upper()}{sentence[1:]}.", EXIT_USAGE_ERROR) from problem
-    result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
-    if as_json:
-        print_json(document)
+    document = info(file)
+    _show(document, describe, as_json)
     raise typer.Exit(EXIT_FAILED if document["cut_off"] else EXIT_OK)
 
 
@@ -138,26 +132,18 @@ def replay(
     topics and frames.
     """
     if path is not None and path.is_file():
-        _rebuild(path, config, reencode=reencode, out=out, as_json=as_json)
+        with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
+            from onemap_tools.recording import replay as command
+
+        document = command.replay(command.ReplayOptions(path, config, reencode, out))
+        _show(document, command.describe, as_json)
+        done = document["same"] or document["reencoded"]
+        raise typer.Exit(EXIT_OK if done else EXIT_FAILED)
     if path is not None:
         os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
     from onemap_tools.processes.services import run
 
     raise typer.Exit(run("replay", config))
-
-
-def _rebuild(
-    path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
-) -> NoReturn:
-    with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
-        from onemap_tools.recording import replay as command
-
-    options = command.ReplayOptions(path, config=config, reencode=reencode, out=out)
-    document = command.replay(options)
-    result_console(as_json).print(*command.describe(document), sep="\n", soft_wrap=True)
-    if as_json:
-        print_json(document)
-    raise typer.Exit(EXIT_OK if document["same"] or document["reencoded"] else EXIT_FAILED)
 
 
 @app.command(rich_help_panel=RECORDINGS)
@@ -177,9 +163,8 @@ def live(
     Viewers look and change nothing but the query, a parameter. Costs nothing until one connects.
     """
     with requires_extra("live", "This command"):
-        from onemap_tools.recording.live import LiveOptions
         from onemap_tools.recording.live import live as run
-    run(LiveOptions(config=config, port=port, query=query), progress_console())
+    run(config, port, query, progress_console())
 
 
 @export_app.callback()
@@ -197,9 +182,5 @@ def rerun(
 ) -> None:
     """A recording as a file for Rerun: map, camera, plans, plots and log on a time line."""
     with requires_extra("rerun,record", "This command"):
-        from onemap_tools.recording.rerun_export import describe
-        from onemap_tools.recording.rerun_export import export as run
-    document = run(file, out)
-    result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
-    if as_json:
-        print_json(document)
+        from onemap_tools.recording.rerun_export import describe, export
+    _show(export(file, out), describe, as_json)

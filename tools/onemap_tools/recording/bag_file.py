@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 from mcap.records import Channel, Header, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
@@ -21,8 +21,9 @@ from mcap.writer import Writer
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import Heartbeat, MapDigest, SearchView, TextEmbeddings
+from onemap_shared.messages import MapDigest, SearchView, TextEmbeddings
 from onemap_shared.wire import Packet, WireError, decode, encode, schema
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 M = TypeVar("M")
 
@@ -31,9 +32,38 @@ ROS2_PROFILE, CDR = "ros2", "cdr"
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
 
+FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
+QUEUE = 512  # odometry at 50 Hz for ten seconds
 
-class BagError(Exception):
+# Answers of services, recorded as if they were published.
+DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
+VIEWS = Topic(keys.MAP_SEARCH_VIEW.key, SearchView)
+EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
+FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
+QUERIES = keys.MAP_QUERIES
+POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
+# What is recorded, and how many messages wait. A map's revision names the frame that it fused:
+# taken before the features, it is never recorded without a frame that was there when it was.
+RECORDED: tuple[tuple[Topic[Any], int], ...] = (
+    (FRAMES, FRAMES_HELD),
+    (REVISIONS, QUEUE),
+    (FIELDS, FRAMES_HELD),
+    (QUERIES, QUEUE),
+    (keys.ROBOT_ODOMETRY, QUEUE),
+    (POSE_GRAPHS, 1),
+    (keys.ROBOT_CMD_VEL, QUEUE),
+    (keys.DETECTIONS, QUEUE),
+    (keys.SEARCH_STATE, QUEUE),
+    (keys.SEARCH_PATH, QUEUE),
+    (keys.ALL_HEARTBEATS, QUEUE),
+)
+
+
+class BagError(CliError):
     """A file that cannot be read, or no longer written; the text says why in one sentence."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(sentence, EXIT_USAGE_ERROR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +81,12 @@ class BagMessage:
     def decode(self, message: type[M]) -> M:
         """The message, or BagError."""
         if len(self.data) < LENGTH.size:
-            raise BagError(f"a message on {self.topic} has {len(self.data)} bytes: it is damaged")
+            raise BagError(f"A message on {self.topic} has {len(self.data)} bytes: it is damaged.")
         end = LENGTH.size + LENGTH.unpack_from(self.data)[0]
         try:
             return decode(message, Packet(self.data[LENGTH.size : end], self.data[end:]))
         except WireError as problem:
-            raise BagError(f"a message on {self.topic} cannot be read: {problem}") from problem
+            raise BagError(f"A message on {self.topic} cannot be read: {problem}.") from problem
 
 
 class _WholeWrites:
@@ -77,7 +107,7 @@ class _WholeWrites:
         return self.size
 
     def flush(self) -> None:
-        """Nothing to do: there is no buffer."""
+        pass
 
 
 class BagWriter:
@@ -89,9 +119,9 @@ class BagWriter:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._output = _WholeWrites(FileIO(path, "x"))
         except FileExistsError:
-            raise BagError(f"{path} exists: a recording is not overwritten") from None
+            raise BagError(f"{path} exists: a recording is not overwritten.") from None
         except OSError as problem:
-            raise BagError(f"cannot write {path}: {problem.strerror}") from problem
+            raise BagError(f"Cannot write {path}: {problem.strerror}.") from problem
         self._writer = Writer(self._output)  # type: ignore[arg-type]
         self._channels: dict[str, int] = {}
         self._whole = 0  # bytes up to the end of the last whole chunk
@@ -108,7 +138,6 @@ class BagWriter:
     def write(self, topic: str, message: object, log_time_ns: int) -> None:
         """Add a message; raises BagError if the disk takes no more."""
         packet = encode(message)
-        stamp_ns = getattr(message, "stamp_ns", 0) or log_time_ns
         with self._guarded():
             if topic not in self._channels:
                 name = self._writer.register_schema(schema(type(message)), "", b"")
@@ -117,7 +146,7 @@ class BagWriter:
                 self._channels[topic],
                 log_time=log_time_ns,
                 data=LENGTH.pack(len(packet.header)) + packet.header + packet.body,
-                publish_time=stamp_ns,
+                publish_time=getattr(message, "stamp_ns", 0) or log_time_ns,
                 sequence=getattr(message, "sequence", 0) % 2**32,
             )
 
@@ -137,21 +166,18 @@ class BagWriter:
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:
-        """Count what is written inside as whole, or turn an OSError into a BagError."""
+        """Count what is written inside as whole, or cut off what was written in part."""
         try:
             yield
         except OSError as problem:
-            raise self._failed(problem) from problem
+            self._output.file.truncate(self._whole)
+            self._output.file.close()
+            raise BagError(
+                f"The recording ended because {self.path} cannot be written any more: "
+                f"{problem.strerror}; what was recorded before, {self._whole / 1e6:.1f} MB, can "
+                "be read."
+            ) from problem
         self._whole = self._output.size
-
-    def _failed(self, problem: OSError) -> BagError:
-        """Cut off what was written in part, close the file, and say what happened."""
-        self._output.file.truncate(self._whole)
-        self._output.file.close()
-        return BagError(
-            f"the recording ended because {self.path} cannot be written any more: "
-            f"{problem.strerror}; what was recorded before, {self._whole / 1e6:.1f} MB, can be read"
-        )
 
 
 class BagReader:
@@ -172,52 +198,46 @@ class BagReader:
         try:
             with open(self.path, "rb") as file:
                 try:
-                    yield from self._read(_stream(file))
-                except (BagError, OSError):
+                    yield from self._read(
+                        StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
+                    )
+                except OSError:
                     raise
                 except Exception as problem:  # of mcap, its decompressors and struct
                     if not self._is_mcap:
-                        raise BagError(f"{self.path} is not an MCAP file") from problem
+                        raise BagError(f"{self.path} is not an MCAP file.") from problem
                     if file.read(1):
-                        raise BagError(f"{self.path} is damaged: {problem}") from problem
+                        raise BagError(f"{self.path} is damaged: {problem}.") from problem
                     self.cut_off = True
         except OSError as problem:
-            raise BagError(f"cannot read {self.path}: {problem.strerror}") from problem
+            raise BagError(f"Cannot read {self.path}: {problem.strerror}.") from problem
 
     def _read(self, stream: StreamReader) -> Iterator[BagMessage]:
-        schemas: dict[int, Schema] = {}
+        schemas: dict[int, str] = {}
         channels: dict[int, Channel] = {}
         for record in stream.records:
             match record:
                 case Header():
                     self.profile, self._is_mcap = record.profile, True
                 case Schema():
-                    schemas[record.id] = record
+                    schemas[record.id] = record.name
                 case Channel():
                     channels[record.id] = record
                 case Metadata():
                     self.metadata[record.name] = record.metadata
                 case Message():
-                    yield _message(record, channels[record.channel_id], schemas)
+                    channel = channels[record.channel_id]
+                    yield BagMessage(
+                        channel.topic,
+                        schemas.get(channel.schema_id, ""),
+                        channel.message_encoding,
+                        record.sequence,
+                        record.publish_time,
+                        record.log_time,
+                        record.data,
+                    )
                 case _:
                     pass
-
-
-def _stream(file: IO[bytes]) -> StreamReader:
-    return StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
-
-
-def _message(record: Message, channel: Channel, schemas: Mapping[int, Schema]) -> BagMessage:
-    known = schemas.get(channel.schema_id)
-    return BagMessage(
-        topic=channel.topic,
-        schema=known.name if known is not None else "",
-        encoding=channel.message_encoding,
-        sequence=record.sequence,
-        stamp_ns=record.publish_time,
-        log_time_ns=record.log_time,
-        data=record.data,
-    )
 
 
 def is_ros2(path: Path) -> bool:
@@ -225,35 +245,3 @@ def is_ros2(path: Path) -> bool:
     reader = BagReader(path)
     first = next(reader.messages(), None)
     return reader.profile == ROS2_PROFILE or (first is not None and first.encoding == CDR)
-
-
-FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
-QUEUE = 512  # odometry at 50 Hz for ten seconds
-
-# Answers of services, recorded as if they were published.
-DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
-VIEWS = Topic(keys.MAP_SEARCH_VIEW.key, SearchView)
-EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
-FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
-QUERIES = keys.MAP_QUERIES
-POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
-IMAGES: tuple[tuple[Topic[Any], int], ...] = ((FRAMES, FRAMES_HELD),)
-# A map's revision names the frame that it fused: taken before the features, it is never
-# recorded without a frame that was there when it was.
-OTHERS: tuple[tuple[Topic[Any], int], ...] = (
-    (REVISIONS, QUEUE),
-    (FIELDS, FRAMES_HELD),
-    (QUERIES, QUEUE),
-    (keys.ROBOT_ODOMETRY, QUEUE),
-    (POSE_GRAPHS, 1),
-    (keys.ROBOT_CMD_VEL, QUEUE),
-    (keys.DETECTIONS, QUEUE),
-    (keys.SEARCH_STATE, QUEUE),
-    (keys.SEARCH_PATH, QUEUE),
-    (keys.ALL_HEARTBEATS, QUEUE),
-)
-
-
-def key_of(topic: Topic[Any], message: object) -> str:
-    """The key under which a message is recorded: that of its service for a heartbeat."""
-    return keys.heartbeat(message.service).key if isinstance(message, Heartbeat) else topic.key

@@ -6,28 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from foxglove import Channel, Context, start_server
-from foxglove.messages import (
-    CameraCalibration,
-    CompressedImage,
-    FrameTransforms,
-    Grid,
-    ImageAnnotations,
-    Log,
-    LogLevel,
-    PointCloud,
-    SceneUpdate,
-)
-from foxglove.websocket import Capability, Client, Parameter, ServerListener
+from foxglove import messages as fox
+from foxglove.websocket import Capability, Parameter, ServerListener
 
-from onemap_shared.messages import (
-    Heartbeat,
-    MapRevision,
-    Odometry,
-    SearchStatus,
-    VelocityCommand,
-)
 from onemap_shared.services import SERVICES
-from onemap_tools.recording.foxglove import timestamp
 
 TRANSFORMS = "/tf"
 IMAGE, CALIBRATION = "/camera/image", "/camera/calibration"
@@ -38,21 +20,16 @@ OBJECTS, PLAN, ROBOT, LOG = "/map/objects", "/plan", "/robot", "/log"
 MOTION, COMMAND, MAP_STATE, SEARCH = "/motion", "/command", "/map/state", "/search"
 
 TYPED: Mapping[str, Any] = {
-    TRANSFORMS: FrameTransforms,
-    IMAGE: CompressedImage,
-    CALIBRATION: CameraCalibration,
-    POINTS: PointCloud,
-    BOXES: ImageAnnotations,
-    DETECTED: PointCloud,
-    OCCUPANCY: Grid,
-    BELIEF: Grid,
-    SIMILARITY: Grid,
-    OBJECTS: SceneUpdate,
-    PLAN: SceneUpdate,
-    ROBOT: SceneUpdate,
-    LOG: Log,
+    TRANSFORMS: fox.FrameTransforms,
+    IMAGE: fox.CompressedImage,
+    CALIBRATION: fox.CameraCalibration,
+    POINTS: fox.PointCloud,
+    BOXES: fox.ImageAnnotations,
+    DETECTED: fox.PointCloud,
+    **dict.fromkeys(MAP_LAYERS, fox.Grid),
+    **dict.fromkeys((OBJECTS, PLAN, ROBOT), fox.SceneUpdate),
+    LOG: fox.Log,
 }
-SPEED = {"linear_mps": "number", "angular_radps": "number"}
 
 
 def service_topic(service: str) -> str:
@@ -61,29 +38,21 @@ def service_topic(service: str) -> str:
 
 
 # Fields of the JSON messages with their types in JSON Schema.
+HEALTH = {"ready": "boolean", "problem": "string", "metrics": "object"}
+SPEED = {"linear_mps": "number", "angular_radps": "number"}
 JSON: Mapping[str, Mapping[str, str]] = {
     MOTION: SPEED,
     COMMAND: SPEED,
     MAP_STATE: {
-        "revision": "integer",
-        "frames_fused": "integer",
-        "cells_observed": "integer",
-        "update_ms": "number",
-        "rate_hz": "number",
-        "age_s": "number",
+        **dict.fromkeys(("revision", "frames_fused", "cells_observed"), "integer"),
+        **dict.fromkeys(("update_ms", "rate_hz", "age_s"), "number"),
     },
     SEARCH: {
-        "search_id": "string",
-        "state": "string",
-        "target": "string",
-        "reason": "string",
+        **dict.fromkeys(("search_id", "state", "target", "reason"), "string"),
         "found": "integer",
         "path_length_m": "number",
     },
-    **{
-        service_topic(name): {"ready": "boolean", "problem": "string", "metrics": "object"}
-        for name in SERVICES
-    },
+    **{service_topic(name): HEALTH for name in SERVICES},
 }
 
 
@@ -91,40 +60,6 @@ def json_schema(topic: str) -> dict[str, Any]:
     """The schema of a topic of ``JSON``."""
     properties = {name: {"type": kind} for name, kind in JSON[topic].items()}
     return {"type": "object", "title": topic.strip("/").replace("/", "_"), "properties": properties}
-
-
-def speed(message: Odometry | VelocityCommand) -> dict[str, Any]:
-    """What ``MOTION`` and ``COMMAND`` show."""
-    return {"linear_mps": message.linear_mps, "angular_radps": message.angular_radps}
-
-
-def map_state(revision: MapRevision, now_ns: int) -> dict[str, Any]:
-    """What ``MAP_STATE`` shows; the age compares the robot's clock with this machine's."""
-    values = {name: getattr(revision, name) for name in JSON[MAP_STATE] if name != "age_s"}
-    return values | {"age_s": max(now_ns - revision.stamp_ns, 0) / 1e9}
-
-
-def search_state(status: SearchStatus) -> dict[str, Any]:
-    """What ``SEARCH`` shows."""
-    return {
-        "search_id": status.search_id,
-        "state": str(status.state),
-        "target": status.target,
-        "reason": status.reason,
-        "found": sum(bool(result.position_m) for result in status.results),
-        "path_length_m": status.path_length_m,
-    }
-
-
-def service_state(beat: Heartbeat) -> dict[str, Any]:
-    """What the topic of a service shows."""
-    return {"ready": beat.ready, "problem": beat.problem, "metrics": dict(beat.metrics)}
-
-
-def log_line(name: str, text: str, stamp_ns: int, *, problem: bool = False) -> Log:
-    """A line of ``LOG``."""
-    level = LogLevel.Warning if problem else LogLevel.Info
-    return Log(timestamp=timestamp(stamp_ns), level=level, message=text, name=name)
 
 
 QUERY = "query"  # the one parameter: the text whose similarity is shown
@@ -186,22 +121,14 @@ class _Parameters(ServerListener):
     def __init__(self, query: str) -> None:
         self.query = query
 
-    def on_get_parameters(
-        self,
-        client: Client,  # noqa: ARG002
-        param_names: list[str],  # noqa: ARG002
-        request_id: str | None = None,  # noqa: ARG002
-    ) -> list[Parameter]:
+    def on_get_parameters(self, *_: Any) -> list[Parameter]:
         return [Parameter(QUERY, value=self.query)]
 
     def on_set_parameters(
-        self,
-        client: Client,  # noqa: ARG002
-        parameters: list[Parameter],
-        request_id: str | None = None,  # noqa: ARG002
+        self, _client: Any, parameters: list[Parameter], *_: Any
     ) -> list[Parameter]:
         for parameter in parameters:
             value = parameter.get_value()
             if parameter.name == QUERY and isinstance(value, str):
                 self.query = value.strip()[:MAX_QUERY_CHARS]
-        return [Parameter(QUERY, value=self.query)]
+        return self.on_get_parameters()

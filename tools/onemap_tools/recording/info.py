@@ -3,96 +3,73 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
-from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagMessage, BagReader
-
-
-@dataclass(slots=True)
-class BagSummary:
-    """Counts of a bag's messages by topic, their bytes, and what the map was."""
-
-    counts: Counter[str] = field(default_factory=Counter)
-    sizes: Counter[str] = field(default_factory=Counter)
-    schemas: dict[str, str] = field(default_factory=dict)
-    begins_ns: int = 0
-    ends_ns: int = 0
-    encoders: dict[str, None] = field(default_factory=dict)
-    detectors: dict[str, None] = field(default_factory=dict)
-    digest: MapDigest | None = None
-    asked: Counter[str] = field(default_factory=Counter)
-    answers: dict[str, AnsweredQuery] = field(default_factory=dict)  # the last to each text
-
-    def add(self, message: BagMessage) -> None:
-        """Count a message."""
-        self.counts[message.topic] += 1
-        self.sizes[message.topic] += len(message.data)
-        self.schemas[message.topic] = message.schema
-        self.begins_ns = min(self.begins_ns or message.log_time_ns, message.log_time_ns)
-        self.ends_ns = max(self.ends_ns, message.log_time_ns)
-        if message.topic == REVISIONS.key:
-            encoder_id = message.decode(MapRevision).encoder_id
-            self.encoders |= {encoder_id: None} if encoder_id else {}
-        elif message.topic == keys.DETECTIONS.key:
-            self.detectors |= {message.decode(Detections).detector_id: None}
-        elif message.topic == QUERIES.key:
-            query = message.decode(AnsweredQuery)
-            self.asked[query.text] += 1
-            self.answers[query.text] = query
-        elif message.topic == DIGESTS.key:
-            self.digest = message.decode(MapDigest)
+from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagReader
 
 
 def info(path: Path) -> dict[str, Any]:
     """The bag as one JSON object, every chunk of it read and checked; raises BagError."""
-    reader, found = BagReader(path), BagSummary()
+    reader = BagReader(path)
+    counts, sizes, asked = Counter[str](), Counter[str](), Counter[str]()
+    schemas: dict[str, str] = {}
+    encoders: dict[str, None] = {}
+    detectors: dict[str, None] = {}
+    answers: dict[str, AnsweredQuery] = {}  # the last to each text
+    digest: MapDigest | None = None
+    begins_ns = ends_ns = 0
     for message in reader.messages():
-        found.add(message)
-    seconds = (found.ends_ns - found.begins_ns) / 1e9
-    digest = found.digest
+        topic, at_ns = message.topic, message.log_time_ns
+        counts[topic] += 1
+        sizes[topic] += len(message.data)
+        schemas[topic] = message.schema
+        begins_ns, ends_ns = min(begins_ns or at_ns, at_ns), max(ends_ns, at_ns)
+        if topic == REVISIONS.key:
+            encoders[message.decode(MapRevision).encoder_id] = None
+        elif topic == keys.DETECTIONS.key:
+            detectors[message.decode(Detections).detector_id] = None
+        elif topic == QUERIES.key:
+            query = message.decode(AnsweredQuery)
+            asked[query.text] += 1
+            answers[query.text] = query
+        elif topic == DIGESTS.key:
+            digest = message.decode(MapDigest)
+    seconds = (ends_ns - begins_ns) / 1e9
+    made = ("revision", "frames_fused", "sha256", "versions")
     return {
         "file": str(path),
         "bytes": path.stat().st_size,
         "profile": reader.profile,
         "cut_off": reader.cut_off,
-        "begins_ns": found.begins_ns,
+        "begins_ns": begins_ns,
         "seconds": round(seconds, 1),
         "topics": [
             {
                 "topic": topic,
-                "schema": found.schemas[topic],
+                "schema": schemas[topic],
                 "messages": count,
-                "bytes": found.sizes[topic],
+                "bytes": sizes[topic],
                 "rate_hz": round((count - 1) / seconds, 2) if seconds > 0 else 0.0,
             }
-            for topic, count in sorted(found.counts.items())
+            for topic, count in sorted(counts.items())
         ],
-        "encoders": list(found.encoders),
-        "detectors": list(found.detectors),
-        "queries": [_query(found.asked[text], last) for text, last in found.answers.items()],
-        "map": None
-        if digest is None
-        else {
-            "revision": digest.revision,
-            "frames_fused": digest.frames_fused,
-            "sha256": digest.sha256,
-            "versions": digest.versions,
-        },
-        "metadata": {name: reader.metadata[name] for name in sorted(reader.metadata)},
-    }
-
-
-def _query(times: int, last: AnsweredQuery) -> dict[str, Any]:
-    return {
-        "text": last.text,
-        "times": times,
-        "verdict": last.verdict.value,
-        "best_score": round(last.best_score, 3),
-        "centre_m": [round(value, 3) for value in last.centre_m] or None,
+        "encoders": [encoder_id for encoder_id in encoders if encoder_id],
+        "detectors": list(detectors),
+        "queries": [
+            {
+                "text": text,
+                "times": asked[text],
+                "verdict": last.verdict.value,
+                "best_score": round(last.best_score, 3),
+                "centre_m": [round(value, 3) for value in last.centre_m] or None,
+            }
+            for text, last in answers.items()
+        ],
+        "map": None if digest is None else {name: getattr(digest, name) for name in made},
+        "metadata": dict(sorted(reader.metadata.items())),
     }
 
 
@@ -106,22 +83,19 @@ def describe(document: dict[str, Any]) -> list[str]:
         f"{each['bytes'] / 1e6:>9.1f} MB  {each['schema']}"
         for each in document["topics"]
     ]
-    if document["encoders"]:
-        lines.append(f"Encoder: {', '.join(document['encoders'])}")
-    if document["detectors"]:
-        lines.append(f"Detector: {', '.join(document['detectors'])}")
-    lines += [
-        f"Asked {query['times']} times for {query['text']!r}, last answered {query['verdict']} "
-        f"with the score {query['best_score']:.2f}{_at(query['centre_m'])}"
-        for query in document["queries"]
-    ]
+    for name in ("encoder", "detector"):
+        if document[f"{name}s"]:
+            lines.append(f"{name.capitalize()}: {', '.join(document[f'{name}s'])}")
+    for query in document["queries"]:
+        centre_m = query["centre_m"]
+        at = f" at ({centre_m[0]:.2f}, {centre_m[1]:.2f}) m" if centre_m else ""
+        lines.append(
+            f"Asked {query['times']} times for {query['text']!r}, last answered "
+            f"{query['verdict']} with the score {query['best_score']:.2f}{at}"
+        )
     if (made := document["map"]) is not None:
         lines.append(
             f"Map: {made['frames_fused']} frames at revision {made['revision']}, "
             f"SHA-256 {made['sha256'][:16]}..., by {made['versions']}"
         )
     return lines
-
-
-def _at(centre_m: list[float] | None) -> str:
-    return f" at ({centre_m[0]:.2f}, {centre_m[1]:.2f}) m" if centre_m else ""

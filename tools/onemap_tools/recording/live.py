@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -30,7 +30,7 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.services import SERVICES
-from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_shared.transport import Bus, CallError
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.session import temporary_session
@@ -42,46 +42,6 @@ from onemap_tools.recording.map_colours import belief_rgba, occupancy_rgba, simi
 CONNECT_S = 5.0
 UPDATE_S = 0.03
 HOST = "127.0.0.1"  # what the robot sees is for this machine; others come through a tunnel
-
-
-@dataclass(frozen=True, slots=True)
-class LiveOptions:
-    """``port`` 0: any that is free. ``query``: empty: what a search looks for."""
-
-    config: Path | None = None
-    port: int = 8765
-    query: str = ""
-
-
-def live(options: LiveOptions, console: Console) -> None:
-    """Serve until SIGINT or SIGTERM; CliError without a router or if the port is taken."""
-    config = section(read(options.config), "bus", BusConfig)
-    with interruptible() as stop, temporary_session(config, "viewer", CONNECT_S) as bus:
-        server = listening(options)
-        try:
-            console.print(
-                f"Foxglove or Lichtblick: open a connection to ws://{HOST}:{server.port}; layout: "
-                "deploy/foxglove/onemap.json. Ctrl-C ends it.",
-                soft_wrap=True,
-            )
-            viewer = LiveViewer(bus, server)
-            while not stop.wait(UPDATE_S):
-                viewer.update(time.monotonic(), time.time_ns())
-        finally:
-            server.close()
-
-
-def listening(options: LiveOptions) -> FoxgloveServer:
-    """A server on loopback; CliError if the port is taken."""
-    try:
-        return FoxgloveServer(HOST, options.port, options.query)
-    except RuntimeError as problem:  # of the SDK, which has no class of its own for it
-        raise CliError(
-            f"Cannot listen on {HOST}:{options.port} ({problem}): choose another --port.",
-            EXIT_USAGE_ERROR,
-        ) from problem
-
-
 STREAMS: tuple[tuple[Topic[Any], int], ...] = (
     (keys.ROBOT_RGBD, 1),
     (keys.ROBOT_ODOMETRY, 1),
@@ -96,31 +56,52 @@ MAP_EVERY_S = 1.0  # a view of the map is up to 1 MB, and a planner asks for its
 REPEAT_S = 3.0  # of what changes seldom, for viewers that connect later
 CALL_S = 0.5  # the mapper answers within 0.1 s; frames wait meanwhile
 LAYER_M = 0.01  # between two layers of the map, so that neither covers the other
-NO_DETECTIONS = np.zeros((0, 4), np.float32)
+NONE = np.zeros((0, 4), np.float32)
+NO_PLAN = PlannedPath(
+    0, "none", "the search is over", *(NONE[:, :2],) * 3, NONE[:, 0], NONE[:, :2], NONE[:, 0]
+)
+NO_DETECTIONS = Detections(1, 1, "", (), NONE, NONE[:, 0], NONE[:, :3], np.zeros(0, np.int32))
 
 
-class ViewerServer(Protocol):
-    """Where messages go: ``FoxgloveServer``, or a fake of it in tests."""
+def live(config: Path | None, port: int, query: str, console: Console) -> None:
+    """Serve until SIGINT or SIGTERM; CliError without a router or if the port is taken.
 
-    @property
-    def query(self) -> str: ...
+    ``port`` 0: any that is free. ``query``: empty: what a search looks for.
+    """
+    bus_config = section(read(config), "bus", BusConfig)
+    with interruptible() as stop, temporary_session(bus_config, "viewer", CONNECT_S) as bus:
+        server = listening(port, query)
+        try:
+            console.print(
+                f"Foxglove or Lichtblick: open a connection to ws://{HOST}:{server.port}; layout: "
+                "deploy/foxglove/onemap.json. Ctrl-C ends it.",
+                soft_wrap=True,
+            )
+            viewer = LiveViewer(bus, server)
+            while not stop.wait(UPDATE_S):
+                viewer.update(time.monotonic(), time.time_ns())
+        finally:
+            server.close()
 
-    def wanted(self, topic: str) -> bool:
-        """Whether a viewer has subscribed to this topic."""
 
-    def send(self, topic: str, message: Any, now_ns: int) -> None:
-        """Send a message of the type of the topic, or a dict where that is JSON."""
+def listening(port: int, query: str) -> FoxgloveServer:
+    """A server on loopback; CliError if the port is taken."""
+    try:
+        return FoxgloveServer(HOST, port, query)
+    except RuntimeError as problem:  # of the SDK, which has no class of its own for it
+        raise CliError(
+            f"Cannot listen on {HOST}:{port} ({problem}): choose another --port.",
+            EXIT_USAGE_ERROR,
+        ) from problem
 
 
 class LiveViewer:
     """Call ``update`` often; what no viewer has subscribed to is not computed."""
 
-    def __init__(self, bus: Bus, server: ViewerServer) -> None:
+    def __init__(self, bus: Bus, server: FoxgloveServer) -> None:
         self._bus = bus
         self._server = server
-        self._subscriptions: list[Subscription[Any]] = [
-            bus.subscribe(topic, capacity) for topic, capacity in STREAMS
-        ]
+        self._subscriptions = [bus.subscribe(topic, capacity) for topic, capacity in STREAMS]
         self._state = LiveState()
         self._now_s, self._now_ns = 0.0, 0
         self._map_due_s = self._repeat_due_s = 0.0
@@ -151,69 +132,60 @@ class LiveViewer:
 
     def _show(self, message: Any) -> None:
         if isinstance(message, VelocityCommand):
-            self._send(topics.COMMAND, lambda: topics.speed(message))
+            self._send(topics.COMMAND, lambda: convert.speed(message))
             return
         self._state = self._state.with_message(message, self._now_s)
         match message:
             case RgbdFrame():
-                self._show_frame(message)
+                self._show_pose(message.T_map_camera, convert.CAMERA, message.stamp_ns)
+                self._send(topics.CALIBRATION, lambda: convert.calibration(message))
+                self._send(topics.IMAGE, lambda: convert.camera_image(message))
+                self._send(topics.POINTS, lambda: convert.frame_cloud(message))
             case Odometry():
-                self._show_odometry(message)
+                self._show_pose(message.T_map_body, convert.BODY, message.stamp_ns)
+                self._send(topics.MOTION, lambda: convert.speed(message))
+                self._send(topics.ROBOT, lambda: convert.robot_scene(message, self._state.trail_m))
             case Detections():
                 self._send(topics.BOXES, lambda: convert.boxes_in_image(message))
                 self._send(topics.DETECTED, lambda: convert.detected_cloud(message))
             case MapRevision():
-                self._send(topics.MAP_STATE, lambda: topics.map_state(message, self._now_ns))
+                self._send(topics.MAP_STATE, lambda: convert.map_state(message, self._now_ns))
             case SearchStatus():
                 self._show_search(message)
             case PlannedPath():
                 self._send(topics.PLAN, lambda: convert.plan_scene(message))
             case Heartbeat() if message.service in SERVICES:
-                self._show_service(message)
+                topic = topics.service_topic(message.service)
+                self._send(topic, lambda: convert.service_state(message))
+                problem = message.problem
+                self._log(message.service, problem or "is well", problem=bool(problem))
 
-    def _show_frame(self, frame: RgbdFrame) -> None:
-        stamp_ns = frame.stamp_ns
-        self._send(
-            topics.TRANSFORMS,
-            lambda: convert.transforms(frame.T_map_camera, convert.CAMERA, stamp_ns),
-        )
-        self._send(topics.CALIBRATION, lambda: convert.calibration(frame))
-        self._send(topics.IMAGE, lambda: convert.camera_image(frame))
-        self._send(topics.POINTS, lambda: convert.frame_cloud(frame))
-
-    def _show_odometry(self, odometry: Odometry) -> None:
-        pose, stamp_ns = odometry.T_map_body, odometry.stamp_ns
-        self._send(topics.TRANSFORMS, lambda: convert.transforms(pose, convert.BODY, stamp_ns))
-        self._send(topics.MOTION, lambda: topics.speed(odometry))
-        self._send(topics.ROBOT, lambda: convert.robot_scene(odometry, self._state.trail_m))
+    def _show_pose(self, T_map_child: Any, child: str, stamp_ns: int) -> None:
+        self._send(topics.TRANSFORMS, lambda: convert.transforms(T_map_child, child, stamp_ns))
 
     def _show_search(self, status: SearchStatus) -> None:
-        self._send(topics.SEARCH, lambda: topics.search_state(status))
+        self._send(topics.SEARCH, lambda: convert.search_state(status))
         self._log("search", status.reason, problem=False)
         if not status.active:  # nobody renews the plan and the boxes any more
-            self._send(topics.PLAN, lambda: convert.plan_scene(_no_plan(self._now_ns)))
-            self._send(topics.BOXES, lambda: convert.boxes_in_image(_no_detections(self._now_ns)))
-            self._send(topics.DETECTED, lambda: convert.detected_cloud(_no_detections(1)))
-
-    def _show_service(self, beat: Heartbeat) -> None:
-        self._send(topics.service_topic(beat.service), lambda: topics.service_state(beat))
-        self._log(beat.service, beat.problem or "is well", problem=bool(beat.problem))
+            plan = replace(NO_PLAN, stamp_ns=self._now_ns)
+            boxes = replace(NO_DETECTIONS, stamp_ns=self._now_ns)
+            self._send(topics.PLAN, lambda: convert.plan_scene(plan))
+            self._send(topics.BOXES, lambda: convert.boxes_in_image(boxes))
+            self._send(topics.DETECTED, lambda: convert.detected_cloud(NO_DETECTIONS))
 
     def _log(self, name: str, text: str, *, problem: bool) -> None:
         if text and self._shown.get(name) != text and self._server.wanted(topics.LOG):
             self._shown[name] = text
-            line = topics.log_line(name, text, self._now_ns, problem=problem)
+            line = convert.log_line(name, text, self._now_ns, problem=problem)
             self._server.send(topics.LOG, line, self._now_ns)
 
     def _repeat(self) -> None:
         """Once more what a viewer that has just connected would wait for."""
-        state = self._state
-        if state.search is not None:
-            search = state.search.message
-            self._send(topics.SEARCH, lambda: topics.search_state(search))
-        if state.revision is not None:
-            revision = state.revision.message
-            self._send(topics.MAP_STATE, lambda: topics.map_state(revision, self._now_ns))
+        search, revision = self._state.search, self._state.revision
+        if search is not None:
+            self._send(topics.SEARCH, lambda: convert.search_state(search.message))
+        if revision is not None:
+            self._send(topics.MAP_STATE, lambda: convert.map_state(revision.message, self._now_ns))
 
     def _show_map(self, *, repeat: bool) -> None:
         """The layers of the map, if it or the text has changed, or as a repetition."""
@@ -232,26 +204,16 @@ class LiveViewer:
             return
         self._map_of = (revision, text, *wanted)
         self._log("map", f"shows {text!r}" if text else "shows no text", problem=False)
-        self._send_layers(view)
-
-    def _send_layers(self, view: SearchView) -> None:
-        self._send_layer(
-            topics.OCCUPANCY, view, occupancy_rgba(view.occupancy), view.occupancy, 0.0
-        )
-        self._send_layer(topics.BELIEF, view, belief_rgba(view.layers), view.layers, LAYER_M)
+        self._send_layer(0, view, occupancy_rgba(view.occupancy), view.occupancy)
+        self._send_layer(1, view, belief_rgba(view.layers), view.layers)
         if view.similarity.size:
-            rgba = similarity_rgba(view.similarity)
-            self._send_layer(topics.SIMILARITY, view, rgba, view.similarity, 2 * LAYER_M)
+            self._send_layer(2, view, similarity_rgba(view.similarity), view.similarity)
 
-    def _send_layer(
-        self, topic: str, view: SearchView, rgba: U8, value: U8 | F32, height_m: float
-    ) -> None:
-        values = value.astype(np.float32)
+    def _send_layer(self, index: int, view: SearchView, rgba: U8, value: U8 | F32) -> None:
+        values, stamp_ns, height_m = value.astype(np.float32), view.stamp_ns, LAYER_M * index
         self._send(
-            topic,
-            lambda: convert.grid(
-                view.grid, rgba, values, stamp_ns=view.stamp_ns, height_m=height_m
-            ),
+            topics.MAP_LAYERS[index],
+            lambda: convert.grid(view.grid, rgba, values, stamp_ns=stamp_ns, height_m=height_m),
         )
 
     def _show_objects(self) -> None:
@@ -264,23 +226,3 @@ class LiveViewer:
             return
         scene = convert.object_scene(found.objects, self._now_ns)
         self._server.send(topics.OBJECTS, scene, self._now_ns)
-
-
-def _no_plan(stamp_ns: int) -> PlannedPath:
-    points, scores = np.zeros((0, 2), np.float32), np.zeros(0, np.float32)
-    return PlannedPath(
-        stamp_ns, "none", "the search is over", points, points, points, scores, points, scores
-    )
-
-
-def _no_detections(stamp_ns: int) -> Detections:
-    return Detections(
-        sequence=0,
-        stamp_ns=stamp_ns,
-        detector_id="",
-        names=(),
-        boxes_px=NO_DETECTIONS,
-        scores=np.zeros(0, np.float32),
-        points_map=np.zeros((0, 3), np.float32),
-        point_owner=np.zeros(0, np.int32),
-    )

@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_gateway.present.palette import DARK, Palette, Rgb
+from onemap_gateway.present.palette import DARK, Rgb
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import Layer, Occupancy
 
 OPAQUE, TINT = 255, 110
 MIN_TOP = 0.25  # least score of full heat: a weak best match must not look like a find
-OBSERVED: Rgb = (92, 108, 190)
-EXPLORED: Rgb = (80, 190, 175)
-SEARCHED: Rgb = (235, 200, 90)
+LAYERS: dict[Layer, Rgb] = {
+    Layer.OBSERVED: (92, 108, 190),
+    Layer.EXPLORED: (80, 190, 175),
+    Layer.SEARCHED: (235, 200, 90),
+}
 
 
-def occupancy_rgba(occupancy: U8, palette: Palette = DARK) -> U8:
+def occupancy_rgba(occupancy: U8) -> U8:
     """Free and occupied cells of (nx, ny) values of ``Occupancy``; unknown ones transparent."""
     colours = np.zeros((len(Occupancy), 4), np.uint8)
-    colours[Occupancy.FREE] = (*palette.free, OPAQUE)
-    colours[Occupancy.OCCUPIED] = (*palette.occupied, OPAQUE)
+    colours[Occupancy.FREE] = (*DARK.free, OPAQUE)
+    colours[Occupancy.OCCUPIED] = (*DARK.occupied, OPAQUE)
     coloured: U8 = colours[np.minimum(occupancy, len(colours) - 1)]
     return coloured
 
@@ -31,16 +33,12 @@ def occupancy_rgba(occupancy: U8, palette: Palette = DARK) -> U8:
 def belief_rgba(layers: U8) -> U8:
     """How well cells are known, of (nx, ny) bits of ``Layer``: observed, explored, searched."""
     coloured: U8 = np.zeros((*layers.shape, 4), np.uint8)
-    for layer, colour in (
-        (Layer.OBSERVED, OBSERVED),
-        (Layer.EXPLORED, EXPLORED),
-        (Layer.SEARCHED, SEARCHED),
-    ):
+    for layer, colour in LAYERS.items():
         coloured[(layers & layer) != 0] = (*colour, TINT)
     return coloured
 
 
-def similarity_rgba(similarity: F32, palette: Palette = DARK) -> U8:
+def similarity_rgba(similarity: F32) -> U8:
     """Heat of scores (nx, ny) in [0, 1], relative to the best; NaN and 0 are transparent.
 
     The best score counts at least as ``MIN_TOP``, as on the live page.
@@ -48,7 +46,7 @@ def similarity_rgba(similarity: F32, palette: Palette = DARK) -> U8:
     scored = np.isfinite(similarity)
     top = max(float(similarity.max(where=scored, initial=0.0)), MIN_TOP)
     heat = np.clip(np.where(scored, similarity, 0.0) / top, 0.0, 1.0)
-    colours = np.array(palette.heat, np.float64)
+    colours = np.array(DARK.heat, np.float64)
     stops = np.linspace(0.0, 1.0, len(colours))
     coloured: U8 = np.zeros((*similarity.shape, 4), np.uint8)
     for channel in range(3):

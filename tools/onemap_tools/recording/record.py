@@ -22,6 +22,7 @@ from onemap_shared.keys import Procedure, Topic
 from onemap_shared.messages import (
     AnsweredQuery,
     FeatureField,
+    Heartbeat,
     MapClear,
     MapDigestRequest,
     MapRevision,
@@ -34,16 +35,7 @@ from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.recording.bag_file import (
-    DIGESTS,
-    EMBEDDINGS,
-    IMAGES,
-    OTHERS,
-    VIEWS,
-    BagError,
-    BagWriter,
-    key_of,
-)
+from onemap_tools.recording.bag_file import FRAMES, RECORDED, BagError, BagWriter
 
 CONNECT_S = 5.0
 SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded
@@ -52,6 +44,9 @@ LATE_S = 1.0  # for features that arrive after the revision of the map that fuse
 SYNC_S = 1.0  # what a killed recorder loses at most, and how often the disk is looked at
 DIGEST_S = 10.0  # the mapper computes it while it does not fuse: seldom
 MEGABYTE = 10**6
+COUNTED = (keys.ROBOT_RGBD, keys.ROBOT_ODOMETRY)  # their sequences have no gaps of their own
+
+Streams = Sequence[tuple[Topic[Any], Subscription[Any]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +63,7 @@ class RecordOptions:
 
 
 def record(options: RecordOptions, console: Console) -> dict[str, Any]:
-    """Record; returns the summary. CliError with it if the recording ended by itself."""
+    """Record; returns what was recorded. CliError with it if the recording ended by itself."""
     sections = read(options.config)
     with (
         interruptible() as stop,
@@ -78,64 +73,30 @@ def record(options: RecordOptions, console: Console) -> dict[str, Any]:
         streams = subscribed(bus, images=options.images)
         if options.clear_map:
             _clear_map(bus)
-        try:
-            writer = BagWriter(options.path, _metadata(options.version, sections))
-        except BagError as problem:
-            raise CliError(f"The recording did not start: {problem}.") from problem
+        writer = BagWriter(options.path, _metadata(options.version, sections))
         recorder = BagRecorder(bus, streams, writer)
         console.print(f"Recording to {options.path}; Ctrl-C ends it.", soft_wrap=True)
         ended = _run(recorder, writer, options, stop)
-    document = summary(recorder, writer, (time.time_ns() - started_ns) / 1e9)
+    document = {
+        "file": str(writer.path),
+        "seconds": round((time.time_ns() - started_ns) / 1e9, 1),
+        "bytes": writer.size,
+        "messages": dict(sorted(recorder.recorded.items())),
+        "missed": recorder.missed,
+        "problems": recorder.problems,
+    }
     if ended:
         raise CliError(ended, document=document)
     return document
 
 
-def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop: Event) -> str:
-    """Record until the end; returns why it ended by itself, empty if it was stopped."""
-    ends_s = time.monotonic() + (options.seconds or float("inf"))
-    sync_s = digest_s = time.monotonic()
-    try:
-        while not stop.wait(UPDATE_S) and (now_s := time.monotonic()) < ends_s:
-            recorder.update(time.time_ns())
-            if now_s >= digest_s:
-                digest_s = now_s + DIGEST_S
-                recorder.digest(time.time_ns())
-                recorder.snapshot(time.time_ns())
-            if now_s >= sync_s:
-                sync_s = now_s + SYNC_S
-                writer.sync()
-                if problem := _disk_problem(options):
-                    writer.close({"ended": problem, "missed": json.dumps(recorder.missed)})
-                    return problem
-        _finish(recorder)
-        writer.close({"ended": "stopped", "missed": json.dumps(recorder.missed)})
-    except BagError as problem:
-        sentence = str(problem)
-        return f"{sentence[0].upper()}{sentence[1:]}."
-    return ""
-
-
-def _finish(recorder: BagRecorder) -> None:
-    """Record what is still on its way: a revision and its features travel apart."""
-    recorder.update(time.time_ns())
-    late_s = time.monotonic() + LATE_S
-    while not recorder.whole and time.monotonic() < late_s:
-        time.sleep(UPDATE_S)
-        recorder.update(time.time_ns())
-    recorder.digest(time.time_ns())
-    recorder.snapshot(time.time_ns())
-
-
-def _disk_problem(options: RecordOptions) -> str:
-    free_mb = shutil.disk_usage(options.path.parent).free / MEGABYTE
-    if free_mb >= options.keep_free_mb:
-        return ""
-    return (
-        f"The recording ended because the disk of {options.path} has only {free_mb:.0f} MB left "
-        f"and --keep-free asks for {options.keep_free_mb} MB: what was recorded is complete; "
-        "make room, or record to another disk."
-    )
+def subscribed(bus: Bus, *, images: bool) -> Streams:
+    """What is recorded, from now on."""
+    return [
+        (topic, bus.subscribe(topic, capacity))
+        for topic, capacity in RECORDED
+        if images or topic is not FRAMES
+    ]
 
 
 def _clear_map(bus: Bus) -> None:
@@ -171,36 +132,55 @@ def _metadata(version: str, sections: Mapping[str, Any]) -> dict[str, dict[str, 
     }
 
 
-def summary(recorder: BagRecorder, writer: BagWriter, seconds: float) -> dict[str, Any]:
-    """What was recorded, as one JSON object."""
-    return {
-        "file": str(writer.path),
-        "seconds": round(seconds, 1),
-        "bytes": writer.size,
-        "messages": dict(sorted(recorder.recorded.items())),
-        "missed": recorder.missed,
-        "problems": recorder.problems,
-    }
+def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop: Event) -> str:
+    """Record until the end; returns why it ended by itself, empty if it was stopped."""
+    ends_s = time.monotonic() + (options.seconds or float("inf"))
+    sync_s = digest_s = time.monotonic()
+    problem = ""
+    try:
+        while not problem and not stop.wait(UPDATE_S) and (now_s := time.monotonic()) < ends_s:
+            recorder.update(time.time_ns())
+            if now_s >= digest_s:
+                digest_s = now_s + DIGEST_S
+                recorder.snapshot(time.time_ns())
+            if now_s >= sync_s:
+                sync_s = now_s + SYNC_S
+                writer.sync()
+                problem = _disk_problem(options)
+        if not problem:
+            _finish(recorder)
+        writer.close({"ended": problem or "stopped", "missed": json.dumps(recorder.missed)})
+    except BagError as error:
+        return str(error)
+    return problem
 
 
-COUNTED = (keys.ROBOT_RGBD, keys.ROBOT_ODOMETRY)  # their sequences have no gaps of their own
+def _finish(recorder: BagRecorder) -> None:
+    """Record what is still on its way: a revision and its features travel apart."""
+    recorder.update(time.time_ns())
+    late_s = time.monotonic() + LATE_S
+    while not recorder.whole and time.monotonic() < late_s:
+        time.sleep(UPDATE_S)
+        recorder.update(time.time_ns())
+    recorder.snapshot(time.time_ns())
 
-Streams = Sequence[tuple[Topic[Any], Subscription[Any]]]
 
-
-def subscribed(bus: Bus, *, images: bool) -> Streams:
-    """What is recorded, from now on."""
-    topics = (*IMAGES, *OTHERS) if images else OTHERS
-    return [(topic, bus.subscribe(topic, capacity)) for topic, capacity in topics]
+def _disk_problem(options: RecordOptions) -> str:
+    free_mb = shutil.disk_usage(options.path.parent).free / MEGABYTE
+    if free_mb >= options.keep_free_mb:
+        return ""
+    return (
+        f"The recording ended because the disk of {options.path} has only {free_mb:.0f} MB left "
+        f"and --keep-free asks for {options.keep_free_mb} MB: what was recorded is complete; "
+        "make room, or record to another disk."
+    )
 
 
 class BagRecorder:
-    """Call ``update`` several times a second, ``digest`` and ``snapshot`` now and then.
+    """Call ``update`` several times a second and ``snapshot`` now and then; both raise BagError.
 
     problems: why services did not answer, by key; the last of each.
     """
-
-    _fused_ns = _field_ns = 0  # newest stamp that a revision names, and that a field has
 
     def __init__(self, bus: Bus, streams: Streams, writer: BagWriter) -> None:
         self._bus = bus
@@ -208,56 +188,32 @@ class BagRecorder:
         self._writer = writer
         self._target = ""
         self._embedded: set[str] = set()
+        self._fused_ns = self._field_ns = 0  # newest that a revision names, and that a field has
         self.recorded: Counter[str] = Counter()
         self.problems: dict[str, str] = {}
 
     def update(self, now_ns: int) -> None:
-        """Write all messages since the last update; raises BagError."""
+        """Write all messages since the last update, and the embeddings of texts in them."""
         for topic, subscription in self._streams:
             while (message := subscription.take(0.0)) is not None:
-                self._write(key_of(topic, message), message, now_ns)
-                self._note(message, now_ns)
-
-    def _note(self, message: object, now_ns: int) -> None:
-        if isinstance(message, SearchStatus):
-            self._target = message.target
-            self._embed(message.objects, now_ns)
-        elif isinstance(message, AnsweredQuery):
-            self._embed(message.texts, now_ns)
-        elif isinstance(message, MapRevision):
-            self._fused_ns = message.stamp_ns
-        elif isinstance(message, FeatureField):
-            self._field_ns = message.stamp_ns
+                beat = isinstance(message, Heartbeat)
+                key = keys.heartbeat(message.service).key if beat else topic.key
+                self._write(key, message, now_ns)
+                match message:
+                    case SearchStatus():
+                        self._target = message.target
+                        self._embed(message.objects, now_ns)
+                    case AnsweredQuery():
+                        self._embed(message.texts, now_ns)
+                    case MapRevision():
+                        self._fused_ns = message.stamp_ns
+                    case FeatureField():
+                        self._field_ns = message.stamp_ns
 
     @property
     def whole(self) -> bool:
         """Whether the features of the newest recorded revision are recorded too."""
         return self._field_ns >= self._fused_ns
-
-    def digest(self, now_ns: int) -> None:
-        """Write the digest of the map, if the mapper answers."""
-        self._ask(keys.MAP_DIGEST, MapDigestRequest(), DIGESTS, now_ns)
-
-    def snapshot(self, now_ns: int) -> None:
-        """Write the layers of the map, with the similarity to what is sought now."""
-        self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), VIEWS, now_ns)
-
-    def _embed(self, texts: Iterable[str], now_ns: int) -> None:
-        """Write the embeddings of texts that were not sought or asked for before."""
-        new = tuple(text for text in dict.fromkeys(texts) if text not in self._embedded)
-        if new:
-            self._embedded |= set(new)
-            self._ask(keys.EMBED_TEXT, TextRequest(new), EMBEDDINGS, now_ns)
-
-    def _ask(
-        self, procedure: Procedure[Any, Any], request: object, topic: Topic[Any], now_ns: int
-    ) -> None:
-        try:
-            answer = self._bus.call(procedure, request)
-        except CallError as problem:
-            self.problems[topic.key] = str(problem)
-            return
-        self._write(topic.key, answer, now_ns)
 
     @property
     def missed(self) -> dict[str, int]:
@@ -268,6 +224,25 @@ class BagRecorder:
             lost = counters.missed if topic in COUNTED else counters.skipped
             counts[topic.key] = lost + counters.refused
         return {key: count for key, count in counts.items() if count}
+
+    def snapshot(self, now_ns: int) -> None:
+        """Write the map's digest and its layers, with the similarity to what is sought now."""
+        self._ask(keys.MAP_DIGEST, MapDigestRequest(), now_ns)
+        self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), now_ns)
+
+    def _embed(self, texts: Iterable[str], now_ns: int) -> None:
+        """Write the embeddings of texts that were not sought or asked for before."""
+        new = tuple(text for text in dict.fromkeys(texts) if text not in self._embedded)
+        if new:
+            self._embedded |= set(new)
+            self._ask(keys.EMBED_TEXT, TextRequest(new), now_ns)
+
+    def _ask(self, procedure: Procedure[Any, Any], request: object, now_ns: int) -> None:
+        """Write a service's answer under its own key, as if it had been published."""
+        try:
+            self._write(procedure.key, self._bus.call(procedure, request), now_ns)
+        except CallError as problem:
+            self.problems[procedure.key] = str(problem)
 
     def _write(self, key: str, message: object, now_ns: int) -> None:
         self._writer.write(key, message, now_ns)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import dist
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import torch
 
@@ -24,7 +24,6 @@ from onemap_mapper.service import TORCH_THREADS
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.snapshot import sha256_of, take, versions
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
@@ -57,8 +56,11 @@ from onemap_tools.recording.bag_file import (
 if TYPE_CHECKING:
     from onemap_tools.recording.ros2_frames import Ros2Bag
 
+SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch
+PLACE_TOLERANCE_M = 0.01
 
-class StepKind(Enum):
+
+class Change(Enum):
     """What changed the map."""
 
     NEW_MAP = "an empty map"
@@ -67,12 +69,7 @@ class StepKind(Enum):
     GAP = "something that the recording does not hold"
 
 
-@dataclass(frozen=True, slots=True)
-class MapStep:
-    """One change. ``after``: the revision that was announced with it."""
-
-    kind: StepKind
-    after: MapRevision
+MapStep: TypeAlias = tuple[Change, MapRevision]  # with the revision that was announced after it
 
 
 def map_steps(revisions: Iterable[MapRevision]) -> Iterator[MapStep]:
@@ -83,29 +80,22 @@ def map_steps(revisions: Iterable[MapRevision]) -> Iterator[MapStep]:
     """
     before: MapRevision | None = None
     for after in revisions:
-        for kind in _kinds(before, after):
-            yield MapStep(kind, after)
+        yield from ((change, after) for change in _changes(before, after))
         before = after
 
 
-def _kinds(before: MapRevision | None, after: MapRevision) -> tuple[StepKind, ...]:
-    same = before is not None and before.revision == after.revision
-    if same and before is not None and before.frames_fused == after.frames_fused:
+def _changes(before: MapRevision | None, after: MapRevision) -> tuple[Change, ...]:
+    steps = after.revision - before.revision if before is not None else None
+    frames = after.frames_fused - before.frames_fused if before is not None else 0
+    if steps == frames == 0:
         return ()  # the found objects changed
     if after.frames_fused == 0:
-        return (StepKind.NEW_MAP,)
+        return (Change.NEW_MAP,)
     if (after.frames_fused, after.revision) == (1, 1):
-        return (StepKind.NEW_MAP, StepKind.FUSE)
-    if before is None:
-        return (StepKind.GAP,)
-    frames = after.frames_fused - before.frames_fused
-    if after.revision == before.revision + 1 and frames in (0, 1):
-        return (StepKind.FUSE if frames else StepKind.RESET,)
-    return (StepKind.GAP, StepKind.FUSE) if frames > 0 else (StepKind.GAP,)
-
-
-SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch
-PLACE_TOLERANCE_M = 0.01
+        return (Change.NEW_MAP, Change.FUSE)
+    if steps == 1 and frames in (0, 1):
+        return (Change.FUSE if frames else Change.RESET,)
+    return (Change.GAP, Change.FUSE) if frames > 0 else (Change.GAP,)
 
 
 @dataclass(slots=True)
@@ -121,16 +111,6 @@ class AskedAgain:
     compared: int = 0
     equal: int = 0
 
-    def add(self, query: AnsweredQuery) -> None:
-        """A query of the recording."""
-        self.queries[query.revision].append(query)
-
-    def embed(self, embeddings: TextEmbeddings) -> None:
-        """Embeddings of the recording."""
-        device = torch.device("cpu")
-        for index, text in enumerate(embeddings.texts):
-            self.texts[text] = text_query(embeddings, index, device)
-
     def ask(self, belief: BeliefMap) -> None:
         """Compare the answers that this map gave, if it is one of the recorded revisions."""
         for query in self.queries.pop(belief.revision, ()):
@@ -140,7 +120,7 @@ class AskedAgain:
 
     def _same(self, query: AnsweredQuery, belief: BeliefMap) -> bool:
         request = SimilarityRequest(query.text, negatives=query.negatives, area_m=query.area_m)
-        texts = [self.texts[query.text], *self._of(query.negatives)]
+        texts = [self.texts[text] for text in (query.text, *query.negatives)]
         reply = similarity_reply(MapScores(belief).of(texts), request=request)
         centre_m = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
         if abs(reply.best_score - query.best_score) > SCORE_TOLERANCE:
@@ -148,12 +128,6 @@ class AskedAgain:
         if not (centre_m and query.centre_m):
             return centre_m == query.centre_m
         return dist(centre_m, query.centre_m) <= PLACE_TOLERANCE_M
-
-    def _of(self, texts: Iterable[str]) -> list[TextQuery]:
-        return [self.texts[text] for text in texts]
-
-
-Place = tuple[int, int, int]  # of a digest in the map's history: revision, frames, stamp
 
 
 @dataclass(slots=True)
@@ -170,9 +144,9 @@ class MapHistory:
     @property
     def steps(self) -> Iterator[MapStep]:
         """The changes of the map; frames that are not in the recording are gaps."""
-        for step in map_steps(self.revisions):
-            lost = step.kind is StepKind.FUSE and step.after.stamp_ns not in self.stamps_ns
-            yield MapStep(StepKind.GAP, step.after) if lost else step
+        for change, after in map_steps(self.revisions):
+            lost = change is Change.FUSE and after.stamp_ns not in self.stamps_ns
+            yield (Change.GAP if lost else change, after)
 
 
 def read_history(path: Path) -> MapHistory:
@@ -184,9 +158,12 @@ def read_history(path: Path) -> MapHistory:
         elif message.topic == DIGESTS.key:
             history.digests.append(message.decode(MapDigest))
         elif message.topic == QUERIES.key:
-            history.asked.add(message.decode(AnsweredQuery))
+            query = message.decode(AnsweredQuery)
+            history.asked.queries[query.revision].append(query)
         elif message.topic == EMBEDDINGS.key:
-            history.asked.embed(message.decode(TextEmbeddings))
+            embeddings, device = message.decode(TextEmbeddings), torch.device("cpu")
+            for index, text in enumerate(embeddings.texts):
+                history.asked.texts[text] = text_query(embeddings, index, device)
         elif message.topic == FIELDS.key:
             history.stamps_ns.add(message.stamp_ns)
         elif message.topic == POSE_GRAPHS.key:
@@ -199,12 +176,13 @@ def read_history(path: Path) -> MapHistory:
 class MapRebuild:
     """A map that is computed again, compared with the recorded digests on the way.
 
-    compared, equal: digests that were compared, and those that were the same. gaps: changes
-    since the map was empty that the recording does not hold; nothing is compared after one.
+    digests: by revision, frames and stamp. compared, equal: digests that were compared, and those
+    that were the same. gaps: changes since the map was empty that the recording does not hold;
+    nothing is compared after one.
     """
 
     belief: BeliefMap
-    digests: dict[Place, MapDigest]
+    digests: dict[tuple[int, int, int], MapDigest] = field(default_factory=dict)
     asked: AskedAgain = field(default_factory=AskedAgain)
     known: bool = False
     gaps: int = 0
@@ -215,21 +193,21 @@ class MapRebuild:
 
     def follow(self, steps: Iterable[MapStep], fields: Iterator[FeatureField]) -> None:
         """Apply the changes; the fields come in the order in which the mapper took them."""
-        for step in steps:
-            if step.kind is StepKind.NEW_MAP:
-                empty = step.after.frames_fused == 0
-                first = step.after.revision if empty else 0
-                self.belief = BeliefMap(self.belief.params, first_revision=first)
-                self.known, self.gaps = True, 0
-            elif step.kind is StepKind.RESET:
-                self.belief.reset_searched()
-            elif step.kind is StepKind.GAP:
-                self.gaps += 1
-                self.known = False
-            else:
-                wanted = step.after.stamp_ns
-                self.fuse(next(each for each in fields if each.stamp_ns == wanted))
-            self._compare(step.after)
+        for change, after in steps:
+            match change:
+                case Change.NEW_MAP:
+                    first = after.revision if after.frames_fused == 0 else 0
+                    self.belief = BeliefMap(self.belief.params, first_revision=first)
+                    self.known, self.gaps = True, 0
+                case Change.RESET:
+                    self.belief.reset_searched()
+                case Change.GAP:
+                    self.gaps += 1
+                    self.known = False
+                case Change.FUSE:
+                    self.fuse(next(each for each in fields if each.stamp_ns == after.stamp_ns))
+            if self.known and self.belief.frames_fused == after.frames_fused:
+                self._compare(after)
 
     def fuse(self, frame: FeatureField) -> None:
         """Fuse one frame, unless it does not fit the map, as after a gap."""
@@ -240,11 +218,8 @@ class MapRebuild:
             self.rejected += 1
 
     def _compare(self, after: MapRevision) -> None:
-        if not self.known or self.belief.frames_fused != after.frames_fused:
-            return
         self.asked.ask(self.belief)
-        place = (after.revision, after.frames_fused, after.stamp_ns)
-        digest = self.digests.get(place)
+        digest = self.digests.get((after.revision, after.frames_fused, after.stamp_ns))
         if digest is None:
             return
         self.compared += 1
@@ -254,53 +229,9 @@ class MapRebuild:
             self.first_difference = after.revision
 
 
-def rebuilt(path: Path, history: MapHistory, params: MapParams) -> MapRebuild:
-    """The map of the recorded features; raises BagError."""
-    digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
-    asked = AskedAgain() if history.corrected else history.asked
-    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests, asked)
-    fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
-    made.follow(history.steps, fields)
-    return made
-
-
 def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
     """All recorded images with their poses; raises BagError."""
     return (message.decode(RgbdFrame) for message in _on(path, FRAMES.key))
-
-
-def encoded_again(
-    frames: Iterable[RgbdFrame], encoder: Encoder, observation: VarianceParams, params: MapParams
-) -> MapRebuild:
-    """The map of these frames with this encoder; raises BackendError."""
-    made = MapRebuild(BeliefMap(params), {})
-    for frame in frames:
-        made.fuse(feature_field(frame, encoder.encode(frame.rgb), encoder, observation))
-    return made
-
-
-def problems_of(history: MapHistory, made: MapRebuild) -> list[str]:
-    """Why the map is not, or not surely, the recorded one; each in one sentence."""
-    problems = []
-    if history.corrected:
-        problems.append(
-            "The map followed corrections of SLAM (robot/pose_graph); the frames are fused where "
-            "they were first seen, so that nothing is compared."
-        )
-    if made.gaps:
-        problems.append(
-            f"{made.gaps} changes of the map are not in the recording: it began with a map that "
-            "was not empty (see --clear-map), a map was loaded, or messages were missed."
-        )
-    recorded = sorted({digest.versions for digest in history.digests} - {versions()})
-    if made.compared > made.equal and recorded:
-        problems.append(
-            f"Recorded with {'; '.join(recorded)}, computed with {versions()}: last bits may "
-            "differ."
-        )
-    if made.rejected:
-        problems.append(f"{made.rejected} frames do not fit the map.")
-    return problems
 
 
 def _on(path: Path, topic: str) -> Iterator[BagMessage]:
@@ -320,72 +251,29 @@ class ReplayOptions:
 def replay(options: ReplayOptions) -> dict[str, Any]:
     """Compute the map again; one JSON object. CliError for what cannot be read or written."""
     bag: Ros2Bag | None = None
-    try:
-        if is_ros2(options.path):
-            options = replace(options, reencode=True)
-            bag = _open_ros2(options)
-        history = read_history(options.path)
-        params = _map_params(options, history)
-        torch.set_num_threads(TORCH_THREADS)
-        if options.reencode:
-            frames = recorded_frames(options.path) if bag is None else bag.frames()
-            made = _encoded(options, frames, params)
-        else:
-            made = rebuilt(options.path, history, params)
-    except (BagError, BackendError) as problem:
-        sentence = str(problem)
-        raise CliError(f"{sentence[0].upper()}{sentence[1:]}.", EXIT_USAGE_ERROR) from problem
+    if is_ros2(options.path):
+        options = replace(options, reencode=True)
+        with requires_extra("ros2", "A bag of ROS 2"):
+            from onemap_ros2.config import Ros2Config
+            from onemap_tools.recording.ros2_frames import Ros2Bag
+        bag = Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
+    history = read_history(options.path)
+    params = _map_params(options, history)
+    torch.set_num_threads(TORCH_THREADS)
+    if options.reencode:
+        frames = recorded_frames(options.path) if bag is None else bag.frames()
+        made = _encoded_again(frames, options.config, params)
+    else:
+        made = _rebuilt(options.path, history, params)
     if not made.belief.store.count:
         what = "images" if options.reencode else "features and map revisions"
         raise CliError(f"{options.path} holds no {what} of which a map could be made.")
     if options.out is not None:
-        _write(made, options.out)
-    document = _document(options, history, made)
-    document["problems"] += bag.problems if bag is not None else []
-    return document
-
-
-def _open_ros2(options: ReplayOptions) -> Ros2Bag:
-    """A bag of ROS 2, whose messages need packages that OneMap's own recordings do not."""
-    with requires_extra("ros2", "A bag of ROS 2"):
-        from onemap_ros2.config import Ros2Config
-        from onemap_tools.recording.ros2_frames import Ros2Bag
-    return Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
-
-
-def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
-    """The settings of the mapper that was recorded; those of --config if images are encoded."""
-    if not history.digests or (options.reencode and options.config is not None):
-        return section(read(options.config), "mapper", MapperConfig).map
-    try:
-        params = MapParams(**json.loads(history.digests[0].settings))
-    except (TypeError, ValueError) as problem:
-        raise BagError(
-            f"{options.path} was recorded with settings of the mapper that this version does not "
-            f"know: {problem}"
-        ) from problem
-    if params.device.startswith("cuda") and not torch.cuda.is_available():
-        return replace(params, device="cpu")
-    return params
-
-
-def _encoded(options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapParams) -> MapRebuild:
-    perception = section(read(options.config), "perception", PerceptionConfig)
-    encoder = make_encoder(perception.encoder)
-    return encoded_again(frames, encoder, VarianceParams(perception.variance), params)
-
-
-def _write(made: MapRebuild, out: Path) -> None:
-    try:
-        map_file.write(take(made.belief), out)
-    except OSError as problem:
-        raise CliError(f"Cannot write {out}: {problem.strerror}.") from problem
-
-
-def _document(options: ReplayOptions, history: MapHistory, made: MapRebuild) -> dict[str, Any]:
-    problems = problems_of(history, made)
-    if not options.reencode and not made.compared:
-        problems.append("No digest of the map could be compared.")
+        try:
+            map_file.write(take(made.belief), options.out)
+        except OSError as problem:
+            raise CliError(f"Cannot write {options.out}: {problem.strerror}.") from problem
+    problems = _problems(history, made, reencoded=options.reencode)
     return {
         "file": str(options.path),
         "cut_off": history.cut_off,
@@ -399,9 +287,76 @@ def _document(options: ReplayOptions, history: MapHistory, made: MapRebuild) -> 
         "first_difference": made.first_difference,
         "queries": {"compared": made.asked.compared, "equal": made.asked.equal},
         "same": None if not made.compared else made.compared == made.equal,
-        "problems": problems,
+        "problems": [*problems, *(bag.problems if bag is not None else ())],
         "out": None if options.out is None else str(options.out),
     }
+
+
+def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
+    """The settings of the mapper that was recorded; those of --config if images are encoded."""
+    if not history.digests or (options.reencode and options.config is not None):
+        return section(read(options.config), "mapper", MapperConfig).map
+    try:
+        params = MapParams(**json.loads(history.digests[0].settings))
+    except (TypeError, ValueError) as problem:
+        raise BagError(
+            f"{options.path} was recorded with settings of the mapper that this version does not "
+            f"know: {problem}."
+        ) from problem
+    if params.device.startswith("cuda") and not torch.cuda.is_available():
+        return replace(params, device="cpu")
+    return params
+
+
+def _rebuilt(path: Path, history: MapHistory, params: MapParams) -> MapRebuild:
+    """The map of the recorded features; raises BagError."""
+    made = MapRebuild(BeliefMap(params))
+    if not history.corrected:
+        made.asked = history.asked
+        made.digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
+    fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
+    made.follow(history.steps, fields)
+    return made
+
+
+def _encoded_again(
+    frames: Iterable[RgbdFrame], config: Path | None, params: MapParams
+) -> MapRebuild:
+    """The map of these frames with the encoder of --config."""
+    perception = section(read(config), "perception", PerceptionConfig)
+    observation = VarianceParams(perception.variance)
+    made = MapRebuild(BeliefMap(params))
+    try:
+        encoder = make_encoder(perception.encoder)
+        for frame in frames:
+            made.fuse(feature_field(frame, encoder.encode(frame.rgb), encoder, observation))
+    except BackendError as problem:
+        raise CliError(f"{problem}.", EXIT_USAGE_ERROR) from problem
+    return made
+
+
+def _problems(history: MapHistory, made: MapRebuild, *, reencoded: bool) -> Iterator[str]:
+    """Why the map is not, or not surely, the recorded one; each in one sentence."""
+    if history.corrected:
+        yield (
+            "The map followed corrections of SLAM (robot/pose_graph); the frames are fused where "
+            "they were first seen, so that nothing is compared."
+        )
+    if made.gaps:
+        yield (
+            f"{made.gaps} changes of the map are not in the recording: it began with a map that "
+            "was not empty (see --clear-map), a map was loaded, or messages were missed."
+        )
+    recorded = sorted({digest.versions for digest in history.digests} - {versions()})
+    if made.compared > made.equal and recorded:
+        yield (
+            f"Recorded with {'; '.join(recorded)}, computed with {versions()}: last bits may "
+            "differ."
+        )
+    if made.rejected:
+        yield f"{made.rejected} frames do not fit the map."
+    if not reencoded and not made.compared:
+        yield "No digest of the map could be compared."
 
 
 def describe(document: dict[str, Any]) -> list[str]:

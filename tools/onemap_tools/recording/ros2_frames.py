@@ -10,28 +10,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from onemap_ros2.cdr import CAMERA_INFO, TF, image_type
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.robot_input import RobotInput
+from onemap_ros2.topic_list import needs
 from onemap_shared.messages import RgbdFrame
 from onemap_tools.recording.bag_file import CDR, BagError, BagReader
 
 LONG_S = 10.0  # more than anything may wait
+READ = ("tf_static", "tf", "camera_info", "depth_camera_info", "color", "depth")
 
 
 def read_topics(config: Ros2Config) -> dict[str, tuple[str, str]]:
     """What is read of a bag, by the names of the settings: topic and type."""
-    topics = config.names
-    found = {
-        "tf_static": (topics.tf_static, TF),
-        "tf": (topics.tf, TF),
-        "camera_info": (topics.camera_info, CAMERA_INFO),
-        "color": (topics.color, image_type(topics.color)),
-        "depth": (topics.depth, image_type(topics.depth)),
-    }
-    if topics.depth_camera_info is not None:
-        found["depth_camera_info"] = (topics.depth_camera_info, CAMERA_INFO)
-    return found
+    read = (need for need in needs(config) if need.setting in READ)
+    return {need.setting: (need.topic, need.types[0]) for need in read}
 
 
 @dataclass(slots=True)
@@ -46,31 +38,28 @@ class Ros2Bag:
     def frames(self) -> Iterator[RgbdFrame]:
         """All frames in the order of the recording; BagError if there is none."""
         robot, now_s = RobotInput(self.config), 0.0
-        wanted = read_topics(self.config)
-        kinds = {topic: kind for kind, (topic, _) in wanted.items()}
+        kinds = {topic: (kind, of) for kind, (topic, of) in read_topics(self.config).items()}
         types: dict[str, str] = {}
         for message in BagReader(self.path).messages():
             types.setdefault(message.topic, message.schema)
-            kind = kinds.get(message.topic)
-            if kind is None:
+            if message.topic not in kinds:
                 continue
-            ros_type = wanted[kind][1]
+            kind, ros_type = kinds[message.topic]
             if (message.encoding, message.schema) != (CDR, ros_type):
                 raise BagError(
                     f"{message.topic} (ros2.topics.{kind}) in {self.path} is {message.schema} in "
-                    f"{message.encoding}; it must be {ros_type} in {CDR}"
+                    f"{message.encoding}; it must be {ros_type} in {CDR}."
                 )
             now_s = message.log_time_ns / 1e9
             robot.add(kind, message.data, now_s)
             yield from self._ready(robot, now_s)
         yield from self._ready(robot, now_s + LONG_S)  # what waits for a transform waits in vain
         if self.frames_read == 0:
-            raise BagError(self._lack(types) or f"no frame in {self.path}: {robot.problem}")
-        counts = robot.counts
+            raise BagError(self._lack(types) or f"No frame in {self.path}: {robot.problem}.")
         for count, what in (
             (robot.unpaired, "images have no counterpart with a near stamp"),
-            (counts.no_transform, "images or their depth have no transform at their stamp"),
-            (counts.unusable, f"messages cannot be used: {robot.problem}"),
+            (robot.counts.no_transform, "images or their depth have no transform at their stamp"),
+            (robot.counts.unusable, f"messages cannot be used: {robot.problem}"),
         ):
             if count:
                 self.problems.append(f"{count} {what}.")
@@ -88,6 +77,6 @@ class Ros2Bag:
                 there = f"those are {', '.join(fitting)}" if fitting else "there is none"
                 return (
                     f"{self.path} holds no {name} (ros2.topics.{kind}) of type {ros_type}: "
-                    f"{there}; name the topics in --config"
+                    f"{there}; name the topics in --config."
                 )
         return ""
