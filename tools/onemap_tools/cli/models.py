@@ -9,13 +9,7 @@ import typer
 
 from onemap_tools.cli.options import DEEPER, Config, Json
 from onemap_tools.cli.terminal import confirmed, print_json, progress_console, result_console
-from onemap_tools.errors import (
-    EXIT_FAILED,
-    EXIT_OK,
-    EXIT_USAGE_ERROR,
-    CliError,
-    requires_extra,
-)
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
 export_app = typer.Typer()
@@ -30,7 +24,7 @@ def list_models(as_json: Json = False) -> None:
     entries = known.inventory()
     known.describe(entries, result_console(as_json))
     if as_json:
-        print_json({"models": [entry.document() for entry in entries]})
+        print_json({"models": entries})
 
 
 @app.command()
@@ -65,10 +59,16 @@ def use(
     its other settings and its comments stay.
     """
     with requires_extra("transformers", "'onemap models use'"):
-        from onemap_tools.models.setup import SetupRequest, set_up
+        from onemap_tools.models.setup import set_up
 
-    request = SetupRequest(tuple(names), config, device, allow_remote_code)
-    document = set_up(request, lambda: None if yes else _agree(), progress_console())
+    document = set_up(
+        names,
+        config,
+        device,
+        allow_remote_code=allow_remote_code,
+        confirm=lambda: None if yes else _agree(),
+        console=progress_console(),
+    )
     console = result_console(as_json)
     console.print(f"{config}:" if document["changed_lines"] else f"{config} has it all already.")
     for line in document["changed_lines"]:
@@ -100,7 +100,7 @@ def fetch(repo: Repo, as_json: Json = False) -> None:
     entry = known.fetch(repo, progress_console())
     known.describe([entry], result_console(as_json))
     if as_json:
-        print_json(entry.document())
+        print_json(entry)
 
 
 @app.command()
@@ -138,12 +138,13 @@ def export_encoder(
         from onemap_tools.models.tower import export_encoder as export
     _, _, perception = load(config, "perception", PerceptionConfig)
     exported = export(perception.encoder, out, size)
-    width, height = exported.input_px
+    width, height = exported["input_px"]
+    columns, rows = exported["cells"]
     console = result_console(as_json)
     console.print(
-        f"{exported.path}: {width} x {height} pixels to {exported.cells[0]} x "
-        f"{exported.cells[1]} cells, cosine at least {exported.least_cosine:.6f}"
+        f"{out}: {width} x {height} pixels to {columns} x {rows} cells, cosine at least "
+        f"{exported['least_cosine']:.6f}"
     )
-    console.print(f"On the Jetson: {exported.trtexec}", soft_wrap=True)
+    console.print(f"On the Jetson: {exported['trtexec']}", soft_wrap=True)
     if as_json:
-        print_json(exported.document())
+        print_json(exported)

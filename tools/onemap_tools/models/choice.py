@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from onemap_perception.config import PerceptionConfig
@@ -68,10 +69,10 @@ def choose(names: Sequence[str]) -> ModelChoice:
         for backend, repo in _models_of(name).items():
             (encoders if backend in ENCODERS else detectors)[backend] = repo
     if len(encoders) > 1:
-        raise CliError(f"{_both(encoders)} are both encoders: name one", EXIT_USAGE_ERROR)
+        raise CliError(f"{' and '.join(encoders)} are both encoders: name one", EXIT_USAGE_ERROR)
     if len(detectors) > 1 and ROUTED not in names:
         raise CliError(
-            f"{_both(detectors)} are both detectors: name one, or {ROUTED} to run both",
+            f"{' and '.join(detectors)} are both detectors: name one, or {ROUTED} to run both",
             EXIT_USAGE_ERROR,
         )
     encoder, model = next(iter(encoders.items()), ("", ""))
@@ -80,10 +81,8 @@ def choose(names: Sequence[str]) -> ModelChoice:
 
 def _models_of(name: str) -> dict[str, str]:
     """Hub ids by backend."""
-    if name == ROUTED:
-        return {backend: _default_model(backend) for backend in DETECTORS}
     if name in NAMES:
-        return {name: _default_model(name)}
+        return {each: _default_model(each) for each in (DETECTORS if name == ROUTED else (name,))}
     known = {model.repo: model.backend for model in KNOWN_MODELS}
     if name in known:
         return {known[name]: name}
@@ -97,10 +96,6 @@ def _models_of(name: str) -> dict[str, str]:
 def _default_model(backend: str) -> str:
     backend = "open_vocabulary" if backend == ROUTED else backend
     return next((model.repo for model in KNOWN_MODELS if model.backend == backend), "")
-
-
-def _both(models: Mapping[str, str]) -> str:
-    return " and ".join(models)
 
 
 def perception_section(
@@ -164,25 +159,22 @@ def networks_of(config: PerceptionConfig) -> tuple[NetworkParams, ...]:
     return tuple(part for part in parts if isinstance(part, NetworkParams))
 
 
+# By backend: the package as it is called, how it is installed, the module and what is in it.
+PACKAGES: Mapping[str, tuple[str, str, str, str]] = {
+    "openclip_convnext": ("open_clip", OPEN_CLIP, "open_clip.model", "CLIP"),
+    "tipsv2": ("transformers 5.23 or later", TRANSFORMERS, "transformers", "Tipsv2Model"),
+    "radio": ("transformers", TRANSFORMERS, "transformers", "AutoModel"),
+    "coco": ("transformers", TRANSFORMERS, "transformers", "RTDetrV2ForObjectDetection"),
+    "open_vocabulary": (
+        "transformers", TRANSFORMERS, "transformers", "AutoModelForZeroShotObjectDetection",
+    ),
+}  # fmt: skip
+
+
 def check_packages(config: PerceptionConfig) -> None:
     """Import what the encoder and the detector need; ModelError with the command to install it."""
-    detector = config.detector
-    if isinstance(config.encoder, OpenClipConvNextParams):
-        with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=ModelError):
-            import open_clip.model  # noqa: F401
-    if isinstance(config.encoder, Tipsv2Params):
-        with optional_import(
-            "transformers 5.23 or later", TRANSFORMERS, backend="tipsv2", kind=ModelError
-        ):
-            from transformers import Tipsv2Model  # noqa: F401
-    if isinstance(config.encoder, RadioParams):
-        with optional_import("transformers", TRANSFORMERS, backend="radio", kind=ModelError):
-            from transformers import AutoModel  # noqa: F401
-    if isinstance(detector, CocoParams | RoutedParams):
-        with optional_import("transformers", TRANSFORMERS, backend="coco", kind=ModelError):
-            from transformers import RTDetrV2ForObjectDetection  # noqa: F401
-    if isinstance(detector, OpenVocabularyParams | RoutedParams):
-        with optional_import(
-            "transformers", TRANSFORMERS, backend="open_vocabulary", kind=ModelError
-        ):
-            from transformers import AutoModelForZeroShotObjectDetection  # noqa: F401
+    for params in networks_of(config):
+        package, install, module, name = PACKAGES[params.backend]
+        with optional_import(package, install, backend=params.backend, kind=ModelError):
+            if not hasattr(import_module(module), name):
+                raise ImportError(f"{module} has no {name}")

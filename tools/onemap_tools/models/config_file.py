@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import yaml
@@ -24,7 +25,10 @@ from onemap_shared.params import is_secret
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import ModelChoice, perception_section
 
-NO_ENVIRONMENT: Mapping[str, str] = {}
+LINE_CHARS = 4096  # longer lines are folded; a person's are shorter
+DEFAULT_INDENT = 2
+NESTED = re.compile(r"^( +)[\w-]+:")
+KEY = re.compile(r"^(\s*)([\w-]+):")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +48,14 @@ def draft(path: Path, choice: ModelChoice, device: str, *, allow_remote_code: bo
     """
     check_writable(path)
     before = _text(path)
-    sections = read(path if path.exists() else None, NO_ENVIRONMENT)
+    sections = read(path if path.exists() else None, {})
     section(sections, "perception", PerceptionConfig)
     wanted = perception_section(
         sections.get("perception", {}), choice, device, allow_remote_code=allow_remote_code
     )
     config = section({"perception": wanted}, "perception", PerceptionConfig)
-    return ConfigDraft(
-        path, before, with_section(before, "perception", wanted, source=str(path)), config
-    )
+    after = with_section(before, "perception", wanted, source=str(path))
+    return ConfigDraft(path, before, after, config)
 
 
 def check_writable(path: Path) -> None:
@@ -64,13 +67,12 @@ def check_writable(path: Path) -> None:
         raise CliError(f"{path} cannot be written: there is no folder {target.parent}")
     if target.exists() and not os.access(target, os.W_OK):
         raise CliError(f"{path} cannot be written: it is read-only")
-    probe = target.with_name(f".{target.name}.{os.getpid()}.probe")
     try:
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        TemporaryFile(dir=target.parent).close()
     except OSError as problem:
-        reason = problem.strerror or problem
-        raise CliError(f"{path} cannot be written: {target.parent}: {reason}") from problem
+        raise CliError(
+            f"{path} cannot be written: {target.parent}: {problem.strerror}"
+        ) from problem
 
 
 def write(drafted: ConfigDraft) -> None:
@@ -87,8 +89,7 @@ def write(drafted: ConfigDraft) -> None:
                 os.fchmod(file.fileno(), target.stat().st_mode & 0o7777)
             file.write(drafted.after.encode("utf-8"))
     except OSError as problem:
-        reason = problem.strerror or problem
-        raise CliError(f"{drafted.path} cannot be written: {reason}") from problem
+        raise CliError(f"{drafted.path} cannot be written: {problem.strerror}") from problem
 
 
 def _text(path: Path) -> str:
@@ -98,12 +99,6 @@ def _text(path: Path) -> str:
         return ""
     except (OSError, UnicodeDecodeError) as problem:
         raise CliError(f"cannot read {path}: {problem}", EXIT_USAGE_ERROR) from problem
-
-
-LINE_CHARS = 4096  # longer lines are folded; a person's are shorter
-DEFAULT_INDENT = 2
-NESTED = re.compile(r"^( +)[\w-]+:")
-KEY = re.compile(r"^(\s*)([\w-]+):")
 
 
 def with_section(text: str, name: str, section: Mapping[str, Any], *, source: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
@@ -22,12 +22,11 @@ from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import RadioParams
-from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import NetworkParams, check_packages, choose, networks_of
-from onemap_tools.models.config_file import ConfigDraft, changed_lines, draft, write
-from onemap_tools.models.known import download
+from onemap_tools.models.config_file import changed_lines, draft, write
+from onemap_tools.models.known import MEGABYTE, download, model_errors
 
 GIGABYTE = 1e9
 NUMBER_BYTES = 4  # weights are loaded in single precision, whatever their file holds
@@ -35,39 +34,34 @@ NUMBER_BYTES = 4  # weights are loaded in single precision, whatever their file 
 # measured 0.6 and 0.8 GB beside the weights of tipsv2 and openclip_convnext on a CPU.
 ALLOWANCE_BYTES = 1_000_000_000
 CGROUP = Path("/sys/fs/cgroup")
+TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
+UNCALIBRATED = (
+    "Scores of this encoder are not calibrated: every query is answered, and every verdict is "
+    "found, until mapper.found_score and perception.encoder.floor are set for your rooms "
+    "(docs/encoders.md)."
+)
 
 
-@dataclass(frozen=True, slots=True)
-class Network:
-    """A network to load. device: cpu, cuda or cuda:N; parameters: numbers in its weights."""
-
-    device: str
-    parameters: int
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceMemory:
+class DeviceMemory(NamedTuple):
     """Bytes that a device has, and those that nobody uses now."""
 
     total_bytes: int
     free_bytes: int
 
 
-def needed_memory(networks: Sequence[Network]) -> dict[str, int]:
+def needed_memory(networks: Sequence[tuple[str, int]]) -> dict[str, int]:
     """Bytes needed by device; always of the cpu, through whose memory all weights go.
 
-    An estimate: the weights, those of the file beside them while one network is loaded, and
-    ALLOWANCE_BYTES.
+    networks: device (cpu, cuda or cuda:N) and parameters of each. An estimate: the weights, those
+    of the file beside them while one network is loaded, and ALLOWANCE_BYTES.
     """
-    needed: dict[str, int] = {}
-    for network in networks:
-        weights = network.parameters * NUMBER_BYTES
-        needed[network.device] = needed.get(network.device, ALLOWANCE_BYTES) + weights
-    loading = max(
-        (n.parameters * NUMBER_BYTES * (1 if n.device == "cpu" else 2) for n in networks),
-        default=0,
-    )
-    needed["cpu"] = needed.get("cpu", ALLOWANCE_BYTES) + loading
+    needed = {"cpu": ALLOWANCE_BYTES}
+    loading = 0
+    for device, parameters in networks:
+        weights = parameters * NUMBER_BYTES
+        needed[device] = needed.get(device, ALLOWANCE_BYTES) + weights
+        loading = max(loading, weights * (1 if device == "cpu" else 2))
+    needed["cpu"] += loading
     return needed
 
 
@@ -89,54 +83,11 @@ def _cgroup_bytes(name: str) -> int | None:
     return None
 
 
-def shortage(needed: Mapping[str, int], present: Mapping[str, DeviceMemory]) -> str:
-    """Which device is too small and by how much, in a sentence; empty if none is."""
-    for device, bytes_needed in needed.items():
-        there = present[device]
-        if bytes_needed > there.free_bytes:
-            advice = (
-                "choose a smaller model or another --device"
-                if bytes_needed > there.total_bytes
-                else "end other programs, or choose another --device"
-            )
-            return (
-                f"the models need about {bytes_needed / GIGABYTE:.1f} GB of memory on {device}; "
-                f"it has {there.total_bytes / GIGABYTE:.1f} GB, of which "
-                f"{there.free_bytes / GIGABYTE:.1f} GB are free: {advice}"
-            )
-    return ""
-
-
 def used_memory(device: str) -> int:
     """Most bytes of the device that this process has held so far; of a GPU those for tensors."""
     if device == "cpu":
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return torch.cuda.max_memory_reserved(torch.device(device))
-
-
-def best_device() -> str:
-    """``cuda`` if torch can use one here, else ``cpu``."""
-    return "cuda" if torch.cuda.is_available() else "cpu"
-
-
-MEGABYTE = 1e6
-TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
-UNCALIBRATED = (
-    "Scores of this encoder are not calibrated: every query is answered, and every verdict is "
-    "found, until mapper.found_score and perception.encoder.floor are set for your rooms "
-    "(docs/encoders.md)."
-)
-Confirm = Callable[[], None]  # raises CliError if the user does not agree
-
-
-@dataclass(frozen=True, slots=True)
-class SetupRequest:
-    """What the user asks for. device: empty for the best of this machine."""
-
-    names: tuple[str, ...]
-    config: Path
-    device: str = ""
-    allow_remote_code: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,36 +109,63 @@ class WantedModel:
         return sum(file.size_bytes for file in large if not (blobs / file.digest).exists())
 
 
-def set_up(request: SetupRequest, confirm: Confirm, console: Console) -> dict[str, Any]:
-    """Fetch, check and configure; the result as a JSON object. Raises CliError."""
-    device = request.device or best_device()
-    drafted = draft(
-        request.config,
-        choose(request.names),
-        device,
-        allow_remote_code=request.allow_remote_code,
-    )
-    try:
+def set_up(
+    names: Sequence[str],
+    path: Path,
+    device: str,
+    *,
+    allow_remote_code: bool,
+    confirm: Callable[[], None],
+    console: Console,
+) -> dict[str, Any]:
+    """Fetch, check and configure; the result as a JSON object. Raises CliError.
+
+    device: empty for the best of this machine. confirm: raises CliError if the user disagrees.
+    """
+    device = device or ("cuda" if torch.cuda.is_available() else "cpu")
+    drafted = draft(path, choose(names), device, allow_remote_code=allow_remote_code)
+    with model_errors():
         _check_machine(drafted.perception)
         wanted = [_look_up(params) for params in networks_of(drafted.perception)]
-        memory = _check_memory(wanted)
+        needed = needed_memory([(each.params.device, each.parameters) for each in wanted])
+        present = {each: device_memory(each) for each in needed}
+        check_memory(needed, present)
         _check_disk(wanted)
-        _describe(wanted, memory, console)
+        _describe(wanted, console)
+        for each, there in present.items():
+            console.print(
+                f"Memory of {each}: about {needed[each] / GIGABYTE:.1f} GB needed, "
+                f"{there.free_bytes / GIGABYTE:.1f} of {there.total_bytes / GIGABYTE:.1f} GB free"
+            )
         confirm()
-        for each in wanted:
-            if each.model is not None:
-                download(each.model, console)
+        for model in wanted:
+            if model.model is not None:
+                download(model.model, console)
         console.print("Loading them for one image ...")
         try_out(drafted.perception)
-        for device, (needed, _) in memory.items():
-            used = used_memory(device) / GIGABYTE
-            console.print(
-                f"  used at most {used:.1f} of about {needed / GIGABYTE:.1f} GB of {device}"
-            )
-    except BackendError as problem:
-        raise CliError(str(problem)) from problem
+        used = {each: used_memory(each) for each in needed}
+        for each, most in used.items():
+            of = f"about {needed[each] / GIGABYTE:.1f} GB of {each}"
+            console.print(f"  used at most {most / GIGABYTE:.1f} of {of}")
     write(drafted)
-    return _document(drafted, wanted, memory)
+    return {
+        "config": str(path),
+        "changed_lines": changed_lines(drafted.before, drafted.after),
+        "models": [
+            {"model": each.params.model, "device": each.params.device, "numbers": each.parameters}
+            for each in wanted
+        ],
+        "memory": {
+            each: {
+                "needed_bytes": needed[each],
+                "free_bytes": present[each].free_bytes,
+                "used_bytes": used[each],
+            }
+            for each in needed
+        },
+        "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
+        "next": f"onemap up --config {path}",
+    }
 
 
 def _check_machine(config: PerceptionConfig) -> None:
@@ -209,8 +187,7 @@ def _look_up(params: NetworkParams) -> WantedModel:
     known = {model.repo: model for model in model_store.KNOWN_MODELS}
     model = known.get(params.model)
     if model is None:
-        place = model_store.locate(params.model)
-        return WantedModel(params, _parameters_here(place))
+        return WantedModel(params, _parameters_here(model_store.locate(params.model)))
     listing = model_store.look_up(model.repo, model.files)
     folder = model_store.cached(model.repo, model.files)
     parameters = _parameters_here(folder) if folder else model_store.count_parameters(listing)
@@ -223,22 +200,29 @@ def _parameters_here(place: Path) -> int:
     return model_store.count_parameters_here(place)
 
 
-def _check_memory(wanted: Sequence[WantedModel]) -> dict[str, tuple[int, DeviceMemory]]:
-    """Needed and present memory by device; CliError if a device is too small."""
-    needed = needed_memory([Network(each.params.device, each.parameters) for each in wanted])
-    present = {device: device_memory(device) for device in needed}
-    if problem := shortage(needed, present):
-        raise CliError(f"Too small: {problem}")
-    return {device: (bytes_needed, present[device]) for device, bytes_needed in needed.items()}
+def check_memory(needed: Mapping[str, int], present: Mapping[str, DeviceMemory]) -> None:
+    """CliError if a device is too small, by how much."""
+    for device, bytes_needed in needed.items():
+        total, free = present[device]
+        if bytes_needed > free:
+            advice = (
+                "choose a smaller model or another --device"
+                if bytes_needed > total
+                else "end other programs, or choose another --device"
+            )
+            raise CliError(
+                f"Too small: the models need about {bytes_needed / GIGABYTE:.1f} GB of memory on "
+                f"{device}; it has {total / GIGABYTE:.1f} GB, of which {free / GIGABYTE:.1f} GB "
+                f"are free: {advice}"
+            )
 
 
 def _check_disk(wanted: Sequence[WantedModel]) -> None:
     missing = sum(each.missing_bytes for each in wanted)
-    repos = [each.listing.repo for each in wanted if each.listing is not None]
     if not missing:
         return
-    folder = model_store.blobs_folder(repos[0])
-    there = next(parent for parent in folder.parents if parent.exists())
+    repo = next(each.listing.repo for each in wanted if each.listing is not None)
+    there = next(place for place in model_store.blobs_folder(repo).parents if place.exists())
     free = shutil.disk_usage(there).free
     if missing > free:
         raise CliError(
@@ -247,12 +231,8 @@ def _check_disk(wanted: Sequence[WantedModel]) -> None:
         )
 
 
-def _describe(
-    wanted: Sequence[WantedModel],
-    memory: dict[str, tuple[int, DeviceMemory]],
-    console: Console,
-) -> None:
-    """Print licence, size and what is missing of every model, and the memory."""
+def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
+    """Print licence, size and what is missing of every model."""
     for each in wanted:
         if each.model is None or each.listing is None:
             own = f"{each.params.model}: your own files; their licence is yours to know"
@@ -260,18 +240,11 @@ def _describe(
             continue
         stated = each.listing.licence
         licence = each.model.licence + (f" (its page states {stated})" if stated else "")
-        missing = each.missing_bytes / MEGABYTE
-        console.print(f"{each.model.repo} for {each.params.backend}")
+        size = each.listing.size_bytes / MEGABYTE
         page = f"https://huggingface.co/{each.model.repo}"
+        console.print(f"{each.model.repo} for {each.params.backend}")
         console.print(f"  licence: {licence}; {page}", soft_wrap=True)
-        console.print(
-            f"  size: {each.listing.size_bytes / MEGABYTE:.1f} MB, to fetch: {missing:.1f} MB"
-        )
-    for device, (needed, there) in memory.items():
-        console.print(
-            f"Memory of {device}: about {needed / GIGABYTE:.1f} GB needed, "
-            f"{there.free_bytes / GIGABYTE:.1f} of {there.total_bytes / GIGABYTE:.1f} GB free"
-        )
+        console.print(f"  size: {size:.1f} MB, to fetch: {each.missing_bytes / MEGABYTE:.1f} MB")
 
 
 def try_out(config: PerceptionConfig) -> None:
@@ -283,28 +256,3 @@ def try_out(config: PerceptionConfig) -> None:
     detector = make_detector(config.detector, encoder)
     if not isinstance(config.detector, PluginParams):
         detector.detect(Image(black, features), encoder.embed_text(("chair", "lamp")))
-
-
-def _document(
-    drafted: ConfigDraft,
-    wanted: Sequence[WantedModel],
-    memory: dict[str, tuple[int, DeviceMemory]],
-) -> dict[str, Any]:
-    return {
-        "config": str(drafted.path),
-        "changed_lines": changed_lines(drafted.before, drafted.after),
-        "models": [
-            {"model": each.params.model, "device": each.params.device, "numbers": each.parameters}
-            for each in wanted
-        ],
-        "memory": {
-            device: {
-                "needed_bytes": needed,
-                "free_bytes": there.free_bytes,
-                "used_bytes": used_memory(device),
-            }
-            for device, (needed, there) in memory.items()
-        },
-        "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
-        "next": f"onemap up --config {drafted.path}",
-    }
