@@ -96,21 +96,16 @@ def test_what_is_there_is_kept_and_what_is_missing_is_made(tmp_path: Path) -> No
     }
 
 
-def test_half_of_a_pair_is_refused(tmp_path: Path) -> None:
-    write(tmp_path)
-    (tmp_path / "ca.key").unlink()
+def test_what_cannot_be_signed_with_or_written_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "tls")
+    (tmp_path / "tls" / "ca.key").unlink()
     with pytest.raises(CliError, match=r"ca\.key is missing"):
-        write(tmp_path)
-
-
-def test_an_authority_that_is_none_is_refused(tmp_path: Path) -> None:
+        write(tmp_path / "tls")
     for suffix in ("pem", "key"):
-        (tmp_path / f"ca.{suffix}").write_text("hello")
-    with pytest.raises(CliError, match=r"ca\.key"):
-        write(tmp_path)
-
-
-def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+        (tmp_path / "tls" / f"ca.{suffix}").write_text("hello")
+        (tmp_path / "tls" / f"planner.{suffix}").unlink()
+    with pytest.raises(CliError, match=r"Cannot sign with .*ca\.key"):
+        write(tmp_path / "tls")
     (tmp_path / "file").write_text("")
     with pytest.raises(CliError, match="Cannot write"):
         write(tmp_path / "file" / "tls")

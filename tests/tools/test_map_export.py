@@ -6,7 +6,6 @@ import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,6 @@ from typer.testing import CliRunner
 from onemap import MapObject, QueryResult
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
-from onemap_gateway.present.replies import map_archive
 from onemap_gateway.service import build
 from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.app import app
@@ -34,7 +32,7 @@ from onemap_tools.map_export import (
     point_cloud,
     read_archive,
 )
-from tests.gateway.fakes import GRID, FakeMapper, kept_object, search_view
+from tests.gateway.fakes import GRID, FakeMapper, kept_object
 from tests.memory_bus import MemoryRouter
 from tests.tools.cli.commands import error_of
 
@@ -59,21 +57,15 @@ def exported(url: str, file: Path, *options: str) -> dict[str, object]:
     return written
 
 
-def test_an_archive_is_for_numpy(url: str, tmp_path: Path) -> None:
+def test_archives_pictures_and_maps_for_nav2_are_read(url: str, tmp_path: Path) -> None:
     exported(url, tmp_path / "flat.npz", "--text", "sofa")
-    with np.load(io.BytesIO((tmp_path / "flat.npz").read_bytes())) as archive:
+    with np.load(tmp_path / "flat.npz") as archive:
         assert np.nanmax(archive["similarity"]) == pytest.approx(0.9)
-
-
-def test_a_picture_has_a_pixel_per_cell_and_a_world_file(url: str, tmp_path: Path) -> None:
     written = exported(url, tmp_path / "flat.png", "--text", "sofa", "--layer", "similarity")
     assert written["beside"] == [str(tmp_path / "flat.pgw")]
     image = Image.open(tmp_path / "flat.png")
     assert (image.size, image.mode) == (GRID.shape, "RGBA")
     assert len((tmp_path / "flat.pgw").read_text().splitlines()) == 6
-
-
-def test_nav2_gets_two_files(url: str, tmp_path: Path) -> None:
     written = exported(url, tmp_path / "flat.yaml")
     assert written["beside"] == [str(tmp_path / "flat.pgm")]
     assert "image: flat.pgm" in (tmp_path / "flat.yaml").read_text()
@@ -158,25 +150,19 @@ def test_nav2_reads_every_cell_at_its_place(tmp_path: Path) -> None:
     }
 
 
-def test_a_layer_is_white_where_it_is_set() -> None:
+def test_a_layer_is_white_where_it_is_set_and_the_similarity_opaque_where_known() -> None:
     explored = layer_image(small_map(), MapLayer.EXPLORED)
     assert explored.tolist() == [[0, 0, 0], [255, 0, 0]]  # the lower left cell
     observed = layer_image(small_map(), MapLayer.OBSERVED)
     assert observed.tolist() == [[255, 255, 0], [255, 255, 255]]
-    assert not layer_image(small_map(), MapLayer.SEARCHED).any()
-
-
-def test_the_similarity_is_grey_and_opaque_where_it_is_known() -> None:
     image = layer_image(small_map(), MapLayer.SIMILARITY)
-    assert image[1, 0].tolist() == [51, 51, 51, 255]
-    assert image[1, 2].tolist() == [255, 255, 255, 255]
+    assert image[1, [0, 2]].tolist() == [[51, 51, 51, 255], [255, 255, 255, 255]]
     assert image[0, 0].tolist() == [0, 0, 0, 0]
-    with pytest.raises(ValueError, match="--text"):
-        layer_image(small_map(text=False), MapLayer.SIMILARITY)
 
 
-def test_trimesh_reads_places_and_colours() -> None:
-    cloud = trimesh.load(io.BytesIO(point_cloud(small_map())), file_type="ply")
+def test_trimesh_reads_places_colours_and_properties() -> None:
+    content = point_cloud(small_map())
+    cloud = trimesh.load(io.BytesIO(content), file_type="ply")
     vertices = np.asarray(cloud.vertices)
     assert len(vertices) == 5  # the unknown cell is left out
     np.testing.assert_allclose(vertices[0], [-0.75, 2.25, 0.0])
@@ -184,26 +170,12 @@ def test_trimesh_reads_places_and_colours() -> None:
     colours = np.asarray(cloud.colors)[:, :3]
     assert colours[-1].tolist() == [255, 60, 0]  # the best match
     assert colours[2].tolist() == [230, 230, 230]  # free
-
-
-def test_occupancy_and_similarity_are_properties() -> None:
-    content = point_cloud(small_map())
-    raw = trimesh.load(io.BytesIO(content), file_type="ply").metadata["_ply_raw"]["vertex"]["data"]
+    raw = cloud.metadata["_ply_raw"]["vertex"]["data"]
     assert raw["occupancy"].ravel().tolist() == [1, 2, 1, 1, 2]
     np.testing.assert_allclose(raw["similarity"].ravel()[[0, 4]], [0.2, 1.0])
     assert np.isnan(raw["similarity"].ravel()[1:4]).all()
     none = point_cloud(small_map(text=False))
     assert none.count(b"property") == content.count(b"property")
-
-
-def test_an_archive_of_the_gateway_is_read() -> None:
-    view = search_view("sofa")
-    arrays = read_archive(map_archive(view))
-    np.testing.assert_array_equal(arrays.occupancy, view.occupancy)
-    np.testing.assert_array_equal(arrays.similarity, view.similarity)
-    assert arrays.origin_m == pytest.approx(GRID.bounds_m[:2])
-    assert arrays.cell_size_m == GRID.cell_size_m
-    assert arrays.known.sum() == (view.occupancy > 0).sum()
 
 
 def archive(**arrays: np.ndarray) -> bytes:
@@ -212,43 +184,25 @@ def archive(**arrays: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        (b"", "no map"),
-        (b"<html>", "no map"),
-        (archive(occupancy=np.zeros((2, 2), np.uint8)), "no map"),
-        (
-            archive(
-                occupancy=np.zeros((2, 2), np.uint8),
-                layers=np.zeros((3, 2), np.uint8),
-                similarity=np.zeros((0, 0), np.float32),
-                origin_m=np.zeros(2),
-                cell_size_m=np.array(0.1),
-            ),
-            "shapes that differ",
-        ),
-    ],
-)
-def test_what_is_no_map_is_refused(content: bytes, reason: str) -> None:
-    with pytest.raises(ValueError, match=reason):
-        read_archive(content)
+def test_what_is_no_map_is_refused() -> None:
+    cells = np.zeros((2, 2), np.uint8)
+    whole = {"occupancy": cells, "layers": cells[:1], "similarity": cells, "cell_size_m": cells}
+    for content in (b"", b"<html>", archive(occupancy=cells)):
+        with pytest.raises(ValueError, match="no map"):
+            read_archive(content)
+    whole |= {"origin_m": np.zeros(2), "cell_size_m": np.array(0.1)}
+    with pytest.raises(ValueError, match="shapes that differ"):
+        read_archive(archive(**whole))
 
 
 (FOUND, _) = EXAMPLES["QueryResult"]
 (OBJECT,) = EXAMPLES["MapObject"]
 
 
-@pytest.fixture
-def features() -> list[dict[str, Any]]:
+def test_a_region_is_a_closed_polygon_around_its_centre() -> None:
     document = feature_collection([QueryResult.of(FOUND)], [MapObject.of(OBJECT)])
-    read: dict[str, Any] = json.loads(json.dumps(document, allow_nan=False))
-    assert read["type"] == "FeatureCollection"
-    assert all(feature["type"] == "Feature" for feature in read["features"])
-    return list(read["features"])
-
-
-def test_a_region_is_a_closed_polygon_around_its_centre(features: list[dict[str, Any]]) -> None:
+    features = json.loads(json.dumps(document, allow_nan=False))["features"]
+    assert [feature["type"] for feature in features] == ["Feature"] * len(features)
     geometry = features[0]["geometry"]
     (ring,) = geometry["coordinates"]
     assert geometry["type"] == "Polygon"

@@ -26,6 +26,11 @@ from onemap_tools.errors import CliError
 
 AUTHORITY, ROUTER = "ca", "router"
 AUTHORITY_DAYS = 3650
+SIGNING = {"key_cert_sign": True, "crl_sign": True}
+USES = (
+    "digital_signature", "content_commitment", "key_encipherment", "data_encipherment",
+    "key_agreement", "key_cert_sign", "crl_sign", "encipher_only", "decipher_only",
+)  # fmt: skip
 BEFORE = timedelta(days=1)  # the clock of a robot without a network may be behind
 
 
@@ -39,23 +44,11 @@ class Identity:
 
 def make_authority(now: datetime) -> Identity:
     """An authority that may sign certificates, and nothing below them."""
-    key = generate_private_key(SECP256R1())
-    name = _name("onemap authority")
-    signing = x509.KeyUsage(
-        digital_signature=False,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        key_cert_sign=True,
-        crl_sign=True,
-        encipher_only=False,
-        decipher_only=False,
-    )
+    key, name = generate_private_key(SECP256R1()), _name("onemap authority")
     certificate = (
-        _builder(key, name, name, now, AUTHORITY_DAYS)
+        _builder(key, name, name, now=now, days=AUTHORITY_DAYS)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-        .add_extension(signing, critical=True)
+        .add_extension(x509.KeyUsage(**dict.fromkeys(USES, False) | SIGNING), critical=True)
         .sign(key, hashes.SHA256())
     )
     return _identity(certificate, key)
@@ -76,7 +69,7 @@ def sign(
     usage = ExtendedKeyUsageOID.SERVER_AUTH if hosts else ExtendedKeyUsageOID.CLIENT_AUTH
     alternatives = [_alternative(host) for host in hosts or (name,)]
     certificate = (
-        _builder(key, _name(name), ca.subject, now, days)
+        _builder(key, _name(name), ca.subject, now=now, days=days)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(x509.SubjectAlternativeName(alternatives), critical=False)
         .add_extension(x509.ExtendedKeyUsage([usage]), critical=False)
@@ -86,26 +79,24 @@ def sign(
 
 
 def _builder(
-    key: EllipticCurvePrivateKey, subject: x509.Name, issuer: x509.Name, now: datetime, days: int
+    key: EllipticCurvePrivateKey, subject: x509.Name, issuer: x509.Name, *, now: datetime, days: int
 ) -> x509.CertificateBuilder:
-    return (
-        x509.CertificateBuilder()
-        .subject_name(subject)
-        .issuer_name(issuer)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - BEFORE)
-        .not_valid_after(now + timedelta(days=days))
+    return x509.CertificateBuilder(
+        issuer_name=issuer,
+        subject_name=subject,
+        public_key=key.public_key(),
+        serial_number=x509.random_serial_number(),
+        not_valid_before=now - BEFORE,
+        not_valid_after=now + timedelta(days=days),
     )
 
 
 def _identity(certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> Identity:
+    pem = serialization.Encoding.PEM
     private = key.private_bytes(
-        serialization.Encoding.PEM,
-        serialization.PrivateFormat.PKCS8,
-        serialization.NoEncryption(),
+        pem, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
-    return Identity(certificate.public_bytes(serialization.Encoding.PEM), private)
+    return Identity(certificate.public_bytes(pem), private)
 
 
 def _name(name: str) -> x509.Name:
@@ -128,10 +119,10 @@ def write_certificates(
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        kept = _read(folder, AUTHORITY)
-        authority = kept or make_authority(now)
-        made = {AUTHORITY: kept is None}
-        if kept is None:
+        authority = _read(folder, AUTHORITY)
+        made = {AUTHORITY: authority is None}
+        if authority is None:
+            authority = make_authority(now)
             _write(folder, AUTHORITY, authority)
         for name in (ROUTER, *ROLES):
             made[name] = _read(folder, name) is None

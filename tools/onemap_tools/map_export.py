@@ -13,8 +13,8 @@ from zipfile import BadZipFile
 import numpy as np
 import yaml
 
-from onemap import Client, MapObject, QueryOptions, QueryResult
-from onemap_shared.geometry import F32, U8, Bool
+from onemap import Client, MapObject, QueryOptions, QueryResult, Region
+from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.map import MapLayer
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
@@ -25,20 +25,13 @@ MAX_REGIONS = 100
 # Of nav2's map server in trinary mode: p = (255 - pixel) / 255, compared with the thresholds.
 FREE_PIXEL, OCCUPIED_PIXEL, UNKNOWN_PIXEL = 254, 0, 205
 FREE_THRESHOLD, OCCUPIED_THRESHOLD = 0.196, 0.65  # unknown, 0.196078, is not below
-OCCUPANCY_COLOURS = np.array(
-    [[90, 90, 90], [230, 230, 230], [30, 30, 30]], np.uint8
-)  # by occupancy
+PIXELS = np.array([UNKNOWN_PIXEL, FREE_PIXEL, OCCUPIED_PIXEL], np.uint8)  # by occupancy
+GREYS = np.array([90, 230, 30])  # the same
+BEST = np.array([255, 60, 0])  # the colour of the similarity 1
 VERTEX = np.dtype(
-    [
-        ("x", "<f4"),
-        ("y", "<f4"),
-        ("z", "<f4"),
-        ("red", "u1"),
-        ("green", "u1"),
-        ("blue", "u1"),
-        ("occupancy", "u1"),
-        ("similarity", "<f4"),
-    ]
+    [(name, "<f4") for name in "xyz"]
+    + [(name, "u1") for name in ("red", "green", "blue", "occupancy")]
+    + [("similarity", "<f4")]
 )
 TYPES = {"<f4": "float", "|u1": "uchar"}
 
@@ -47,8 +40,6 @@ def export_map(
     gateway: Client, file: Path, *, texts: Sequence[str], layer: MapLayer
 ) -> dict[str, Any]:
     """Write the map; returns path and size of what was written, one file or two."""
-    ending = file.suffix.lower()
-    check(ending, texts)
     files = _contents(gateway, file, texts, layer)
     for path, content in files.items():
         try:
@@ -60,8 +51,11 @@ def export_map(
     return {"path": str(file), "file_bytes": size, **({"beside": others} if others else {})}
 
 
-def check(ending: str, texts: Sequence[str]) -> None:
-    """Raise CliError unless a file with this ending can hold the similarity to these texts."""
+def _contents(
+    gateway: Client, file: Path, texts: Sequence[str], layer: MapLayer
+) -> Mapping[Path, bytes]:
+    """What to write where; CliError if a file of this ending cannot hold it."""
+    ending = file.suffix.lower()
     if ending not in ENDINGS:
         raise CliError(
             f"A map is written to a file that ends in {', '.join(ENDINGS)}, not {ending!r}.",
@@ -69,13 +63,6 @@ def check(ending: str, texts: Sequence[str]) -> None:
         )
     if ending in ONE_TEXT and len(texts) > 1:
         raise CliError(f"A {ending} file holds the similarity to one --text.", EXIT_USAGE_ERROR)
-
-
-def _contents(
-    gateway: Client, file: Path, texts: Sequence[str], layer: MapLayer
-) -> Mapping[Path, bytes]:
-    """What to write where."""
-    ending = file.suffix.lower()
     if ending == ".geojson":
         answers = gateway.query_all(texts, QueryOptions(MAX_REGIONS)) if texts else ()
         document = feature_collection(answers, gateway.objects())
@@ -99,9 +86,7 @@ def _png(arrays: MapArrays, layer: MapLayer) -> bytes:
         image = layer_image(arrays, layer)
     except ValueError as problem:
         raise CliError(f"{str(problem).capitalize()}.", EXIT_USAGE_ERROR) from problem
-    _, encoded = cv2.imencode(".png", image)
-    content: bytes = encoded.tobytes()
-    return content
+    return bytes(cv2.imencode(".png", image)[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,17 +101,6 @@ class MapArrays:
     similarity: F32
     origin_m: tuple[float, float]
     cell_size_m: float
-
-    def mask(self, layer: Layer) -> Bool:
-        """Cells (nx, ny) with this bit."""
-        found: Bool = (self.layers & layer) > 0
-        return found
-
-    @property
-    def known(self) -> Bool:
-        """Cells (nx, ny) of which anything is known."""
-        found: Bool = (self.occupancy != Occupancy.UNKNOWN) | self.mask(Layer.OBSERVED)
-        return found
 
 
 def read_archive(content: bytes) -> MapArrays:
@@ -155,9 +129,9 @@ def layer_image(arrays: MapArrays, layer: MapLayer) -> U8:
     ValueError for the similarity of a map without a text.
     """
     if layer is MapLayer.OCCUPANCY:
-        return _upright(_occupancy_pixels(arrays))
+        return _occupancy_image(arrays)
     if layer is not MapLayer.SIMILARITY:
-        return _upright(arrays.mask(Layer[layer.name]).astype(np.uint8) * np.uint8(255))
+        return _upright(np.where(arrays.layers & Layer[layer.name], np.uint8(255), np.uint8(0)))
     if arrays.similarity.size == 0:
         raise ValueError("the similarity is to a text: give one with --text")
     seen = np.isfinite(arrays.similarity)
@@ -175,7 +149,7 @@ def world_file(arrays: MapArrays) -> str:
 
 def nav2_pgm(arrays: MapArrays) -> bytes:
     """The occupancy as nav2's map server reads it: a binary PGM."""
-    image = _upright(_occupancy_pixels(arrays))
+    image = _occupancy_image(arrays)
     return b"P5\n%d %d\n255\n" % (image.shape[1], image.shape[0]) + image.tobytes()
 
 
@@ -194,11 +168,8 @@ def nav2_yaml(arrays: MapArrays, image_name: str) -> str:
     return text
 
 
-def _occupancy_pixels(arrays: MapArrays) -> U8:
-    pixels = np.full(arrays.occupancy.shape, UNKNOWN_PIXEL, np.uint8)
-    pixels[arrays.occupancy == Occupancy.FREE] = FREE_PIXEL
-    pixels[arrays.occupancy == Occupancy.OCCUPIED] = OCCUPIED_PIXEL
-    return pixels
+def _occupancy_image(arrays: MapArrays) -> U8:
+    return _upright(PIXELS[np.minimum(arrays.occupancy, Occupancy.OCCUPIED)])
 
 
 def _upright(values: U8) -> U8:
@@ -213,30 +184,21 @@ def point_cloud(arrays: MapArrays) -> bytes:
     ``occupancy``: 0 unknown, 1 free, 2 occupied; ``similarity``: to the text, NaN without one or
     where nothing was observed; red grows with it.
     """
-    cells = np.argwhere(arrays.known)
-    x, y = cells.T
+    known = (arrays.occupancy != Occupancy.UNKNOWN) | ((arrays.layers & Layer.OBSERVED) > 0)
+    cells = np.argwhere(known)
     vertices = np.zeros(len(cells), VERTEX)
     for axis, name in enumerate(("x", "y")):
         vertices[name] = arrays.origin_m[axis] + (cells[:, axis] + 0.5) * arrays.cell_size_m
-    occupancy = arrays.occupancy[x, y]
-    vertices["occupancy"] = occupancy
-    colours = OCCUPANCY_COLOURS[np.minimum(occupancy, Occupancy.OCCUPIED)]
-    similarity = np.full(len(cells), np.nan, np.float32)
-    if arrays.similarity.size:
-        similarity = arrays.similarity[x, y]
-    share = np.nan_to_num(similarity)[:, None]
-    colours = np.rint(colours * (1 - share) + np.array([255, 60, 0]) * share).astype(np.uint8)
-    for index, name in enumerate(("red", "green", "blue")):
-        vertices[name] = colours[:, index]
+    vertices["occupancy"] = occupancy = arrays.occupancy[known]
+    similarity = arrays.similarity[known] if arrays.similarity.size else np.float32(np.nan)
     vertices["similarity"] = similarity
-    return _ply_header(len(cells)) + vertices.tobytes()
-
-
-def _ply_header(count: int) -> bytes:
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {count}"]
-    for name in VERTEX.names or ():
-        lines.append(f"property {TYPES[VERTEX[name].str]} {name}")
-    return "\n".join([*lines, "end_header", ""]).encode()
+    share = np.nan_to_num(vertices["similarity"])
+    grey = GREYS[np.minimum(occupancy, Occupancy.OCCUPIED)]
+    for name, best in zip(("red", "green", "blue"), BEST, strict=True):
+        vertices[name] = np.rint(grey * (1 - share) + best * share)
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(cells)}"]
+    lines += [f"property {TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
+    return "\n".join([*lines, "end_header", ""]).encode() + vertices.tobytes()
 
 
 def feature_collection(
@@ -247,15 +209,15 @@ def feature_collection(
     RFC 7946 knows degrees only; the coordinates here are metres of the map frame, which programs
     take as they are where no other reference system is set.
     """
-    regions = [_region(query, index) for query in queries for index in range(len(query.regions))]
+    regions = [_region(query, region) for query in queries for region in query.regions]
     return {"type": "FeatureCollection", "features": [*regions, *map(_object, objects)]}
 
 
-def _region(query: QueryResult, index: int) -> dict[str, Any]:
-    region = query.regions[index]
+def _region(query: QueryResult, region: Region) -> dict[str, Any]:
     x_min, y_min, x_max, y_max = region.extent_m
     box = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
     corners = [list(corner) for corner in region.outline_m or box]
+    named = {name: getattr(region, name) for name in ("rank", "score", "variance")}
     return {
         "type": "Feature",
         "geometry": {"type": "Polygon", "coordinates": [[*corners, corners[0]]]},
@@ -263,9 +225,7 @@ def _region(query: QueryResult, index: int) -> dict[str, Any]:
             "kind": "region",
             "text": query.text,
             "verdict": query.verdict,
-            "rank": region.rank,
-            "score": region.score,
-            "variance": region.variance,
+            **named,
             "height_m": list(region.height_m) if region.height_m else None,
             "last_seen_at": region.last_seen_at or None,
         },
