@@ -55,16 +55,19 @@ is YAML too. An unknown key is refused, with the nearest valid name.
 def messages_reference() -> str:
     """Keys, an example on the wire, and every field of every message."""
     types = list(message_types())
+    parts = _parts(types)
     _, common = docstring_parts(messages.__doc__ or "")
     lines = [*_keys(), *_example(), "## Fields", ""]
     for cls in types:
         lines += _message(cls, common)
     lines += ["## Values of several fields", ""]
-    nested = _nested(types)
-    for cls in nested:
-        lines += _message(cls, common)
+    for cls in parts:
+        if dataclasses.is_dataclass(cls):
+            lines += _message(cls, common)
     lines += ["## Enumerations", ""]
-    for kind in _enumerations([*types, *nested]):
+    enumerations: list[type[Enum]] = [cls for cls in parts if issubclass(cls, Enum)]
+    enumerations += [messages.Occupancy, messages.Layer]  # which arrays hold as numbers
+    for kind in dict.fromkeys(enumerations):
         lines += _enum(kind)
     return "\n".join(lines).rstrip() + "\n"
 
@@ -96,7 +99,7 @@ def docstring_parts(docstring: str) -> tuple[str, dict[str, str]]:
     return text.strip(), fields
 
 
-def hex_dump(data: bytes) -> Iterator[str]:
+def _hex_dump(data: bytes) -> Iterator[str]:
     """Lines of offset, bytes in hexadecimal, and those that are ASCII."""
     for start in range(0, len(data), BYTES_PER_LINE):
         part = data[start : start + BYTES_PER_LINE]
@@ -113,21 +116,16 @@ def _keys() -> Iterator[str]:
     for topic in topics():
         latched = "yes" if topic.latched else "no"
         yield f"| `{topic.key}` | {_link(topic.message)} | {topic.delivery.value} | {latched} |"
-    yield from ("", "## Procedures", "")
-    yield from (
-        "| key | request | reply | refused after waiting | asked |",
-        "|---|---|---|---|---|",
-    )
+    head = "| key | request | reply | refused after waiting | asked |"
+    yield from ("", "## Procedures", "", head, "|---|---|---|---|---|")
     for procedure in _procedures():
         late = f"{procedure.stale_after_s:g} s" if procedure.stale_after_s is not None else "never"
-        yield (
-            f"| `{procedure.key}` | {_link(procedure.request)} | {_link(procedure.reply)} "
-            f"| {late} | {'all' if procedure.to_all else 'one'} |"
-        )
+        asked = "all" if procedure.to_all else "one"
+        types = f"{_link(procedure.request)} | {_link(procedure.reply)}"
+        yield f"| `{procedure.key}` | {types} | {late} | {asked} |"
     token = keys.liveliness(SERVICE, "<instance>")
-    yield ""
-    yield f"A process is alive as long as its liveliness token `{token}` is; a robot needs none."
-    yield ""
+    lives = f"A process is alive as long as its liveliness token `{token}` is; a robot needs none."
+    yield from ("", lives, "")
 
 
 def _example() -> Iterator[str]:
@@ -140,7 +138,7 @@ def _example() -> Iterator[str]:
         f"y = {EXAMPLE.T_map_body[1, 3]} m, without rotation. The numbers in front are offsets."
     )
     for name, data in (("Header", packet.header), ("Body", packet.body)):
-        yield from ("", f"{name}, {len(data)} bytes:", "", "```text", *hex_dump(data), "```")
+        yield from ("", f"{name}, {len(data)} bytes:", "", "```text", *_hex_dump(data), "```")
     yield ""
 
 
@@ -198,33 +196,26 @@ def _kind(hint: Any) -> str:
         return f"list of {'' if many else f'{len(arguments)} '}{_kind(arguments[0])}"
     if origin is dict:
         return f"map of {_kind(arguments[0])} to {_kind(arguments[1])}"
-    if dataclasses.is_dataclass(hint) or issubclass(hint, Enum):
+    if dataclasses.is_dataclass(hint) or _is_enum(hint):
         return _link(hint)
     return SCALARS[hint]
 
 
-def _of_fields(types: Sequence[type]) -> Iterator[type]:
-    """The types of all fields, and what their tuples and maps hold."""
-    for cls in types:
+def _parts(types: Sequence[type]) -> list[type]:
+    """The dataclasses and enumerations that fields hold and that are no messages, in order."""
+    read = list(types)
+    for cls in read:  # which grows
+        if not dataclasses.is_dataclass(cls):
+            continue
         for hint in typing.get_type_hints(cls).values():
-            yield from (k for k in (hint, *typing.get_args(hint)) if inspect.isclass(k))
+            for kind in (hint, *typing.get_args(hint)):
+                if (dataclasses.is_dataclass(kind) or _is_enum(kind)) and kind not in read:
+                    read.append(kind)
+    return read[len(types) :]
 
 
-def _nested(types: Sequence[type]) -> list[type]:
-    """The dataclasses that are values of fields and no messages, in the order of occurrence."""
-    found: dict[type, None] = {}
-    new = list(types)
-    while new:
-        kinds = dict.fromkeys(k for k in _of_fields(new) if dataclasses.is_dataclass(k))
-        new = [kind for kind in kinds if kind not in found and kind not in types]
-        found |= dict.fromkeys(new)
-    return list(found)
-
-
-def _enumerations(types: Sequence[type]) -> list[type[Enum]]:
-    """Those that fields have, and the layers and occupancy that arrays hold as numbers."""
-    named = [kind for kind in _of_fields(types) if issubclass(kind, Enum)]
-    return list(dict.fromkeys([*named, messages.Occupancy, messages.Layer]))
+def _is_enum(kind: Any) -> bool:
+    return inspect.isclass(kind) and issubclass(kind, Enum)
 
 
 def _link(cls: Any) -> str:
