@@ -11,13 +11,12 @@ from tests.ros2.fake_robot import FakeBridge, FakeRobot, Publisher
 
 ACTION = "nav2_msgs/action/NavigateToPose"
 HEAD = bytes((0, 1, 0, 0))
-SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
-ENDS = {"succeed": SUCCEEDED, "abort": ABORTED}  # after a while; what waits is cancelled
+SUCCEEDED, CANCELED = 4, 5
 DRIVE_S = 0.3
 
 
 class FakeNav2:
-    """Serves goals, results and cancellations; ``behaviour``: succeed, abort, refuse or wait."""
+    """Serves goals, results and cancellations; ``behaviour``: succeed after a while, or wait."""
 
     def __init__(self, robot: FakeRobot | FakeBridge, behaviour: str) -> None:
         self._behaviour = behaviour
@@ -45,27 +44,21 @@ class FakeNav2:
         goal_id, place = request[4:20], message.goal.pose.pose.position
         frame = message.goal.pose.header.frame_id
         self._say("goal", goal_id.hex(), place.x, place.y, frame)
-        accepted = self._behaviour != "refuse"
-        if accepted:
-            self._ends[goal_id], self._states[goal_id] = threading.Event(), 2
-            self._publish_status()
-            pose = request[20:]
-            self._feedback.put(HEAD + goal_id + pose[: len(pose) - 5] + bytes(24))
-        return HEAD + struct.pack("<?3xiI", accepted, 1, 2)
+        self._ends[goal_id], self._states[goal_id] = threading.Event(), 2
+        self._publish_status()
+        pose = request[20:]
+        self._feedback.put(HEAD + goal_id + pose[: len(pose) - 5] + bytes(24))
+        return HEAD + struct.pack("<?3xiI", True, 1, 2)
 
     def _result(self, request: bytes) -> bytes:
         goal_id = request[4:20]
         ended = self._ends[goal_id]
-        if self._behaviour in ENDS and not ended.wait(DRIVE_S):
-            self._states[goal_id] = ENDS[self._behaviour]
-        else:
-            ended.wait()
+        if not ended.wait(DRIVE_S if self._behaviour == "succeed" else None):
+            self._states[goal_id] = SUCCEEDED
         state = self._states[goal_id]
         self._say("end", goal_id.hex(), state)
         self._publish_status()
-        text = b"no way\0" if state == ABORTED else b"\0"
-        code = 9003 if state == ABORTED else 0
-        return HEAD + struct.pack(f"<bxHI{len(text)}s", state, code, len(text), text)
+        return HEAD + struct.pack("<bxHI1s", state, 0, 1, b"\0")
 
     def _cancel(self, request: bytes) -> bytes:
         goal_id = request[4:20]

@@ -84,28 +84,26 @@ class Ride:
         return (beat.metrics.get(name) or None) if beat is not None else None
 
 
-@pytest.fixture
-def behaviour(request: pytest.FixtureRequest) -> str:
-    chosen: str = request.param
-    return chosen
+Start = Callable[[str, str], Ride]
 
 
 @pytest.fixture
-def form(request: pytest.FixtureRequest) -> str:
-    chosen: str = getattr(request, "param", "rmw")
-    return chosen
+def start(router: Router, tmp_path: Path) -> Iterator[Start]:
+    """Starts a robot of a form whose nav2 behaves like this."""
+    made: list[Ride] = []
+
+    def started(form: str, behaviour: str) -> Ride:
+        made.append(Ride(router, form, behaviour, tmp_path))
+        return made[-1]
+
+    yield started
+    for each in made:
+        each.close()
 
 
-@pytest.fixture
-def ride(router: Router, form: str, behaviour: str, tmp_path: Path) -> Iterator[Ride]:
-    made = Ride(router, form, behaviour, tmp_path)
-    yield made
-    made.close()
-
-
-@pytest.mark.parametrize("form", MIDDLEWARE, indirect=True)
-@pytest.mark.parametrize("behaviour", ["succeed"], indirect=True)
-def test_a_goal_is_reached(ride: Ride) -> None:
+@pytest.mark.parametrize("form", MIDDLEWARE)
+def test_a_goal_is_reached(start: Start, form: str) -> None:
+    ride = start(form, "succeed")
     goal, x, y, frame = ride.while_driving(lambda: ride.asked("goal"))
     assert (x, y, frame) == (4.0, 1.0, "odom")
     assert ride.while_driving(lambda: ride.asked("end")) == [goal, 4]
@@ -113,17 +111,9 @@ def test_a_goal_is_reached(ride: Ride) -> None:
     assert ride.robot.told.empty()  # nothing on the command topic
 
 
-@pytest.mark.parametrize("behaviour", ["refuse"], indirect=True)
-def test_a_refused_goal_is_sent_again(ride: Ride) -> None:
-    first = ride.while_driving(lambda: ride.asked("goal"))
-    second = ride.while_driving(lambda: ride.asked("goal"))
-    assert first[0] != second[0]
-    ride.while_driving(lambda: ride.metric("goals_refused"))
-
-
-@pytest.mark.parametrize("form", MIDDLEWARE, indirect=True)
-@pytest.mark.parametrize("behaviour", ["wait"], indirect=True)
-def test_the_end_of_the_search_cancels_the_goal(ride: Ride) -> None:
+@pytest.mark.parametrize("form", MIDDLEWARE)
+def test_the_end_of_the_search_cancels_the_goal(start: Start, form: str) -> None:
+    ride = start(form, "wait")
     goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
     ride.states.put(status("s1", SearchState.CANCELLED))
     assert eventually(lambda: ride.asked("cancel")) == [goal]
@@ -131,14 +121,8 @@ def test_the_end_of_the_search_cancels_the_goal(ride: Ride) -> None:
     eventually(lambda: ride.metric("goals_cancelled"))
 
 
-@pytest.mark.parametrize("behaviour", ["wait"], indirect=True)
-def test_a_planner_that_falls_silent_cancels_the_goal(ride: Ride) -> None:
-    goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
-    assert eventually(lambda: ride.asked("cancel")) == [goal]
-
-
-@pytest.mark.parametrize("behaviour", ["wait"], indirect=True)
-def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(ride: Ride) -> None:
+def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(start: Start) -> None:
+    ride = start("rmw", "wait")
     goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
     ride.adapter.kill()
     ride.adapter.wait(timeout=90)

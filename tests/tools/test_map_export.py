@@ -186,7 +186,7 @@ def archive(**arrays: np.ndarray) -> bytes:
 
 def test_what_is_no_map_is_refused() -> None:
     cells = np.zeros((2, 2), np.uint8)
-    whole = {"occupancy": cells, "layers": cells[:1], "similarity": cells, "cell_size_m": cells}
+    whole: dict[str, np.ndarray] = {"occupancy": cells, "layers": cells[:1], "similarity": cells}
     for content in (b"", b"<html>", archive(occupancy=cells)):
         with pytest.raises(ValueError, match="no map"):
             read_archive(content)
