@@ -97,10 +97,15 @@ def planned_path(*points: tuple[float, float]) -> m.PlannedPath:
 
 
 def heartbeat(
-    service: str, progress: int = 1, *, ready: bool = True, problem: str = ""
+    service: str,
+    progress: int = 1,
+    *,
+    ready: bool = True,
+    problem: str = "",
+    instance: str = "i1",
 ) -> m.Heartbeat:
     return m.Heartbeat(
-        service, "i1", STAMP_NS, progress, ready, problem, {"frames per second": 9.5}
+        service, instance, STAMP_NS, progress, ready, problem, {"frames per second": 9.5}
     )
 
 

@@ -25,6 +25,11 @@ export async function read(path) {
   return (await load(path)).json();
 }
 
+// What the gateway says of all its robots.
+export async function readAll(path) {
+  return (await checked(await allowed(() => attempt("GET", path, undefined, ""), false))).json();
+}
+
 // The image at `path`, or the answer to a POST of `body`, and the headers of the response.
 export async function fetchImage(path, body) {
   const response = await load(path, body);
@@ -65,13 +70,13 @@ async function mayNot(response) {
   return String(problem.type).endsWith("#problem-forbidden");
 }
 
-async function attempt(method, path, body) {
+async function attempt(method, path, body, base = BASE) {
   const headers = {};
   const token = sessionStorage.getItem("token");
   if (token) headers.Authorization = `Bearer ${token}`;
   if (body !== undefined) headers["Content-Type"] = "application/json";
   try {
-    return await fetch(BASE + path, {
+    return await fetch(base + path, {
       method,
       headers,
       body: body === undefined ? undefined : JSON.stringify(body),

@@ -6,6 +6,7 @@ import { showChoice } from "./choice.js";
 import { follow } from "./live.js";
 import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
+import { Fleet } from "./fleet.js";
 import { MapView } from "./map.js";
 import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
@@ -27,6 +28,7 @@ const map = new MapView(by("map"), {
 const menu = new PlaceMenu(map);
 const card = new FindCard(map);
 const finds = new Finds((find) => showFind(find));
+new Fleet((robots) => map.showRobots(robots));
 const phone = matchMedia("(max-width: 860px)"); // as in style.css
 const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));

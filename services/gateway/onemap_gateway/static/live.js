@@ -5,12 +5,12 @@ import { BASE, protocols, read } from "./api.js";
 const SILENT_MS = 4000; // states come five times a second
 const PAUSES_MS = [300, 1000, 2000, 4000];
 
-export function follow(onState, onConnection) {
+export function follow(onState, onConnection, base = BASE) {
   let failures = 0;
 
   function connect() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}${BASE}/v1/live`, protocols());
+    const socket = new WebSocket(`${scheme}://${location.host}${base}/v1/live`, protocols());
     let refused = true; // until a state comes
     let watchdog = setTimeout(() => socket.close(), SILENT_MS);
     let ended = false;

@@ -6,6 +6,7 @@ import { listen } from "./gestures.js";
 // Custom properties of style.css, which has them for light and for dark pages.
 const COLOURS = [
   "unknown", "trail", "path", "frontier", "region", "robot", "collided", "find", "ink",
+  "robot-0", "robot-1", "robot-2", "robot-3",
 ];
 const TRAIL_STEP_M = 0.05;
 const TRAIL_JUMP_M = 1.0;
@@ -33,6 +34,7 @@ export class MapView {
     this.finds = [];
     this.marked = null; // [x, y]: the place that a window stands at
     this.robot = null;
+    this.robots = []; // of this map, where there are several: { name, colour, own, state }
     this.trail = [];
     this.dirty = true;
     this.last = performance.now();
@@ -76,6 +78,11 @@ export class MapView {
   // finds: objects of /v1/objects, newest first
   showFinds(finds) {
     this.finds = [...finds].reverse(); // the newest is drawn last, over the others
+    this.dirty = true;
+  }
+
+  showRobots(robots) {
+    this.robots = robots;
     this.dirty = true;
   }
 
@@ -226,7 +233,7 @@ export class MapView {
       for (const region of regions) this.drawRegion(region, prefix);
     }
     for (const find of this.finds) this.drawFind(find);
-    if (this.robot) this.drawRobot();
+    this.drawRobots();
     if (this.marked) this.drawCross(...this.pixels(...this.marked));
     else if (canvas.matches(":focus-visible")) this.drawCross(canvas.clientWidth / 2, canvas.clientHeight / 2);
     this.drawScaleBar();
@@ -309,25 +316,37 @@ export class MapView {
     }
   }
 
-  drawRobot() {
-    const { context, robot } = this;
-    const [column, row] = this.pixels(robot.x, robot.y);
+  drawRobots() {
+    for (const { name, colour, own, state } of this.robots) {
+      if (own || !state?.robot) continue;
+      const { x_m: x, y_m: y, yaw_rad: yaw, collided } = state.robot;
+      if (state.path) this.line(state.path.points_m, this.colours[colour], 1.5, 0.8);
+      this.drawRobot({ x, y, yaw }, collided, colour, name);
+    }
+    const { name, colour } = this.robots.find(({ own }) => own) ?? { name: "", colour: "robot" };
+    if (this.robot) this.drawRobot(this.robot, this.state.robot?.collided, colour, name);
+  }
+
+  drawRobot({ x, y, yaw }, collided, colour, name) {
+    const { context } = this;
+    const [column, row] = this.pixels(x, y);
     context.save();
     context.translate(column, row);
-    context.rotate(-robot.yaw);
+    context.rotate(-yaw);
     context.beginPath();
     context.moveTo(13, 0);
     context.lineTo(-9, 8.5);
     context.lineTo(-4.5, 0);
     context.lineTo(-9, -8.5);
     context.closePath();
-    context.fillStyle = this.state.robot?.collided ? this.colours.collided : this.colours.robot;
+    context.fillStyle = this.colours[collided ? "collided" : colour];
     context.strokeStyle = this.colours.unknown;
     context.lineWidth = 2.5;
     context.lineJoin = "round";
     context.stroke();
     context.fill();
     context.restore();
+    if (name) this.label(name, column + 12, row + 18, this.colours[colour]);
   }
 
   drawScaleBar() {

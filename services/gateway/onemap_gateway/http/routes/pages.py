@@ -6,10 +6,13 @@ from pathlib import Path
 
 import fastapi_offline
 from fastapi import APIRouter
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, RedirectResponse
 from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
+
+from onemap_gateway.http.context import GatewayDep
+from onemap_gateway.http.middleware import FOLDER
 
 STATIC = Path(__file__).parents[2] / "static"
 SWAGGER_UI = Path(fastapi_offline.__file__).parent / "static"  # Swagger UI's own files
@@ -19,8 +22,10 @@ router = APIRouter(include_in_schema=False)
 
 
 @router.get("/")
-async def get_page() -> FileResponse:
-    """The live page."""
+async def get_page(gateway: GatewayDep) -> Response:
+    """The live page; that of the first of several robots where the gateway has none of its own."""
+    if gateway.robots and gateway.cache.state.odometry is None:
+        return RedirectResponse(f"{FOLDER}{next(iter(gateway.robots))}/", headers=REVALIDATE)
     return FileResponse(STATIC / "index.html", headers=REVALIDATE)
 
 

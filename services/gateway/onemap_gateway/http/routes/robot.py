@@ -31,6 +31,7 @@ class RobotReport(BaseModel):
     ready: bool = Field(description="As /readyz.")
     problem: str = Field(description="The reason why not; empty when all is well.")
     services: list[str] = Field(description="Those of its processes that are connected now.")
+    shares_map_with: list[str] = Field(description="Names of the others on its map.")
 
 
 class RobotList(BaseModel):
@@ -96,8 +97,13 @@ async def get_robots(gateway: GatewayDep) -> RobotList:
     `address` is what the addresses of a robot begin with: `/robots/r1/v1/status`.
     """
 
+    def mapper(name: str) -> str:
+        record = gateway.robots[name].state.heartbeats.get("mapper")
+        return record.heartbeat.instance if record else ""
+
     def report(name: str, cache: StateCache) -> RobotReport:
         state = cache.state
+        others = [each for each in gateway.robots if each != name and mapper(each) == mapper(name)]
         fault = find_pipeline_fault(state, cache.now_s(), gateway.paces.ready_within_s)
         return RobotReport(
             name=name,
@@ -106,6 +112,7 @@ async def get_robots(gateway: GatewayDep) -> RobotList:
             ready=fault is None,
             problem=fault.detail if fault else "",
             services=sorted(state.alive),
+            shares_map_with=others if mapper(name) else [],
         )
 
     return RobotList(robots=[report(name, cache) for name, cache in gateway.robots.items()])
