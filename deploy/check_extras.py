@@ -32,24 +32,8 @@ def install(service: str, folder: Path) -> Path:
     return folder / "bin"
 
 
-def comes_up(process: subprocess.Popen[str], service: str) -> bool:
-    """Whether the service says that it is up before ``START_S``; echoes its log if not."""
-    assert process.stderr is not None
-    too_late = threading.Timer(START_S, process.kill)
-    too_late.start()
-    lines = []
-    for line in process.stderr:
-        lines.append(line)
-        if f"{service} is up" in line:
-            too_late.cancel()
-            return True
-    too_late.cancel()
-    sys.stderr.writelines(lines)
-    return False
-
-
 def starts(service: str, bin_folder: Path) -> bool:
-    """Whether the installed service connects to a router and stops cleanly at SIGTERM."""
+    """Whether the service is up before ``START_S`` and stops cleanly at SIGTERM; else its log."""
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     environment = {
         **os.environ,
@@ -61,11 +45,20 @@ def starts(service: str, bin_folder: Path) -> bool:
     process = subprocess.Popen(
         [onemap, service], env=environment, stderr=subprocess.PIPE, text=True
     )
+    assert process.stderr is not None
+    too_late = threading.Timer(START_S, process.kill)
+    too_late.start()
+    lines: list[str] = []
     try:
-        up = comes_up(process, service)
-        process.terminate()
-        return process.wait(timeout=10) == 0 and up
+        for line in process.stderr:
+            lines.append(line)
+            if f"{service} is up" in line:
+                process.terminate()
+                return process.wait(timeout=10) == 0
+        sys.stderr.writelines(lines)
+        return False
     finally:
+        too_late.cancel()
         process.kill()
         router.kill()
 

@@ -73,16 +73,21 @@ def project_document() -> dict[str, Any]:
     return document
 
 
+def output_of(command: Sequence[str], given: str = "") -> str:
+    """What a resolver prints. Raises SystemExit."""
+    ended = subprocess.run(command, input=given, stdout=subprocess.PIPE, text=True, check=False)
+    if ended.returncode:
+        raise SystemExit("lock: there is no set of packages; the resolver's reason stands above")
+    return ended.stdout
+
+
 def report(wanted: Sequence[str], arguments: Sequence[str]) -> dict[str, Any]:
     """pip's report of what it would install into an empty environment."""
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     command += ["--dry-run", "--ignore-installed", "--only-binary=:all:"]
     command += ["--no-binary", WITHOUT_WHEEL, "--report", "-"]
     command += ["-c", str(ROOT / "constraints.txt"), *arguments, *wanted]
-    ended = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
-    if ended.returncode:
-        raise SystemExit("lock: pip found no set of packages; its reason stands above")
-    document: dict[str, Any] = json.loads(ended.stdout)
+    document: dict[str, Any] = json.loads(output_of(command))
     return document
 
 
@@ -95,12 +100,8 @@ def resolved_for_old_python() -> list[str]:
     command += [part for extra in OLD_PYTHON_EXTRAS for part in ("--extra", extra)]
     pins = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     torch = next(line for line in pins if line.startswith("torch=="))
-    ended = subprocess.run(
-        command, input=f"{torch}\nnumpy<2\n", stdout=subprocess.PIPE, text=True, check=False
-    )
-    if ended.returncode:
-        raise SystemExit("lock: uv found no set of packages; its reason stands above")
-    return [line for line in ended.stdout.splitlines() if not OTHERS.match(line)]
+    lines = output_of(command, f"{torch}\nnumpy<2\n").splitlines()
+    return [line for line in lines if not OTHERS.match(line)]
 
 
 def locked(document: dict[str, Any]) -> list[str]:

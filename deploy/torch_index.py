@@ -20,9 +20,9 @@ import sys
 import threading
 import urllib.request
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any, NamedTuple
 
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 CPU = ("--extra-index-url", CPU_INDEX)
@@ -35,8 +35,7 @@ OWN_SETTINGS = ("PIP_INDEX_URL", "PIP_EXTRA_INDEX_URL", "PIP_NO_INDEX")
 CPU_ARCHITECTURES = ("x86_64", "aarch64", "arm64")  # that the CPU index has wheels for
 
 
-@dataclass(frozen=True)
-class Machine:
+class Machine(NamedTuple):
     """Inputs of the decision. ``torch``: the installed version, empty without one;
     ``own_settings``: pip settings of the user in the environment."""
 
@@ -47,8 +46,7 @@ class Machine:
     own_settings: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """Arguments of ``pip install`` and the sentence that explains them."""
 
     arguments: tuple[str, ...]
@@ -57,35 +55,30 @@ class Decision:
 
 def decide(choice: str, machine: Machine, reachable: Callable[[], bool]) -> Decision:
     """Arguments for pip; ``reachable`` checks whether the CPU index answers, if that matters."""
-    if nothing := _reason_for_default(choice, machine):
-        return Decision((), nothing)
-    if choice == "cpu":
-        return Decision(CPU, "torch: the CPU build from PyTorch's own index, as asked for.")
+    plain: tuple[str, ...] = ()
+    own = "torch: the CPU build from PyTorch's own index"
+    settings = " and ".join(machine.own_settings)
+    elsewhere = machine.architecture not in CPU_ARCHITECTURES
+    for holds, arguments, reason in (
+        (machine.torch, plain, f"torch {machine.torch} is installed already and stays."),
+        (
+            machine.system != "Linux",
+            plain,
+            f"torch: PyPI's build, the only one for {machine.system}.",
+        ),
+        (choice == "cpu", CPU, f"{own}, as asked for."),
+        (choice == "cuda", plain, "torch: PyPI's build with CUDA, as asked for."),
+        (settings, plain, f"torch: what pip finds with your {settings}."),
+        (machine.nvidia, plain, "torch: PyPI's build with CUDA, because there is an NVIDIA GPU."),
+        (elsewhere, plain, f"torch: what PyPI has for {machine.architecture}."),
+    ):
+        if holds:
+            return Decision(arguments, reason)
     if reachable():
         reason = "because there is no NVIDIA GPU here (TORCH=cuda takes the other)"
-        return Decision(CPU, f"torch: the CPU build from PyTorch's own index, {reason}.")
+        return Decision(CPU, f"{own}, {reason}.")
     reason = f"because {CPU_INDEX} does not answer (TORCH=cpu insists on it)"
-    return Decision((), f"torch: what pip finds, perhaps with some GB of CUDA, {reason}.")
-
-
-def _reason_for_default(choice: str, machine: Machine) -> str:
-    """Why pip needs no arguments whether or not the CPU index answers; empty if it matters."""
-    reasons = [
-        (bool(machine.torch), f"torch {machine.torch} is installed already and stays."),
-        (machine.system != "Linux", f"torch: PyPI's build, the only one for {machine.system}."),
-    ]
-    if choice != "cpu":
-        settings = " and ".join(machine.own_settings)
-        reasons += [
-            (choice == "cuda", "torch: PyPI's build with CUDA, as asked for."),
-            (bool(settings), f"torch: what pip finds with your {settings}."),
-            (machine.nvidia, "torch: PyPI's build with CUDA, because there is an NVIDIA GPU."),
-            (
-                machine.architecture not in CPU_ARCHITECTURES,
-                f"torch: what PyPI has for {machine.architecture}.",
-            ),
-        ]
-    return next((reason for holds, reason in reasons if holds), "")
+    return Decision(plain, f"torch: what pip finds, perhaps with some GB of CUDA, {reason}.")
 
 
 def inspect_machine(environment: Mapping[str, str]) -> Machine:
@@ -107,14 +100,9 @@ def has_nvidia(driver_file: Path, command: tuple[str, ...]) -> bool:
     """Whether an NVIDIA driver is loaded, or the command finds a GPU (as on WSL)."""
     if driver_file.exists():
         return True
+    options: dict[str, Any] = {"capture_output": True, "stdin": subprocess.DEVNULL}
     try:
-        done = subprocess.run(
-            command,
-            check=False,
-            capture_output=True,
-            stdin=subprocess.DEVNULL,
-            timeout=NVIDIA_SMI_S,
-        )
+        done = subprocess.run(command, check=False, timeout=NVIDIA_SMI_S, **options)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0 and bool(done.stdout.strip())

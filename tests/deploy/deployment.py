@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
+import sys
 from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import yaml
@@ -14,7 +19,21 @@ from tests.structure import ROOT
 
 DEPLOY = ROOT / "deploy"
 CONFIGURATIONS = sorted((DEPLOY / "config").glob("*.yaml"))
+PRESETS = sorted((DEPLOY / "config" / "robots").glob("*.yaml"))
+UNITS = DEPLOY / "systemd"
+COMMON = UNITS / "onemap-.service.d" / "common.conf"
 ROLES = ("simulator", *CORE)
+
+
+def script(name: str) -> ModuleType:
+    """A script of ``deploy`` as a module."""
+    spec = importlib.util.spec_from_file_location(name, DEPLOY / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
 
 
 def models() -> Mapping[str, type[BaseModel]]:
@@ -71,3 +90,37 @@ def with_file(service: dict[str, Any], added: dict[str, Any]) -> dict[str, Any]:
         elif isinstance(value, list) and not isinstance(value, Override) and key != "command":
             merged[key] = [*before, *value]
     return merged
+
+
+# With compose.tls.yaml each container shows a certificate.
+TLS_PORT, LOCAL_PORT = 7448, 7447
+TLS = {n: with_file(compose()[n], added) for n, added in compose("compose.tls.yaml").items()}
+
+
+def secrets_of(name: str) -> dict[str, Path]:
+    """Path in the container to the file in ``deploy``, of what a container is given to read."""
+    known = compose_document("compose.tls.yaml")["secrets"]
+    entries = [{"source": s} if isinstance(s, str) else s for s in TLS[name]["secrets"]]
+    return {
+        str(Path("/run/secrets") / entry.get("target", entry["source"])): Path(
+            known[entry["source"]]["file"]
+        )
+        for entry in entries
+        if entry["source"] in known  # the token is in compose.yaml
+    }
+
+
+def endpoint_of(name: str) -> str:
+    """Where the service of a container connects over TLS."""
+    (connect,) = json.loads(TLS[name]["environment"]["ONEMAP__BUS__CONNECT"])
+    return str(connect)
+
+
+def settings(path: Path) -> dict[str, list[str]]:
+    """Every ``Key=value`` of a unit file; a key may come several times."""
+    found: dict[str, list[str]] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith(("#", "[")):
+            key, _, value = line.partition("=")
+            found.setdefault(key, []).append(value)
+    return found

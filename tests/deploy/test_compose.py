@@ -10,20 +10,32 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import json5
 import pytest
-import yaml
 
+from onemap_shared import keys
+from onemap_shared.access_control import access_control
 from onemap_shared.config import read, section
 from onemap_shared.watchdog import STOP_LIMIT_S
-from tests.deploy.deployment import DEPLOY, ROLES, compose, compose_document, models, mounts
-from tests.deploy.test_extras import project
-from tests.deploy.test_locks import lock
+from tests.deploy.deployment import (
+    DEPLOY,
+    LOCAL_PORT,
+    ROLES,
+    TLS,
+    TLS_PORT,
+    compose,
+    compose_document,
+    endpoint_of,
+    models,
+    mounts,
+    secrets_of,
+)
+from tests.deploy.test_packages import LOCK, PROJECT
 from tests.structure import ROOT
 
 SERVICES = compose()
-VERSION = project()["version"]
+VERSION = PROJECT["version"]
 GPU_SERVICES = compose("compose.gpu.yaml")
-OURS = {name: service for name, service in SERVICES.items() if name in ROLES}
 ALL = pytest.mark.parametrize("name", sorted(SERVICES))
 EACH_ROLE = pytest.mark.parametrize("name", ROLES)
 
@@ -63,12 +75,10 @@ def test_each_is_checked_restarted_and_confined(name: str) -> None:
     assert not any("unconfined" in option for option in service["security_opt"])
     assert service["mem_limit"][-1] in "mg"
     assert service["pids_limit"] > 0
-
-
-@ALL
-def test_ports_are_published_on_loopback_only(name: str) -> None:
-    for port in SERVICES[name].get("ports", []):
-        assert port.startswith("127.0.0.1:")
+    assert all(port.startswith("127.0.0.1:") for port in service.get("ports", []))
+    volumes = compose_document()["volumes"]
+    for source in mounts(service).values():
+        assert (DEPLOY / source).exists() if source.startswith(".") else source in volumes
 
 
 def test_the_gateway_never_starts_without_a_token() -> None:
@@ -77,29 +87,9 @@ def test_the_gateway_never_starts_without_a_token() -> None:
     assert service["secrets"] == ["gateway-token"]
     assert service["environment"]["ONEMAP__GATEWAY__TOKEN_FILE"] == "/run/secrets/gateway-token"
     secret = compose_document()["secrets"]["gateway-token"]["file"]
-    assert f"/deploy/{secret.removeprefix('./').split('/')[0]}/" in ignored_by_git()
+    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
+    assert f"/deploy/{secret.removeprefix('./').split('/')[0]}/" in ignored
     assert not any("TOKEN" in str(value) for value in service["environment"].values())
-
-
-def ignored_by_git() -> list[str]:
-    return (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
-
-
-@ALL
-def test_what_is_mounted_exists(name: str) -> None:
-    volumes = set(yaml.safe_load((DEPLOY / "compose.yaml").read_text(encoding="utf-8"))["volumes"])
-    for source in mounts(SERVICES[name]).values():
-        assert (DEPLOY / source).exists() if source.startswith(".") else source in volumes
-
-
-@EACH_ROLE
-def test_commands_name_a_service_and_a_configuration_that_is_there(name: str) -> None:
-    service = SERVICES[name]
-    assert service["command"][0] == name
-    path = Path(flag(service["command"], "--config"))
-    assert path.parent == Path("/etc/onemap")
-    assert mounts(service)["/etc/onemap"] == "./config"
-    assert (DEPLOY / "config" / path.name).is_file()
 
 
 @EACH_ROLE
@@ -117,22 +107,20 @@ def test_the_environment_sets_only_what_the_service_reads(name: str) -> None:
 
 
 @EACH_ROLE
-def test_services_meet_at_the_router(name: str) -> None:
-    endpoint = SERVICES[name]["environment"]["ONEMAP__BUS__CONNECT"]
-    port = flag(SERVICES["router"]["command"], "--listen").rpartition(":")[2]
-    assert endpoint == f'["tcp/router:{port}"]'
-    assert "router" in SERVICES[name]["depends_on"]
-
-
-@EACH_ROLE
-def test_images_are_built_from_extras_that_exist(name: str) -> None:
-    build = SERVICES[name]["build"]
-    dockerfile = ROOT / build["dockerfile"]
-    assert dockerfile.is_file()
-    extras = set(build["args"]["EXTRAS"].split(","))
-    assert extras == set(lock.EXTRAS[name])
-    assert name in extras
-    assert extras <= set(project()["optional-dependencies"])  # type: ignore[call-overload]
+def test_a_service_is_built_of_its_extras_and_meets_the_others_at_the_router(name: str) -> None:
+    service, router = SERVICES[name], SERVICES["router"]
+    assert service["command"][0] == name
+    path = Path(flag(service["command"], "--config"))
+    assert path.parent == Path("/etc/onemap")
+    assert mounts(service)["/etc/onemap"] == "./config"
+    assert (DEPLOY / "config" / path.name).is_file()
+    port = flag(router["command"], "--listen").rpartition(":")[2]
+    assert service["environment"]["ONEMAP__BUS__CONNECT"] == f'["tcp/router:{port}"]'
+    assert "router" in service["depends_on"]
+    assert (ROOT / service["build"]["dockerfile"]).is_file()
+    extras = set(service["build"]["args"]["EXTRAS"].split(","))
+    assert name in extras == set(LOCK.EXTRAS[name])
+    assert extras <= set(PROJECT["optional-dependencies"])
 
 
 def test_only_services_that_can_use_a_gpu_reserve_one() -> None:
@@ -152,31 +140,25 @@ def dockerfile_arguments() -> list[str]:
     return re.findall(r"^ARG (\w+)", "\n".join(dockerfile_lines()), re.MULTILINE)
 
 
-def test_the_image_does_not_run_as_root() -> None:
+def test_each_image_has_a_user_of_its_own_that_is_not_root() -> None:
     users = [line.split()[1] for line in dockerfile_lines() if line.startswith("USER")]
     assert users == ["onemap"]
     assert not any("user" in service for service in SERVICES.values())
-
-
-def test_each_service_has_a_user_of_its_own() -> None:
     ids = [service["build"]["args"]["SERVICE_UID"] for service in SERVICES.values()]
     assert len(set(ids)) == len(ids)
     assert min(ids) > 10_000
     assert "SERVICE_UID" in dockerfile_arguments()
 
 
-@ALL
-def test_the_base_image_can_be_given_by_its_digest(name: str) -> None:
-    image = SERVICES[name]["build"]["args"]["PYTHON_IMAGE"]
-    assert image == "${ONEMAP_PYTHON_IMAGE:-python:3.11-slim}"
+def test_an_image_takes_only_files_of_known_hashes() -> None:
+    """The base image too can be given by its digest."""
+    for name, service in SERVICES.items():
+        arguments = service["build"]["args"]
+        assert arguments["PYTHON_IMAGE"] == "${ONEMAP_PYTHON_IMAGE:-python:3.11-slim}"
+        assert arguments["LOCK"] == name
     stages = [line.split()[1] for line in dockerfile_lines() if line.startswith("FROM")]
     own = {line.split()[3] for line in dockerfile_lines() if re.match("FROM .* AS ", line)}
     assert set(stages) <= {"${PYTHON_IMAGE}", *own}
-
-
-@ALL
-def test_an_image_takes_only_files_of_known_hashes(name: str) -> None:
-    assert SERVICES[name]["build"]["args"]["LOCK"] == name
     installs = [
         line for line in dockerfile_lines() if re.search(r"pip\S* (install|wheel)|install --", line)
     ]
@@ -208,6 +190,49 @@ def test_what_the_image_copies_exists_and_is_not_ignored() -> None:
     }
     assert all((ROOT / source).exists() for source in copied)
     assert all(any(Path(source).is_relative_to(path) for path in allowed) for source in copied)
+
+
+def test_over_tls_access_is_controlled_and_nothing_else_leaves_the_container() -> None:
+    """compose.tls.yaml; tests/deploy/test_router.py runs it."""
+    router = TLS["router"]
+    file = DEPLOY / mounts(router)[flag(router["command"], "--zenoh-config")]
+    document = json5.loads(file.read_text(encoding="utf-8"))
+    assert set(TLS) == {"router", *ROLES}
+    assert document["access_control"] == access_control()
+    assert "--listen" not in router["command"]  # it would replace the file's endpoints
+    loopback, tls = f"tcp/127.0.0.1:{LOCAL_PORT}", f"tls/0.0.0.0:{TLS_PORT}"
+    assert document["listen"]["endpoints"] == [loopback, tls]
+    assert router["ports"] == [f"127.0.0.1:{TLS_PORT}:{TLS_PORT}"]
+    named = document["transport"]["link"]["tls"].values()
+    places = {value for value in named if isinstance(value, str)}
+    assert {path: file.name for path, file in secrets_of("router").items()} == {
+        path: Path(path).name for path in places
+    }
+
+
+def role_of(name: str) -> str:
+    """The certificate that a service needs."""
+    return next(role for role, access in keys.ROLES.items() if name in access.names)
+
+
+@EACH_ROLE
+def test_a_container_holds_the_key_of_its_role_alone(name: str) -> None:
+    role, held = role_of(name), secrets_of(name)
+    assert held == {
+        "/run/secrets/ca.pem": Path("tls/ca.pem"),
+        "/run/secrets/role.pem": Path(f"tls/{role}.pem"),
+        "/run/secrets/role.key": Path(f"tls/{role}.key"),
+    }
+    assert set(re.findall(r"=(/[^;]+)", endpoint_of(name))) == set(held)
+    assert endpoint_of(name).startswith(f"tls/router:{TLS_PORT}#enable_mtls=true;")
+
+
+def test_the_page_makes_each_key_readable_by_its_service_alone() -> None:
+    page = (DEPLOY / "security.md").read_text(encoding="utf-8")
+    owners = dict(re.findall(r"\b(100\d\d):([a-z]+)\b", page))
+    ids = {str(s["build"]["args"]["SERVICE_UID"]): n for n, s in SERVICES.items()}
+    assert owners == {uid: n if n == "router" else role_of(n) for uid, n in ids.items()}
+    assert "onemap certs deploy/tls --host router" in page
 
 
 @pytest.fixture

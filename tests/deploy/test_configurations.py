@@ -1,4 +1,4 @@
-"""Every configuration that ships is one that every service accepts."""
+"""Every configuration and preset that ships is one that every service accepts."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from pathlib import Path
 import pytest
 import yaml
 
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.topic_list import missing, needs
 from onemap_shared.config import read, section
-from tests.deploy.deployment import CONFIGURATIONS, DEPLOY, models
+from tests.deploy.deployment import CONFIGURATIONS, DEPLOY, PRESETS, models
+from tests.ros2.test_topic_list import endpoint
 
 
-def test_the_deployments_that_are_promised_are_there() -> None:
-    names = {path.stem for path in CONFIGURATIONS}
-    assert names == {"demo", "workstation", "jetson", "split-perception", "shared-map"}
+def test_what_is_promised_is_there() -> None:
+    deployments = {"demo", "workstation", "jetson", "split-perception", "shared-map"}
+    assert {path.stem for path in CONFIGURATIONS} == deployments
+    cameras, robots = {"realsense", "zed2", "oak-d", "orbbec"}, {"turtlebot4", "spot", "stretch"}
+    assert {path.stem for path in PRESETS} == cameras | robots | {"nav2"}
 
 
-@pytest.mark.parametrize("path", CONFIGURATIONS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*CONFIGURATIONS, *PRESETS], ids=lambda path: path.stem)
 def test_every_section_is_valid_for_its_service(path: Path) -> None:
     sections = read(path, environment={})
     for name, model in models().items():
@@ -28,3 +33,17 @@ def test_state_lies_where_units_and_volumes_put_it() -> None:
         document = yaml.safe_load((DEPLOY / "config" / f"{name}.yaml").read_text(encoding="utf-8"))
         for place in (document["mapper"]["map_folder"], document["planner"]["state_dir"]):
             assert Path(place).is_relative_to("/var/lib/onemap")
+
+
+@pytest.mark.parametrize("path", PRESETS, ids=lambda path: path.stem)
+def test_a_robot_with_the_topics_of_its_preset_lacks_nothing(path: Path) -> None:
+    """And the file says where its names come from."""
+    assert "checked neither on the robot nor with the vendor" in path.read_text(encoding="utf-8")
+    sections = read(path, environment={})
+    config = section(sections, "ros2", Ros2Config)
+    here = [endpoint(need.topic, need.types[0], need.kind) for need in needs(config)]
+    assert missing(here, config) == {}
+    topics = [need.topic for need in needs(config)]
+    assert len(set(topics)) == len(topics)
+    if sections["ros2"].get("drive") == "nav2":  # which has recoveries of its own
+        assert sections["planner"]["recovery"]["stuck_s"] >= 20

@@ -18,12 +18,22 @@ from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.messages import FeatureField
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.service import open_scene
 from onemap_tools.demo.setup import MIN_APART_M
-from tests.deploy.deployment import DEPLOY, compose, compose_document, models, mounts, with_file
-from tests.deploy.test_units import COMMON, FOLDER, settings
+from tests.deploy.deployment import (
+    COMMON,
+    DEPLOY,
+    UNITS,
+    compose,
+    compose_document,
+    models,
+    mounts,
+    settings,
+    with_file,
+)
 from tests.memory_bus import MemoryRouter
-from tests.shared.samples import SAMPLES
+from tests.shared.samples import sample
 
 R1, R2 = "site/r1", "site/r2"
 NAMESPACES = {  # of every process
@@ -59,7 +69,7 @@ def of_container(name: str) -> Sections:
 def of_unit(name: str) -> Sections:
     """What the unit's process reads where ONEMAP_CONFIG is shared-map.yaml."""
     service, _, robot = name.partition("-")
-    file = FOLDER / f"onemap-{service}{'@' if robot else ''}.service"
+    file = UNITS / f"onemap-{service}{'@' if robot else ''}.service"
     assignments = [
         assignment.replace("%i", robot)
         for path in (COMMON, file)
@@ -119,10 +129,9 @@ def test_the_mapper_hears_the_perception_of_each(deployment: str) -> None:
     fields = [
         joined.subscribe(keys.FIELD) for joined in buses_of(router.bus("mapper"), config.robots)
     ]
-    (sample,) = (each for each in SAMPLES if isinstance(each, FeatureField))
     for number, name in enumerate(("perception", "perception-r2")):
         bus = keys_of(name).bus("perception")
-        bus.publish(keys.FIELD).put(replace(sample, sequence=number))
+        bus.publish(keys.FIELD).put(replace(sample(FeatureField), sequence=number))
     taken = [subscription.take(0.0) for subscription in fields]
     assert [field.sequence for field in taken if field is not None] == [0, 1]
 
@@ -142,8 +151,11 @@ def test_the_simulated_robots_start_apart_in_one_apartment() -> None:
         for name in ("simulator", "simulator-r2")
     )
     assert first == second.model_copy(update={"start": first.start})
-    starts = [open_scene(config).start[:2] for config in (first, second)]
-    assert math.dist(*starts) > MIN_APART_M
+    scene, start = open_scene(first), second.start
+    assert start is not None
+    assert math.dist(scene.start[:2], start[:2]) > MIN_APART_M
+    floor = CollisionMap.of(scene, second.robot.height_m)
+    assert floor.clearance_m(*start[:2]) >= second.robot.radius_m
     assert containers()["simulator-r2"]["profiles"] == ["demo"]
 
 

@@ -2,104 +2,65 @@
 
 from __future__ import annotations
 
-import importlib.util
 import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import pytest
 
-from tests.deploy.deployment import DEPLOY
+from tests.deploy.deployment import DEPLOY, script
 from tests.structure import ROOT
 
-SCRIPT = DEPLOY / "torch_index.py"
-
-
-def load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("torch_index", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-INDEX = load()
-CPU = INDEX.CPU
+INDEX: Any = script("torch_index")
 PLAIN = INDEX.Machine("Linux", "x86_64", nvidia=False, torch="", own_settings=())
-
-
-def decided(choice: str = "auto", *, reachable: bool = True, **changes: object) -> tuple[str, ...]:
-    decision = INDEX.decide(choice, replace(PLAIN, **changes), lambda: reachable)
-    assert decision.reason.endswith(".")
-    assert "\n" not in decision.reason
-    arguments: tuple[str, ...] = decision.arguments
-    return arguments
+CPU = INDEX.CPU
 
 
 def never_asked() -> bool:
     raise AssertionError("the index was asked for nothing")
 
 
-@pytest.mark.parametrize("architecture", ["x86_64", "aarch64"])
-def test_without_a_gpu_the_cpu_build_is_taken(architecture: str) -> None:
-    assert decided(architecture=architecture) == CPU
-
-
-def test_with_a_gpu_cuda_is_chosen_without_a_request() -> None:
-    assert INDEX.decide("auto", replace(PLAIN, nvidia=True), never_asked).arguments == ()
-
-
-def test_an_index_that_does_not_answer_is_left_out_and_named() -> None:
-    assert decided(reachable=False) == ()
-    assert INDEX.CPU_INDEX in INDEX.decide("auto", PLAIN, lambda: False).reason
-
-
 @pytest.mark.parametrize(
-    "changes",
+    ("choice", "changes", "reachable", "arguments", "reason"),
     [
-        {"torch": "2.13.0"},
-        {"system": "Darwin", "architecture": "arm64"},
-        {"architecture": "riscv64"},
-        {"own_settings": ("PIP_INDEX_URL",)},
+        ("auto", {}, True, CPU, "there is no NVIDIA GPU here"),
+        ("auto", {"architecture": "aarch64"}, True, CPU, "there is no NVIDIA GPU here"),
+        ("auto", {}, False, (), f"{INDEX.CPU_INDEX} does not answer"),
+        ("auto", {"nvidia": True}, None, (), "there is an NVIDIA GPU"),
+        ("auto", {"torch": "2.13.0"}, None, (), "2.13.0 is installed already"),
+        ("auto", {"system": "Darwin", "architecture": "arm64"}, None, (), "one for Darwin"),
+        ("auto", {"architecture": "riscv64"}, None, (), "what PyPI has for riscv64"),
+        ("auto", {"own_settings": ("PIP_INDEX_URL",)}, None, (), "your PIP_INDEX_URL"),
+        ("cpu", {"nvidia": True}, None, CPU, "as asked for"),
+        ("cpu", {"torch": "2.13.0"}, None, (), "installed already"),  # and stays
+        ("cuda", {}, None, (), "as asked for"),
     ],
-    ids=str,
 )
-def test_where_there_is_nothing_to_decide_nothing_is_added(changes: dict[str, object]) -> None:
-    assert INDEX.decide("auto", replace(PLAIN, **changes), never_asked).arguments == ()
-
-
-def test_settings_of_the_user_are_kept_and_reported() -> None:
-    machine = replace(PLAIN, own_settings=("PIP_EXTRA_INDEX_URL",))
-    assert "PIP_EXTRA_INDEX_URL" in INDEX.decide("auto", machine, never_asked).reason
-
-
-def test_a_choice_overrules_what_is_found() -> None:
-    assert INDEX.decide("cpu", replace(PLAIN, nvidia=True), never_asked).arguments == CPU
-    assert INDEX.decide("cuda", PLAIN, never_asked).arguments == ()
-    assert decided("cpu", torch="2.13.0") == ()  # what is installed stays
+def test_the_decision_is_explained_in_a_sentence(
+    choice: str, changes: dict[str, Any], reachable: bool | None, arguments: Any, reason: str
+) -> None:
+    """None for ``reachable``: the index is not asked."""
+    ask = never_asked if reachable is None else lambda: reachable
+    decision = INDEX.decide(choice, PLAIN._replace(**changes), ask)
+    assert decision.arguments == arguments
+    assert reason in decision.reason
+    assert decision.reason.endswith(".")
+    assert "\n" not in decision.reason
 
 
 def test_a_driver_or_a_gpu_that_is_listed_is_an_nvidia_gpu(tmp_path: Path) -> None:
     driver, missing = tmp_path / "version", tmp_path / "missing"
     driver.write_text("NVRM version: 1")
-    fails, lists, says_nothing = (
-        (sys.executable, "-c", code)
-        for code in ("raise SystemExit(9)", "print('GPU 0: H200')", "pass")
-    )
-    assert INDEX.has_nvidia(driver, fails)
-    assert INDEX.has_nvidia(missing, lists)
-    assert not INDEX.has_nvidia(missing, fails)
-    assert not INDEX.has_nvidia(missing, says_nothing)
-    assert not INDEX.has_nvidia(missing, (str(missing),))
+    assert INDEX.has_nvidia(driver, ("false",))
+    assert INDEX.has_nvidia(missing, ("echo", "GPU 0: H200"))
+    for command in ("false", "true", str(missing)):  # fails, lists nothing, is not there
+        assert not INDEX.has_nvidia(missing, (command,))
 
 
 @contextmanager
@@ -115,7 +76,7 @@ def served(status: int) -> Iterator[str]:
             pass
 
     with HTTPServer(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever)
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:
             yield f"http://127.0.0.1:{server.server_port}/"
@@ -129,21 +90,19 @@ def no_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("no_proxy", "127.0.0.1")
 
 
-def test_an_index_that_answers_is_reachable_and_an_error_page_is_none() -> None:
+def test_only_a_page_is_an_answer() -> None:
     with served(200) as url:
         assert INDEX.answers(url)
     with served(404) as url:
         assert not INDEX.answers(url)
+    assert not INDEX.answers(url)  # the port is closed
+    assert not INDEX.answers("nonsense")
 
 
-def test_a_server_that_accepts_and_never_answers_is_given_up() -> None:
-    """Returning at all is the promise: the connection stays open until after the verdict."""
+def test_what_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A server that accepts and never answers, and a name server that is silent for ever."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         assert not INDEX.answers(f"http://127.0.0.1:{silent.getsockname()[1]}/", limit_s=0.2)
-
-
-def test_a_look_up_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A name server that is silent blocks for longer than any socket's own limit."""
     hang = threading.Event()
 
     def never(*_: object, **__: object) -> None:
@@ -155,54 +114,41 @@ def test_a_look_up_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> No
     hang.set()
 
 
-def test_a_closed_port_and_an_unknown_host_do_not_answer() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as gone:
-        port = gone.getsockname()[1]
-    assert not INDEX.answers(f"http://127.0.0.1:{port}/")
-    assert not INDEX.answers("nonsense")
+@pytest.mark.parametrize(
+    ("choice", "code", "stdout", "reason"),
+    [
+        ("rocm", 2, "", "TORCH is 'rocm'; it must be one of auto, cpu, cuda.\n"),
+        ("auto", 0, "\n", "is installed already"),  # torch is, here
+    ],
+)
+def test_pip_gets_the_arguments_alone_and_people_the_reason(
+    choice: str, code: int, stdout: str, reason: str
+) -> None:
+    command = [sys.executable, str(DEPLOY / "torch_index.py"), choice]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (code, stdout)
+    assert reason in done.stderr
 
 
-def test_an_unknown_choice_is_refused() -> None:
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), "rocm"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr == "TORCH is 'rocm'; it must be one of auto, cpu, cuda.\n"
-
-
-def test_pip_gets_the_arguments_alone_and_people_the_reason() -> None:
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), "auto"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0
-    assert done.stdout == "\n"  # torch is installed here
-    assert "is installed already" in done.stderr
-
-
-@pytest.mark.parametrize("target", ["setup-demo", "setup-dev"])
-@pytest.mark.parametrize("choice", ["auto", "cpu", "cuda"])
-def test_the_set_up_asks_and_obeys(target: str, choice: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("target", "given", "choice"),
+    [
+        ("setup-demo", [], "auto"),
+        ("setup-demo", ["TORCH=cpu"], "cpu"),
+        ("setup-dev", ["TORCH=cuda"], "cuda"),
+    ],
+)
+def test_the_set_up_asks_and_obeys(
+    target: str, given: list[str], choice: str, tmp_path: Path
+) -> None:
     """``make -n`` in a fresh environment: the script decides, pip gets what it printed."""
-    command = ["make", "-n", target, f"VENV={tmp_path / 'venv'}"]
-    if choice != "auto":
-        command.append(f"TORCH={choice}")
+    command = ["make", "-n", target, f"VENV={tmp_path / 'venv'}", *given]
     text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    text = text.replace("\\\n", " ")
-    (line,) = [line for line in text.splitlines() if "deploy/torch_index.py" in line]
+    lines = text.replace("\\\n", " ").splitlines()
+    (line,) = (line for line in lines if "deploy/torch_index.py" in line)
     assert f"/bin/python deploy/torch_index.py {choice})" in line
     install = line.partition("&&")[2].split()
-    assert "install" in install
-    assert "$torch" in install
-
-
-def test_a_choice_from_the_environment_is_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TORCH", "cpu")
-    command = ["make", "-n", "setup-demo", f"VENV={tmp_path / 'venv'}"]
-    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert "torch_index.py cpu)" in text
+    assert {"install", "$torch"} <= set(install)
 
 
 def test_the_dockerfile_takes_the_same_index() -> None:

@@ -13,27 +13,15 @@ import yaml
 from onemap_shared.runner import HANG_S, HEARTBEAT_S
 from onemap_shared.watchdog import STOP_LIMIT_S
 from onemap_tools.processes.services import CORE
-from tests.deploy.deployment import DEPLOY, compose
+from tests.deploy.deployment import COMMON, DEPLOY, UNITS, compose, settings
 
-FOLDER = DEPLOY / "systemd"
 NAMES = ("router", *CORE)
-COMMON = FOLDER / "onemap-.service.d" / "common.conf"
 STUBS = ("sysinit.target", "basic.target", "shutdown.target", "network.target", "multi-user.target")
-
-
-def settings(path: Path) -> dict[str, list[str]]:
-    """Every ``Key=value`` of a unit file; a key may come several times."""
-    found: dict[str, list[str]] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if line and not line.startswith(("#", "[")):
-            key, _, value = line.partition("=")
-            found.setdefault(key, []).append(value)
-    return found
 
 
 def unit(name: str) -> dict[str, list[str]]:
     """A service's settings, its own and the common ones."""
-    own, common = settings(FOLDER / f"onemap-{name}.service"), settings(COMMON)
+    own, common = settings(UNITS / f"onemap-{name}.service"), settings(COMMON)
     assert not own.keys() & common.keys() - {"Environment"}, "the common file would win"
     return {**common, **own}
 
@@ -44,7 +32,7 @@ def root(tmp_path: Path) -> Path:
     if shutil.which("systemd-analyze") is None:
         pytest.skip("systemd-analyze is not installed (Debian package systemd)")
     units = tmp_path / "etc/systemd/system"
-    shutil.copytree(FOLDER, units)
+    shutil.copytree(UNITS, units)
     for stub in STUBS:
         (units / stub).write_text("[Unit]\nDescription=stub\n", encoding="utf-8")
     command = tmp_path / "opt/onemap/current/bin/onemap"
@@ -86,26 +74,31 @@ def test_the_common_settings_reach_every_service(root: Path) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_restarts_within_limits_and_is_no_root(name: str) -> None:
+def test_each_is_watched_restarts_within_limits_and_is_confined(name: str) -> None:
     service = unit(name)
-    assert service["Restart"] == ["always"]
-    assert int(service["StartLimitBurst"][0]) > 0
-    assert service["RestartPreventExitStatus"] == ["2"]
-    assert service["User"] == ["%p"]  # the unit's own name: a user for each service
-    assert service["NoNewPrivileges"] == ["yes"]
-    assert service["ProtectSystem"] == ["strict"]
-    assert service["CapabilityBoundingSet"] == [""]
-    assert service["WantedBy"] == ["onemap.target"]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_each_has_limits_and_a_filter_of_system_calls(name: str) -> None:
-    service = unit(name)
+    expected = {
+        "Restart": "always",
+        "RestartPreventExitStatus": "2",
+        "User": "%p",  # the unit's own name: a user for each service
+        "NoNewPrivileges": "yes",
+        "ProtectSystem": "strict",
+        "CapabilityBoundingSet": "",
+        "WantedBy": "onemap.target",
+        "SystemCallErrorNumber": "EPERM",
+        "Type": "notify",
+        "NotifyAccess": "main",
+    }
+    assert {key: service[key] for key in expected} == {k: [v] for k, v in expected.items()}
     assert service["SystemCallFilter"] == ["@system-service", "~@privileged"]
-    assert service["SystemCallErrorNumber"] == ["EPERM"]
+    assert int(service["StartLimitBurst"][0]) > 0
     assert int(service["TasksMax"][0]) > 0
-    limit = service["MemoryMax"][0]
-    assert compose()[name]["mem_limit"] == limit.lower()
+    assert compose()[name]["mem_limit"] == service["MemoryMax"][0].lower()
+    assert 3 * HEARTBEAT_S <= float(service["WatchdogSec"][0]) <= HANG_S
+    uses_gpu = "SupplementaryGroups" in service
+    assert uses_gpu == (name == "mapper")
+    # Without a GPU memory is never both writable and executable.
+    for key in ("MemoryDenyWriteExecute", "PrivateDevices", "PrivateUsers"):
+        assert (key in service) != uses_gpu
 
 
 @pytest.mark.parametrize("name", [*NAMES, "ros2"])
@@ -128,15 +121,6 @@ def test_no_two_services_write_the_same_folder() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_all_notify_and_are_watched(name: str) -> None:
-    service = unit(name)
-    assert service["Type"] == ["notify"]
-    assert service["NotifyAccess"] == ["main"]
-    watchdog_s = float(service["WatchdogSec"][0])
-    assert 3 * HEARTBEAT_S <= watchdog_s <= HANG_S
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_each_starts_its_service_with_files_that_are_installed(name: str) -> None:
     service = unit(name)
     executable, command, *arguments = shlex.split(service["ExecStart"][0])
@@ -144,7 +128,7 @@ def test_each_starts_its_service_with_files_that_are_installed(name: str) -> Non
     assert command == name
     variables = dict(
         assignment.split("=", 1)
-        for path in (COMMON, FOLDER / f"onemap-{name}.service")
+        for path in (COMMON, UNITS / f"onemap-{name}.service")
         for line in settings(path).get("Environment", [])
         for assignment in shlex.split(line)
     )
@@ -155,19 +139,9 @@ def test_each_starts_its_service_with_files_that_are_installed(name: str) -> Non
 
 @pytest.mark.parametrize("name", ["perception", "planner"])
 def test_a_further_robot_has_the_same_unit_with_keys_of_its_own(name: str) -> None:
-    first, further = (settings(FOLDER / f"onemap-{unit}.service") for unit in (name, f"{name}@"))
+    first, further = (settings(UNITS / f"onemap-{unit}.service") for unit in (name, f"{name}@"))
     different = {key for key in first | further if first.get(key) != further.get(key)}
     assert different - {"StateDirectory"} == {"Description", "Environment"}
     assert "ONEMAP__BUS__NAMESPACE=site/%i" in further["Environment"][0].split()
     if name == "planner":
         assert further["StateDirectory"] == ["onemap/planner-%i"]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_memory_is_never_both_writable_and_executable_without_a_gpu(name: str) -> None:
-    service = unit(name)
-    uses_gpu = "SupplementaryGroups" in service
-    assert uses_gpu == (name == "mapper")
-    assert ("MemoryDenyWriteExecute" in service) != uses_gpu
-    assert ("PrivateDevices" in service) != uses_gpu
-    assert ("PrivateUsers" in service) != uses_gpu
