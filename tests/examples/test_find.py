@@ -30,6 +30,12 @@ def gateway_with(state: str, *results: dict[str, Any]) -> Routes:
     }
 
 
+def find(routes: Routes) -> subprocess.CompletedProcess[str]:
+    with fake_gateway(routes) as url:
+        command = [sys.executable, str(SCRIPT), "sofa", url]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.parametrize(
     ("routes", "code", "last"),
     [
@@ -39,10 +45,7 @@ def gateway_with(state: str, *results: dict[str, Any]) -> Routes:
     ids=["found", "cancelled"],
 )
 def test_it_prints_places_events_and_results(routes: Routes, code: int, last: str) -> None:
-    with fake_gateway(routes) as url:
-        done = subprocess.run(
-            [sys.executable, str(SCRIPT), "sofa", url], capture_output=True, text=True, check=False
-        )
+    done = find(routes)
     lines = done.stdout.splitlines()
     assert (done.returncode, done.stderr) == (code, "")
     assert lines[:2] == ["maybe at (2.35, -1.10) m, score 0.91", "sofa: exploring: walking"]
@@ -51,11 +54,7 @@ def test_it_prints_places_events_and_results(routes: Routes, code: int, last: st
 
 def test_a_refusal_is_one_sentence() -> None:
     problem = {"status": 409, "detail": "The robot is searching for 'bed'.", "search_id": "s0"}
-    routes = {**gateway_with("found"), ("POST", "/v1/searches"): (409, problem)}
-    with fake_gateway(routes) as url:
-        done = subprocess.run(
-            [sys.executable, str(SCRIPT), "sofa", url], capture_output=True, text=True, check=False
-        )
+    done = find({**gateway_with("found"), ("POST", "/v1/searches"): (409, problem)})
     assert (done.returncode, done.stderr) == (1, "The robot is searching for 'bed'.\n")
 
 
