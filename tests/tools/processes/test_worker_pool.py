@@ -6,7 +6,6 @@ import ast
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
@@ -16,9 +15,7 @@ from onemap_tools.processes.launch import ENDED
 from tests.shared.test_bus import eventually
 from tests.structure import ROOT, modules
 
-WORKERS = 2
 POOL = """
-import os, threading
 from onemap_tools.processes.worker_pool import worker_pool
 
 def compute(_):
@@ -31,16 +28,6 @@ if __name__ == "__main__":
 """
 
 
-def descendants(pid: int) -> set[psutil.Process]:
-    return set(psutil.Process(pid).children(recursive=True))
-
-
-def workers(pid: int) -> set[psutil.Process] | None:
-    """The workers of a process once all of them run; None before."""
-    found = {each for each in descendants(pid) if "spawn_main" in " ".join(each.cmdline())}
-    return found if len(found) == WORKERS else None
-
-
 def runs(process: psutil.Process) -> bool:
     try:
         return process.is_running() and process.status() not in ENDED
@@ -48,31 +35,26 @@ def runs(process: psutil.Process) -> bool:
         return False
 
 
-@pytest.fixture
-def script(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A process with workers that compute for ever."""
+@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_that_compute_end_with_their_parent(death: signal.Signals, tmp_path: Path) -> None:
     file = tmp_path / "pool.py"
     file.write_text(POOL, encoding="utf-8")
-    process = subprocess.Popen([sys.executable, str(file)])
-    yield process
-    process.kill()
-    process.wait()
+    parent = subprocess.Popen([sys.executable, str(file)])
 
+    def workers() -> list[psutil.Process] | None:
+        """All that it has started, once both workers run; None before."""
+        left = psutil.Process(parent.pid).children(recursive=True)
+        spawned = [each for each in left if "spawn_main" in " ".join(each.cmdline())]
+        return left if len(spawned) == 2 else None
 
-@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGTERM])
-def test_workers_that_compute_end_with_their_parent(
-    script: subprocess.Popen[bytes], death: signal.Signals
-) -> None:
-    assert eventually(lambda: workers(script.pid))
-    left = descendants(script.pid)
-    script.send_signal(death)
-    script.wait()
+    left = eventually(workers)
+    parent.send_signal(death)
+    parent.wait()
     try:
         assert eventually(lambda: not any(map(runs, left)) or None)
     finally:
-        for each in left:
-            if runs(each):
-                each.kill()
+        for each in filter(runs, left):
+            each.kill()
 
 
 def test_no_other_pool_is_made() -> None:
