@@ -216,7 +216,7 @@ def _warning(sentence: str, remedy: str) -> Finding:
     return Finding(Severity.WARNING, sentence, remedy)
 
 
-def check_services(observed: Observations) -> Iterator[Finding]:
+def _services(observed: Observations) -> Iterator[Finding]:
     """Services that do not run, hang, are not ready or run twice."""
     for name in CORE:
         if name not in observed.alive:
@@ -271,7 +271,7 @@ def _unhealthy(process: ObservedProcess) -> Iterator[Finding]:
         )
 
 
-def check_streams(observed: Observations) -> Iterator[Finding]:
+def _streams(observed: Observations) -> Iterator[Finding]:
     """Streams without messages, with old messages or with messages that cannot be decoded."""
     for stream in observed.streams:
         name, source, counters = stream.name, stream.source, stream.counters
@@ -302,7 +302,7 @@ def check_streams(observed: Observations) -> Iterator[Finding]:
             )
 
 
-def check_clocks(observed: Observations) -> Iterator[Finding]:
+def _clocks(observed: Observations) -> Iterator[Finding]:
     """Machines whose clocks disagree."""
     for process in observed.processes:
         offset_s = process.clock_offset_s
@@ -322,7 +322,7 @@ def check_clocks(observed: Observations) -> Iterator[Finding]:
             )
 
 
-def check_depth(observed: Observations) -> Iterator[Finding]:
+def _depth(observed: Observations) -> Iterator[Finding]:
     """A depth image without returns or in another unit than millimetres."""
     if observed.depth_mm is None:
         return
@@ -345,7 +345,7 @@ def check_depth(observed: Observations) -> Iterator[Finding]:
         )
 
 
-def check_floor(observed: Observations) -> Iterator[Finding]:
+def _floor(observed: Observations) -> Iterator[Finding]:
     """Extrinsics by which the floor is not at z = 0, from the mapper's metrics."""
     mapper = _metrics_with("floor_viewpoints", observed)
     if not mapper:
@@ -366,7 +366,7 @@ def check_floor(observed: Observations) -> Iterator[Finding]:
         )
 
 
-def check_encoders(observed: Observations) -> Iterator[Finding]:
+def _encoders(observed: Observations) -> Iterator[Finding]:
     """Features, map and texts of different encoders."""
     known = {what: encoder for what, encoder in observed.encoders.items() if any(encoder)}
     if len(set(known.values())) > 1:
@@ -377,7 +377,7 @@ def check_encoders(observed: Observations) -> Iterator[Finding]:
         )
 
 
-def check_map(observed: Observations) -> Iterator[Finding]:
+def _map(observed: Observations) -> Iterator[Finding]:
     """A map that receives no frames, stays empty or does not grow."""
     if observed.revisions is None:
         return
@@ -400,7 +400,7 @@ def check_map(observed: Observations) -> Iterator[Finding]:
         )
 
 
-def check_driving(observed: Observations) -> Iterator[Finding]:
+def _driving(observed: Observations) -> Iterator[Finding]:
     """A robot that does not follow commands, or that has collided."""
     if observed.commanded > STANDING and observed.driven <= STANDING:
         yield _error(
@@ -414,16 +414,7 @@ def check_driving(observed: Observations) -> Iterator[Finding]:
         )
 
 
-CHECKS = (
-    check_services,
-    check_streams,
-    check_clocks,
-    check_depth,
-    check_floor,
-    check_encoders,
-    check_map,
-    check_driving,
-)
+CHECKS = (_services, _streams, _clocks, _depth, _floor, _encoders, _map, _driving)
 
 
 def diagnose(observed: Observations) -> list[Finding]:

@@ -52,7 +52,6 @@ def test_the_document_holds_every_step(path: Path) -> None:
         (b"", "holds no decision"),
         (b"\xff\xfe\n", "is not text"),
         (b"{}\n", "line 1 is not a step of a search (KeyError('schema'))"),
-        (b"[1]\n", "line 1 is not a step"),
         (b'{"schema": 9}\n', "schema 9, this version reads 1"),
         (b"x" * 4_000_001, "has 4.0 MB"),
     ],

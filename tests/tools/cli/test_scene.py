@@ -77,25 +77,21 @@ def test_without_the_simulators_packages_the_extra_is_named(
     assert "pip install 'onemap[simulator]'" in result.stderr
 
 
-@pytest.mark.parametrize("command", [["scene", "check"], ["demo"]], ids=" ".join)
-def test_the_help_lists_the_keys_of_the_yaml(command: list[str]) -> None:
-    text = " ".join(CliRunner().invoke(app, [*command, "--help"]).output.split())
+def test_the_help_lists_the_keys_of_the_yaml() -> None:
+    text = " ".join(CliRunner().invoke(app, ["scene", "check", "--help"]).output.split())
     for word in ("categories", "start", "yaw", "up", "y or z"):
         assert word in text
 
 
-def test_the_document_holds_lengths_areas_and_the_start(tmp_path: Path) -> None:
-    report = document(examine(room(tmp_path, yaml="start: [-1, -1, 0.5]")), None)
-    assert report["start"] == [-1.0, -1.0, 0.5]
-    assert report["start_from_yaml"] is True
+def test_lengths_areas_categories_and_the_start_are_described(tmp_path: Path) -> None:
+    path = room(tmp_path, yaml="categories: {Sofa-01: couch}\nstart: [-1, -1, 0.5]")
+    report = document(examine(path), None)
+    assert (report["start"], report["start_from_yaml"]) == ([-1.0, -1.0, 0.5], True)
     low, high = report["extent_m"]
     assert high[0] - low[0] == pytest.approx(4.0)
     assert 0 < report["reachable_m2"] < 16
     assert report["picture"] is None
-
-
-def test_categories_size_and_verdict_are_printed(tmp_path: Path) -> None:
-    text = check(room(tmp_path, yaml="categories: {Sofa-01: couch}\nstart: [-1, -1, 0]")).stdout
+    text = check(path).stdout
     for part in ("couch", "YAML", "Size: 4.00 x 4.00", "Start: (-1.00, -1.00) m", "can search"):
         assert part in text
 

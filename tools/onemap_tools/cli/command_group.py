@@ -31,8 +31,8 @@ class CommandGroup(TyperGroup):
         try:
             context = super().make_context(info_name, args, parent, **extra)
         except UsageError as error:
-            if parent is None:
-                _print_usage_error(error, as_json)
+            if parent is None and as_json:
+                _print_error(error.format_message(), EXIT_USAGE_ERROR, {})
             raise
         context.meta.setdefault(JSON, as_json)
         return context
@@ -46,17 +46,19 @@ class CommandGroup(TyperGroup):
         """Run the command."""
         from onemap_shared.config import ConfigError
 
-        if ctx.parent is not None:  # reported by the root
-            return super().invoke(ctx)
+        as_json = ctx.meta[JSON] and ctx.parent is None  # the root reports
         try:
             return super().invoke(ctx)
         except UsageError as error:  # typer prints the sentence
-            _print_usage_error(error, ctx.meta[JSON])
+            if as_json:
+                _print_error(error.format_message(), EXIT_USAGE_ERROR, {})
             raise
         except (CliError, ConfigError, KeyboardInterrupt) as cause:
+            if ctx.parent is not None:
+                raise
             reported = to_cli_error(cause)
             typer.echo(str(reported), err=True)
-            if ctx.meta[JSON]:
+            if as_json:
                 _print_error(str(reported), reported.exit_code, reported.document)
             raise typer.Exit(reported.exit_code) from cause
 
@@ -65,11 +67,6 @@ def wants_json(arguments: Sequence[str]) -> bool:
     """Whether the command line holds the option --json; what follows ``--`` is no option."""
     words = list(arguments)
     return "--json" in (words[: words.index("--")] if "--" in words else words)
-
-
-def _print_usage_error(error: typer.BadParameter, as_json: bool) -> None:
-    if as_json:
-        _print_error(error.format_message(), EXIT_USAGE_ERROR, {})
 
 
 def _print_error(sentence: str, exit_code: int, document: Mapping[str, Any]) -> None:

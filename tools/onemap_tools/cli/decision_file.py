@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.table import Table
 from rich.text import Text
 
-from onemap import Choice, SearchSnapshot
+from onemap import SearchSnapshot
 from onemap_tools.errors import CliError
 
 SCHEMA = 1
@@ -18,16 +17,14 @@ MAX_FILE_BYTES = 4_000_000  # the planner writes at most 2 MB
 Rendered = tuple[Text | Table, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class DecisionStep:
+class DecisionStep(NamedTuple):
     """A step of a search: how it stood, and where the robot was (metres), if that was known."""
 
     search: SearchSnapshot
     robot_xy: tuple[float, float] | None
 
 
-@dataclass(frozen=True, slots=True)
-class DecisionFile:
+class DecisionFile(NamedTuple):
     """The steps of a search in their order; cut_off: the last line is not complete."""
 
     steps: tuple[DecisionStep, ...]
@@ -84,14 +81,8 @@ def describe_step(step: DecisionStep, number: int, count: int) -> Rendered:
     lines += [Text(f"{r.name or 'place'}: {r.outcome}: {r.reason}") for r in search.results[-1:]]
     if search.choice is None:
         return tuple(lines)
-    why = f"Decision {search.choice.number}: {search.choice.sentence}."
-    return (*lines, Text(why), options_table(search.choice))
-
-
-def options_table(choice: Choice) -> Table:
-    """The goals that were weighed, best first; ``>`` stands before the chosen one."""
     table = Table("", "goal", "at", "score", "way", "utility", box=None)
-    for option in choice.options:
+    for option in search.choice.options:  # best first
         table.add_row(
             ">" if option.chosen else "",
             option.kind.replace("_", " "),
@@ -100,7 +91,7 @@ def options_table(choice: Choice) -> Table:
             f"{option.travel_m:.1f} m",
             f"{option.utility:.2f}",
         )
-    return table
+    return (*lines, Text(f"Decision {search.choice.number}: {search.choice.sentence}."), table)
 
 
 def decisions_document(decisions: DecisionFile) -> dict[str, Any]:

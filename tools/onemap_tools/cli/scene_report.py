@@ -11,9 +11,8 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
-from onemap_simulator.inspection import SceneInspection, SceneNode, inspect_scene
+from onemap_simulator.inspection import SceneInspection, inspect_scene
 from onemap_simulator.physics.robot import RobotParams
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
@@ -69,22 +68,30 @@ def document(inspection: SceneInspection, picture: Path | None) -> dict[str, Any
 
 def describe(inspection: SceneInspection, picture: Path | None, console: Console) -> None:
     """Print categories, size, start, warnings, problems and the verdict."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for title in ("category", "nodes", "triangles", "named by", "which"):
-        table.add_column(title)
+    titles = ("category", "nodes", "triangles", "named by", "which")
+    table = Table(*titles, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for category in inspection.scene.categories:
-        table.add_row(*_row([node for node in inspection.nodes if node.category == category]))
+        nodes = [node for node in inspection.nodes if node.category == category]
+        by_yaml = sum(node.from_yaml for node in nodes)
+        names = ", ".join(node.name for node in nodes[:LISTED])
+        table.add_row(
+            category,
+            str(len(nodes)),
+            str(sum(node.triangles for node in nodes)),
+            {0: "file", len(nodes): "YAML"}.get(by_yaml, "both"),
+            names + (", ..." if len(nodes) > LISTED else ""),
+        )
     console.print(table)
     for line in _facts(inspection):
         console.print(line)
     if picture:
         console.print(f"Floor plan: {picture}", soft_wrap=True)
     for warning in inspection.warnings:
-        console.print(Text(f"Warning: {warning}", style="yellow"))
+        console.print(f"Warning: {warning}", style="yellow")
     for problem in inspection.problems:
-        console.print(Text(problem, style="red"))
+        console.print(problem, style="red")
     verdict = "A robot can search here." if inspection.searchable else "No robot can search here."
-    console.print(Text(verdict, style="green" if inspection.searchable else "red"))
+    console.print(verdict, style="green" if inspection.searchable else "red")
 
 
 def _facts(inspection: SceneInspection) -> Iterable[str]:
@@ -99,15 +106,3 @@ def _facts(inspection: SceneInspection) -> Iterable[str]:
         yield f"Start: ({x:.2f}, {y:.2f}) m, facing {degrees(yaw):.0f} degrees, {chosen}"
     if inspection.floor:
         yield f"Floor the robot can reach: {inspection.floor.reachable_m2:.1f} m2"
-
-
-def _row(nodes: list[SceneNode]) -> tuple[str | Text, ...]:
-    names = ", ".join(node.name for node in nodes[:LISTED])
-    by_yaml = sum(node.from_yaml for node in nodes)
-    return (
-        Text(nodes[0].category),
-        str(len(nodes)),
-        str(sum(node.triangles for node in nodes)),
-        {0: "file", len(nodes): "YAML"}.get(by_yaml, "both"),
-        Text(names + (", ..." if len(nodes) > LISTED else "")),
-    )

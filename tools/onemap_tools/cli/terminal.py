@@ -19,7 +19,7 @@ def plain_console(*, stderr: bool = False, file: IO[str] | None = None) -> Conso
 
 
 def progress_console() -> Console:
-    """The console for progress."""
+    """The console for progress: stderr."""
     return plain_console(stderr=True)
 
 

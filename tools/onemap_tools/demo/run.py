@@ -102,7 +102,6 @@ class RobotSearch:
 
     @property
     def active(self) -> bool:
-        """Whether it searches."""
         return bool(self._handles) and self._handles[-1].active
 
     def begin(self, objects: Sequence[str]) -> None:

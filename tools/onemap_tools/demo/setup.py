@@ -83,7 +83,6 @@ class DemoRobot:
 
     @property
     def namespace(self) -> str:
-        """Of its keys on the bus."""
         return f"{SITE}/{self.name}" if self.name else ""
 
     @property

@@ -49,7 +49,6 @@ class ObjectSummary:
 
     @property
     def claimed(self) -> bool:
-        """Whether the robot claims to have found it."""
         return self.outcome == SearchState.FOUND.value
 
     @property
@@ -64,7 +63,6 @@ class ObjectSummary:
 
     @property
     def claimed_wrongly(self) -> bool:
-        """Whether the claim is wrong by the ground truth."""
         return self.claimed and not self.counts_as_found
 
     @property
@@ -145,7 +143,6 @@ class RobotSummary:
 
     @property
     def found(self) -> tuple[str, ...]:
-        """Names of its objects that count as found."""
         return tuple(item.name for item in self.objects if item.counts_as_found)
 
     def document(self) -> dict[str, Any]:
@@ -190,7 +187,6 @@ class DemoSummary:
 
     @property
     def not_sought(self) -> tuple[str, ...]:
-        """The wanted objects without a result."""
         left = Counter(self.wanted) - Counter(item.name for item in self.objects)
         return tuple(left.elements())
 
@@ -201,7 +197,6 @@ class DemoSummary:
 
     @property
     def judged(self) -> int:
-        """For how many of the results there is ground truth."""
         return sum(item.judged for item in self.objects)
 
     @property

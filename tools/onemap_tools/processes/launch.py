@@ -64,7 +64,6 @@ class ProcessExit:
 
     @property
     def misconfigured(self) -> bool:
-        """Whether it rejected its configuration."""
         return self.code == EXIT_USAGE_ERROR
 
     @property
