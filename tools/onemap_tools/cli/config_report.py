@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic.json_schema import models_json_schema
 
@@ -38,8 +37,7 @@ TYPES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class SectionModels:
+class SectionModels(NamedTuple):
     """The models of sections. ``missing``: why the models of other sections are not installed."""
 
     known: Mapping[str, type[Params]]
@@ -116,8 +114,7 @@ def schema(models: SectionModels) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class SchemaRow:
+class SchemaRow(NamedTuple):
     """A section, a section within it, one of its variants, or a key.
 
     label: its full path; kind: allowed values in words; default: of a key, "required" if it has
@@ -162,31 +159,25 @@ class SchemaText:
             yield SchemaRow("section", name, _plain(model))
             yield from self._keys(name, model)
 
-    def _keys(self, path: str, model: dict[str, Any]) -> Iterator[SchemaRow]:
-        required = model.get("required", ())
+    def _keys(self, section: str, model: dict[str, Any]) -> Iterator[SchemaRow]:
         for name, entry in model.get("properties", {}).items():
-            yield from self._key(f"{path}.{name}", entry, name in required)
-
-    def _key(self, path: str, entry: dict[str, Any], required: bool) -> Iterator[SchemaRow]:
-        models = [m for m in map(self._resolved, self._options(entry)) if "properties" in m]
-        reason = _plain(entry)
-        if models:
+            path, reason = f"{section}.{name}", _plain(entry)
+            choices = entry.get("oneOf") or entry.get("anyOf") or [entry]
+            models = [each for each in map(self._resolved, choices) if "properties" in each]
+            if not models:
+                given = entry.get("default")
+                default = f"default {'none' if given is None else json.dumps(given)}"
+                value = "required" if name in model.get("required", ()) else default
+                yield SchemaRow("key", path, reason, self._kind(entry), value)
+                continue
             key = entry.get("discriminator", {}).get("propertyName", "")
-            yield SchemaRow(
-                "group", path, reason, f"one of these, by {key}" if key else "a section"
-            )
-            for model in models:
+            kind = f"one of these, by {key}" if key else "a section"
+            yield SchemaRow("group", path, reason, kind)
+            for each in models:
                 if key:
-                    tag = model["properties"][key]["const"]
-                    yield SchemaRow("variant", f"{path} with {key} {tag}", _plain(model))
-                yield from self._keys(path, model)
-            return
-        value = entry.get("default")
-        default = f"default {'none' if value is None else json.dumps(value)}"
-        yield SchemaRow("key", path, reason, self._kind(entry), "required" if required else default)
-
-    def _options(self, entry: dict[str, Any]) -> list[dict[str, Any]]:
-        return entry.get("oneOf") or entry.get("anyOf") or [entry]
+                    tag = each["properties"][key]["const"]
+                    yield SchemaRow("variant", f"{path} with {key} {tag}", _plain(each))
+                yield from self._keys(path, each)
 
     def _resolved(self, entry: dict[str, Any]) -> dict[str, Any]:
         reference = entry.get("$ref")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from onemap_shared.services import installed_version
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 # The panels of ``onemap --help``, in this order.
@@ -51,7 +50,4 @@ def parse_area(text: str) -> tuple[float, float, float, float] | None:
 
 def version() -> str:
     """The version of the installed package, or that it is not installed."""
-    try:
-        return installed_version("onemap")
-    except PackageNotFoundError:
-        return "from sources that are not installed (pip install -e .)"
+    return installed_version() or "from sources that are not installed (pip install -e .)"

@@ -244,9 +244,11 @@ class DemoRun:
 
     def pause(self) -> None:
         """Wait ``POLL_S``; raises CliError if a process ended or the user pressed Ctrl-C."""
-        self.stop.wait(POLL_S)
-        if self.stop.is_set():
+        if self.stop.wait(POLL_S):
             raise CliError("Stopped.", EXIT_INTERRUPTED)
+        self._check_processes()
+
+    def _check_processes(self) -> None:
         for ended in self.processes.collect(time.monotonic()):
             raise CliError(ended.report)
 
@@ -352,15 +354,15 @@ class DemoRun:
     def write_results(self, summary: DemoSummary) -> dict[str, Any]:
         """Write the picture and the summary into the run's folder; returns the document."""
         folder, view = self.options.folder, self.searches[0].map_view()
-        picture = None if view is None else folder / "map.png"
-        if view is not None and picture is not None:
+        picture = folder / "map.png"
+        if view is not None:
             overlays = [search.overlay for search in self.searches]
             write_picture(picture, view, overlays, summary.objects)
         document = {
             **summary.document(),
             "seed": self.options.seed,
             "scene": str(self.options.scene) if self.options.scene else None,
-            "picture": str(picture) if picture else None,
+            "picture": None if view is None else str(picture),
             "folder": str(folder),
         }
         text = json.dumps(document, indent=2) + "\n"
@@ -374,12 +376,8 @@ class DemoRun:
         console.print(
             f"What is wrong, if anything: onemap doctor --config {self.setup.config_file}"
         )
-        while not self.stop.is_set():
-            try:
-                self.pause()
-            except CliError as error:
-                if error.exit_code != EXIT_INTERRUPTED:
-                    raise
+        while not self.stop.wait(POLL_S):
+            self._check_processes()
 
 
 def write_picture(
