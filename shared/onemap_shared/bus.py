@@ -136,13 +136,6 @@ def open_bus(
     return None
 
 
-def _session_settings(config: BusConfig) -> zenoh.Config:
-    settings = zenoh_config("client", connect=config.connect)
-    if config.namespace:
-        settings.insert_json5("namespace", json.dumps(config.namespace))
-    return settings
-
-
 def run_router(
     listen: tuple[str, ...],
     stop: threading.Event,
@@ -190,23 +183,26 @@ class ZenohBus:
     """One process on the bus. Implements ``transport.Bus``."""
 
     def __init__(self, config: BusConfig, service: str, instance: str) -> None:
+        self.service, self.instance = service, instance
         self._config, self._link = config, config.link
-        self._settings = settings = _session_settings(config)
-        self._session = zenoh.open(settings)
-        self._membership = Membership(self._session, settings, (service, instance))
+        self._settings = zenoh_config("client", connect=config.connect)
+        if config.namespace:
+            self._settings.insert_json5("namespace", json.dumps(config.namespace))
+        self._session = zenoh.open(self._settings)
         self._command_session: zenoh.Session | None = None
         self._servers: list[_Server] = []
         self._declared: list[Any] = []
         self._senders: list[FrameSender[Any]] = []
-
-    @property
-    def instance(self) -> str:
-        """See ``transport.Bus``."""
-        return self._membership.name[1]
+        self._members: dict[str, tuple[str, str]] = {}  # service and instance by token
+        self._token: zenoh.LivelinessToken | None = None
+        handler = zenoh.handlers.Callback(self._on_liveliness, indirect=False)
+        self._liveliness = self._session.liveliness()
+        self._declared.append(
+            self._liveliness.declare_subscriber(ALL_LIVELINESS, handler, history=True)
+        )
 
     @property
     def namespace(self) -> str:
-        """See ``transport.Bus``."""
         return self._config.namespace
 
     def _session_for(self, delivery: Delivery) -> zenoh.Session:
@@ -217,7 +213,6 @@ class ZenohBus:
         return self._command_session
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
-        """See ``transport.Bus``."""
         session = self._session_for(topic.delivery)
         publisher = session.declare_publisher(
             topic.key,
@@ -250,7 +245,6 @@ class ZenohBus:
     def subscribe(
         self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
     ) -> Subscription[M]:
-        """See ``transport.Bus``."""
         inbox = Inbox(topic.message, capacity, arrived)
         session = self._session_for(topic.delivery)
 
@@ -269,11 +263,9 @@ class ZenohBus:
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        """See ``transport.Bus``."""
         self._servers.append(_Server(self._session, procedure, handler))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
-        """See ``transport.Bus``."""
         packet, asked_at = encode(request), time.monotonic()
         replies = self._session.get(
             procedure.key,
@@ -298,41 +290,74 @@ class ZenohBus:
             raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
         raise NoReply(f"no process serves {procedure.key}")
 
+    def _on_liveliness(self, sample: zenoh.Sample) -> None:
+        key = str(sample.key_expr)
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._members[key] = member_of(key)
+        else:
+            self._members.pop(key, None)
+
     def alive(self) -> frozenset[str]:
-        """See ``transport.Bus``."""
         return frozenset(service for service, _ in self.members())
 
     def members(self) -> frozenset[tuple[str, str]]:
-        """See ``transport.Bus``."""
-        return self._membership.members()
+        return frozenset(self._members.copy().values())
 
     def announce(self) -> None:
         """Show this process to the others, as long as it is connected."""
-        self._membership.announce()
+        if self._token is None:
+            self._token = self._liveliness.declare_token(liveliness(self.service, self.instance))
 
     def claim(self) -> tuple[str, ...]:
-        """See ``Membership.claim``: the others that have this process's role."""
-        return self._membership.claim()
+        """See ``transport.Bus``.
+
+        Each announces itself and then asks, so that of two at the same time at least one finds the
+        other and withdraws. If both do, both may try again.
+        """
+        others = self._others()
+        if not others:
+            self.announce()
+            others = self._others()
+        if others and self._token is not None:
+            self._token.undeclare()  # type: ignore[no-untyped-call]
+            self._token = None
+        return others
+
+    def _others(self) -> tuple[str, ...]:
+        """The other processes that have the role of this one."""
+        role = role_of(self.service)
+        try:
+            others = self.processes() - {(self.service, self.instance)}
+        except zenoh.ZError as problem:
+            raise ConnectionError(f"the router does not answer: {problem}") from problem
+        return tuple(sorted(" ".join(each) for each in others if role_of(each[0]) == role))
 
     def processes(self) -> frozenset[tuple[str, str]]:
-        """Service and instance of every process on the bus, as the router knows now."""
-        return self._membership.ask()
+        """Service and instance of every process on the bus, as the router knows now.
+
+        Ours is one, if it was announced. ``members`` learns of them one by one and may know none
+        yet right after joining. Asks in a session of its own: one that subscribes to the tokens is
+        answered from its own cache.
+        """
+        own, deadline_s = (self.service, self.instance), time.monotonic() + CALL_TIMEOUT_S
+        with zenoh.open(self._settings) as session:
+            while True:
+                replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
+                found = frozenset(member_of(str(each.ok.key_expr)) for each in replies if each.ok)
+                if self._token is None or own in found or time.monotonic() > deadline_s:
+                    return found
 
     def connected(self) -> bool:
-        """See ``transport.Bus``."""
         return bool(self._session.info.routers_zid())
 
     def sibling(self, namespace: str) -> ZenohBus:
-        """See ``transport.Bus``."""
         config = self._config.model_copy(update={"namespace": namespace})
-        return ZenohBus(config, *self._membership.name)
+        return ZenohBus(config, self.service, self.instance)
 
     def metrics(self) -> dict[str, float]:
-        """See ``transport.Bus``."""
         return {name: value for each in self._senders for name, value in each.metrics().items()}
 
     def close(self) -> None:
-        """Leave the bus; nothing is received afterwards."""
         for sender in self._senders:
             sender.close()
         for server in self._servers:
@@ -422,78 +447,3 @@ class _Server(Generic[Q, R]):
         deadline_s = time.monotonic() + 1.0
         for thread in self._threads:
             thread.join(timeout=max(deadline_s - time.monotonic(), 0.0))
-
-
-class Membership:
-    """One process among the others. ``name``: its service and instance."""
-
-    def __init__(
-        self, session: zenoh.Session, settings: zenoh.Config, name: tuple[str, str]
-    ) -> None:
-        self.name = name
-        self._settings = settings
-        self._liveliness = session.liveliness()
-        self._alive: dict[str, tuple[str, str]] = {}
-        self._token: zenoh.LivelinessToken | None = None
-        handler = zenoh.handlers.Callback(self._on_liveliness, indirect=False)
-        self._subscriber = self._liveliness.declare_subscriber(
-            ALL_LIVELINESS, handler, history=True
-        )
-
-    def _on_liveliness(self, sample: zenoh.Sample) -> None:
-        key = str(sample.key_expr)
-        if sample.kind == zenoh.SampleKind.PUT:
-            self._alive[key] = member_of(key)
-        else:
-            self._alive.pop(key, None)
-
-    def members(self) -> frozenset[tuple[str, str]]:
-        """Service and instance of every process that is known to be connected."""
-        return frozenset(self._alive.copy().values())
-
-    def announce(self) -> None:
-        """Show this process to the others, as long as it is connected."""
-        if self._token is None:
-            self._token = self._liveliness.declare_token(liveliness(*self.name))
-
-    def claim(self) -> tuple[str, ...]:
-        """Announce this process unless another has its role; empty if it did, else the others.
-
-        Each announces itself and then asks, so that of two at the same time at least one finds the
-        other and withdraws. If both do, both may try again. Raises ConnectionError without a
-        router: then nobody can be asked.
-        """
-        others = self._others()
-        if not others:
-            self.announce()
-            others = self._others()
-        if others and self._token is not None:
-            self._token.undeclare()  # type: ignore[no-untyped-call]
-            self._token = None
-        return others
-
-    def _others(self) -> tuple[str, ...]:
-        """The other processes that have the role of this one."""
-        role = role_of(self.name[0])
-        try:
-            others = self.ask() - {self.name}
-        except zenoh.ZError as problem:
-            raise ConnectionError(f"the router does not answer: {problem}") from problem
-        return tuple(sorted(" ".join(each) for each in others if role_of(each[0]) == role))
-
-    def ask(self) -> frozenset[tuple[str, str]]:
-        """Service and instance of every process on the bus, as the router knows now.
-
-        Ours is one, if it was announced. ``members`` learns of them one by one and may know none
-        yet right after joining. Asks in a session of its own: one that subscribes to the tokens is
-        answered from its own cache. Of two processes that announce themselves and then ask, at
-        least one finds the other.
-        """
-        deadline = time.monotonic() + CALL_TIMEOUT_S
-        with zenoh.open(self._settings) as session:
-            while True:
-                replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
-                found = frozenset(member_of(str(each.ok.key_expr)) for each in replies if each.ok)
-                expected = self._token is None or self.name in found
-                if expected or time.monotonic() > deadline:
-                    return found

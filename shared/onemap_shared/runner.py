@@ -4,13 +4,12 @@ Calls the worker's ``step`` in a loop and publishes its health once a second. Wh
 dies, or the loop hangs, the process ends: the supervisor's restart is the recovery.
 """
 # Talks: the process around a worker.
-# Talks: publishes from a thread.
-# Talks: a filter of the log.
 
 from __future__ import annotations
 
 import argparse
 import faulthandler
+import itertools
 import json
 import logging
 import os
@@ -152,9 +151,9 @@ def _join_and_work(
         return _refuse_start(StartError(str(problem)))
     if bus is None:
         return EXIT_OK
-    heartbeats = HeartbeatPublisher(service, instance, bus, progress)
+    heartbeats = HeartbeatPublisher(service, bus, progress)
     try:
-        if not _joined_alone(bus, service, stop):
+        if not _joined_alone(bus, stop):
             return EXIT_OK if stop.is_set() else EXIT_CRASHED
         code = _work(heartbeats, lambda: build(bus), stop)
     finally:
@@ -163,12 +162,12 @@ def _join_and_work(
     return EXIT_CRASHED if crashed.is_set() else code
 
 
-def _joined_alone(bus: ZenohBus, service: str, stop: threading.Event) -> bool:
+def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
     """Announce the service; False if another process has its role for ``CLAIM_S``, or on stop.
 
     Exit code 1 then, not 2: a supervisor that tries again takes over when the other ends.
     """
-    if role_of(service) not in SOLE:
+    if role_of(bus.service) not in SOLE:
         bus.announce()
         return True
     deadline = time.monotonic() + CLAIM_S
@@ -186,7 +185,7 @@ def _joined_alone(bus: ZenohBus, service: str, stop: threading.Event) -> bool:
     LOG.error(
         "the %s is not started: %s runs on these keys; stop it first, or give this robot a "
         "bus.namespace of its own",
-        service,
+        bus.service,
         ", ".join(others),
     )
     return False
@@ -206,7 +205,7 @@ def _work(
         target=heartbeats.run, args=(worker, stop), name="heartbeat", daemon=True
     )
     thread.start()
-    LOG.info("%s is up (instance %s)", service, heartbeats.instance)
+    LOG.info("%s is up (instance %s)", service, heartbeats.bus.instance)
     heartbeats.progress.begin()
     try:
         while not stop.is_set():
@@ -234,7 +233,6 @@ class HeartbeatPublisher:
     """Publishes the heartbeat of a process."""
 
     service: str
-    instance: str
     bus: Bus
     progress: LoopProgress
 
@@ -248,39 +246,35 @@ class HeartbeatPublisher:
         supervisor = Supervisor()
         seen, advanced_at = -1, time.monotonic()
         while True:
-            now = time.monotonic()
-            if self._steps != seen:
-                seen, advanced_at = self._steps, now
+            now, steps = time.monotonic(), self.progress.steps or 0
+            if steps != seen:
+                seen, advanced_at = steps, now
             hung_s = now - advanced_at
             health = worker.health()
             if hung_s > HANG_S:
-                health = Health(
-                    ready=False, problem=f"the main loop stands still for {hung_s:.0f} s"
-                )
+                health = Health(False, f"the main loop stands still for {hung_s:.0f} s")
                 supervisor.hanging(health.problem)
             else:
                 supervisor.alive(ready=health.ready, status=health.problem)
-            publisher.put(self._heartbeat(health))
+            publisher.put(_heartbeat(self.service, self.bus, steps, health))
             if stop.wait(HEARTBEAT_S):
                 supervisor.stopping()
-                publisher.put(self._heartbeat(Health(ready=False, problem="it is stopping")))
+                health = Health(False, "it is stopping")
+                publisher.put(_heartbeat(self.service, self.bus, self.progress.steps or 0, health))
                 return
 
-    @property
-    def _steps(self) -> int:
-        return self.progress.steps or 0
 
-    def _heartbeat(self, health: Health) -> Heartbeat:
-        return Heartbeat(
-            service=self.service,
-            instance=self.instance,
-            stamp_ns=time.time_ns(),
-            progress=self._steps,
-            ready=health.ready,
-            problem=health.problem,
-            metrics={**self.bus.metrics(), **(health.metrics or {})},
-            version=installed_version(),
-        )
+def _heartbeat(service: str, bus: Bus, progress: int, health: Health) -> Heartbeat:
+    return Heartbeat(
+        service=service,
+        instance=bus.instance,
+        stamp_ns=time.time_ns(),
+        progress=progress,
+        ready=health.ready,
+        problem=health.problem,
+        metrics={**bus.metrics(), **(health.metrics or {})},
+        version=installed_version(),
+    )
 
 
 def watch_parent(stop: threading.Event) -> None:
@@ -341,23 +335,13 @@ def long_start(bus: Bus, service: str, what: str, usual_s: float) -> Iterator[No
     def beat(count: int) -> None:
         passed_s = time.monotonic() - began_s
         supervisor.starting(what)
-        publisher.put(
-            Heartbeat(
-                service=service,
-                instance=bus.instance,
-                stamp_ns=time.time_ns(),
-                progress=count,
-                ready=False,
-                problem=f"{what}: {passed_s:.0f} of about {usual_s:.0f} s",
-                metrics={START_S: passed_s},
-                version=installed_version(),
-            )
-        )
+        problem = f"{what}: {passed_s:.0f} of about {usual_s:.0f} s"
+        publisher.put(_heartbeat(service, bus, count, Health(False, problem, {START_S: passed_s})))
 
     def run() -> None:
-        count = 1
-        while not done.wait(HEARTBEAT_S):
-            count += 1
+        for count in itertools.count(2):
+            if done.wait(HEARTBEAT_S):
+                return
             beat(count)
 
     beat(1)

@@ -22,9 +22,9 @@ COMMANDS = 120  # of both planners, three seconds
 # A planner that does not ask whether another one runs, as one of an earlier release.
 UNASKED = """
 import runpy, sys
-from onemap_shared.bus import Membership
+from onemap_shared.bus import ZenohBus
 
-Membership.claim = lambda self: self.announce() or ()
+ZenohBus.claim = lambda self: self.announce() or ()
 runpy.run_module("onemap_planner", run_name="__main__", alter_sys=True)
 """
 

@@ -14,7 +14,7 @@ import yaml
 from onemap_gateway.present.metrics import RequestCounter, exposition
 from onemap_mapper.belief.version import NO_FRAMES
 from onemap_mapper.robots import MapRobot
-from onemap_perception.telemetry import PerceptionTelemetry
+from onemap_perception.service import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
 from onemap_shared.messages import Heartbeat

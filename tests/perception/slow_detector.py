@@ -6,7 +6,8 @@ import threading
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.detectors.protocol import Detection, Image
+from onemap_perception.errors import BackendError
 from onemap_shared.messages import TextEmbeddings
 
 
@@ -24,5 +25,5 @@ class SlowDetector:
         assert image.features is None
         assert self.finish.wait(60)
         if self.broken:
-            raise DetectorError("the weights are damaged")
+            raise BackendError("the weights are damaged")
         return (Detection(names.texts[0], 0.9, (0, 0, 8, 8), np.ones((1, 1), bool)),)

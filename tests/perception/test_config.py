@@ -6,8 +6,12 @@ from typing import Any
 
 import pytest
 
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.params import CocoParams, OpenVocabularyParams, RoutedParams
+from onemap_perception.config import (
+    CocoParams,
+    OpenVocabularyParams,
+    PerceptionConfig,
+    RoutedParams,
+)
 from onemap_shared.config import ConfigError, section
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from onemap_perception import factory
-from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector
 from onemap_perception.service import build
@@ -75,7 +75,7 @@ class OnlyCosines(ColourEncoder):
 
 
 def test_patches_need_a_calibrated_encoder() -> None:
-    with pytest.raises(DetectorError, match="needs an encoder with calibrated scores"):
+    with pytest.raises(BackendError, match="needs an encoder with calibrated scores"):
         make_detector(configured({}).detector, OnlyCosines())
 
 

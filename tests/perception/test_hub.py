@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import BackendError
 from onemap_perception.model_store import (
     count_parameters,
     count_parameters_here,
@@ -64,7 +64,9 @@ def test_parameters_are_counted_without_fetching_the_weights(hub: LocalHub, sour
 
 def test_a_model_that_needs_an_account_says_where_to_accept_its_licence(hub: LocalHub) -> None:
     hub.gated.add(REPO)
-    with pytest.raises(ModelError, match=f"accept it at {hub.url}/{REPO}, then run: hf auth login"):
+    with pytest.raises(
+        BackendError, match=f"accept it at {hub.url}/{REPO}, then run: hf auth login"
+    ):
         list_files(REPO, ("*",))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import BackendError
 from onemap_perception.model_store import (
     PART,
     HubFile,
@@ -63,7 +63,9 @@ def test_a_file_arrives_whole_under_its_digest(hub: LocalHub) -> None:
 def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
     served(hub).breaks_at = 2_000_000
     listing, file = listed()
-    with pytest.raises(ModelError, match=r"broke off at 2\.0 of 3\.0 MB .* same command continues"):
+    with pytest.raises(
+        BackendError, match=r"broke off at 2\.0 of 3\.0 MB .* same command continues"
+    ):
         download(listing, file, lambda _: None)
     assert not blob(file).exists()
     asked = len(served(hub).ranges)
@@ -79,7 +81,7 @@ def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:
     right = served(hub).content
     served(hub).content = bytes(SIZE)
     listing, file = listed()
-    with pytest.raises(ModelError, match=r"arrived damaged: model\.safetensors has the SHA-256"):
+    with pytest.raises(BackendError, match=r"arrived damaged: model\.safetensors has the SHA-256"):
         download(listing, file, lambda _: None)
     assert list(blob(file).parent.iterdir()) == []
     served(hub).content = right
@@ -90,7 +92,7 @@ def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:
 def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
     listing, file = listed()
     hub.models[REPO].clear()
-    with pytest.raises(ModelError) as error:
+    with pytest.raises(BackendError) as error:
         download(listing, file, lambda _: None)
     assert str(error.value) == f"{REPO} cannot be fetched: model.safetensors: 404 Not Found"
 
@@ -101,5 +103,5 @@ def test_two_processes_do_not_write_one_file(hub: LocalHub) -> None:
     part.parent.mkdir(parents=True)
     with part.open("ab") as other:
         fcntl.flock(other, fcntl.LOCK_EX)
-        with pytest.raises(ModelError, match="is being fetched by another process"):
+        with pytest.raises(BackendError, match="is being fetched by another process"):
             download(listing, file, lambda _: None)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from onemap_perception import model_store
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import BackendError
 from onemap_perception.model_store import OnBytes
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 from tests.perception.local_hub import LocalHub, serve_hub, use_hub
@@ -24,7 +24,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_model_in_the_cache_is_located(cache: Path) -> None:
-    with pytest.raises(ModelError, match=f"onemap models fetch {REPO}"):
+    with pytest.raises(BackendError, match=f"onemap models fetch {REPO}"):
         model_store.locate(REPO)
     folder = put_in_cache(cache)
     assert model_store.locate(REPO) == folder
@@ -34,7 +34,7 @@ def test_a_model_in_the_cache_is_located(cache: Path) -> None:
 def test_a_path_is_a_path(tmp_path: Path) -> None:
     assert model_store.locate(str(tmp_path)) == tmp_path
     for place in ("/nowhere/at/all", "./here", "weights.pth"):
-        with pytest.raises(ModelError, match="does not exist"):
+        with pytest.raises(BackendError, match="does not exist"):
             model_store.locate(place)
 
 
@@ -57,7 +57,7 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
-    with pytest.raises(ModelError, match=r"pip install 'onemap\[openclip\]'"):
+    with pytest.raises(BackendError, match=r"pip install 'onemap\[openclip\]'"):
         model_store.locate(REPO)
 
 
@@ -93,7 +93,7 @@ def test_fetch_downloads_the_files_that_are_needed(hub: LocalHub) -> None:
 
 def test_a_model_that_arrived_in_part_is_not_here(hub: LocalHub) -> None:
     hub.models[REPO]["model.safetensors"].breaks_at = 9000
-    with pytest.raises(ModelError, match=r"broke off at"):
+    with pytest.raises(BackendError, match=r"broke off at"):
         fetch()
     assert model_store.cached(REPO, NEEDED) is None
     hub.models[REPO]["model.safetensors"].breaks_at = None

@@ -13,7 +13,8 @@ from onemap_perception.onnx import open_session
 
 ENCODE = """
 import numpy as np
-from onemap_perception.encoders.mini import MiniEncoder, MiniParams
+from onemap_perception.config import MiniParams
+from onemap_perception.encoders.mini import MiniEncoder
 MiniEncoder(MiniParams()).encode(np.zeros((48, 64, 3), np.uint8))
 """
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import torch
 
+from onemap_perception.config import OpenClipConvNextParams, Tipsv2Params
 from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
-from onemap_perception.encoders.params import OpenClipConvNextParams, Tipsv2Params
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 

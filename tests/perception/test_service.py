@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.encoders.protocol import ImageEncoder
 from onemap_perception.errors import OutOfDeviceMemoryError
 from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import Perception, PerceptionComponents
@@ -25,7 +25,7 @@ from onemap_shared.transport import RemoteError
 from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.perception.encoders.test_images import png
 from tests.perception.slow_detector import SlowDetector
-from tests.perception.toy import ColourEncoder, SeeingColours, frame
+from tests.perception.toy import ColourEncoder, frame
 
 SEARCH = SearchStatus(
     search_id="s1",
@@ -43,7 +43,7 @@ SEARCH = SearchStatus(
 class World:
     """A perception service and its neighbours on one bus."""
 
-    def __init__(self, encoder: Encoder | None = None) -> None:
+    def __init__(self, encoder: ImageEncoder | None = None) -> None:
         self.router = MemoryRouter()
         self.outside: MemoryBus = self.router.bus()
         parts = PerceptionComponents(
@@ -255,7 +255,7 @@ def test_a_failing_detector_does_not_stop_the_fields() -> None:
 
 
 def test_a_picture_is_embedded_as_the_encoder_sees_it() -> None:
-    caller = World(SeeingColours()).outside
+    caller = World(ColourEncoder()).outside
     rgb = np.zeros((32, 48, 3), np.uint8)
     rgb[..., 1], rgb[..., 2] = 200, np.arange(48)
     query = caller.call(keys.EMBED_IMAGE, ImageRequest(png(rgb)))

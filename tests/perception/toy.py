@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from onemap_perception.encoders.images import mean_feature
-from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.errors import UnknownWordError
+from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import RgbdFrame, TextEmbeddings
@@ -20,14 +19,14 @@ CAMERA = Intrinsics(40.0, 40.0, 24.0, 16.0)
 
 
 class ColourEncoder:
-    """Implements ``Encoder``: red, green and blue are the three axes of its space."""
+    """Implements ``ImageEncoder``: red, green and blue are the three axes of its space."""
 
     encoder_id = "toy"
     text_space = "colours"
 
     def encode(self, rgb: U8) -> F16:
         if rgb[0, 0].tolist() == [1, 2, 3]:
-            raise EncoderError("this image breaks the toy")
+            raise BackendError("this image breaks the toy")
         rows, columns = (max(side // PATCH_PX, 1) for side in rgb.shape[:2])
         corner = rgb[::PATCH_PX, ::PATCH_PX][:rows, :columns].astype(np.float32) + 1e-3
         unit: F16 = (corner / np.linalg.norm(corner, axis=-1, keepdims=True)).astype(np.float16)
@@ -50,6 +49,11 @@ class ColourEncoder:
             temperature=10.0,
         )
 
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        features = self.encode(rgb)
+        colour = mean_feature(features, np.ones(features.shape[:2], np.float32))
+        return replace(self.embed_text(("red",)), texts=("image",), embeddings=colour[None])
+
 
 def frame(sequence: int = 1, *, rgb: U8 | None = None, depth_mm: int = 2000) -> RgbdFrame:
     """A green image of 48 x 32 with a red square, at one depth."""
@@ -65,12 +69,3 @@ def frame(sequence: int = 1, *, rgb: U8 | None = None, depth_mm: int = 2000) -> 
         intrinsics=CAMERA,
         T_map_camera=np.eye(4),
     )
-
-
-class SeeingColours(ColourEncoder):
-    """Implements ``ImageEncoder``: an image means its mean colour."""
-
-    def embed_image(self, rgb: U8) -> TextEmbeddings:
-        features = self.encode(rgb)
-        colour = mean_feature(features, np.ones(features.shape[:2], np.float32))
-        return replace(self.embed_text(("red",)), texts=("image",), embeddings=colour[None])

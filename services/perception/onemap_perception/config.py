@@ -2,15 +2,185 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from onemap_perception.detectors.params import DetectorParams, PatchesParams
-from onemap_perception.encoders.mini import MiniParams
-from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.feature_field import VarianceFormula
 from onemap_shared.params import Params
+
+SHIPPED = Path(__file__).with_name("mini")  # weights and words
+Device = Annotated[str, Field(pattern=r"^(cpu|cuda(:\d+)?)$")]
+LongSide = Annotated[
+    int,
+    Field(ge=14, le=2048, description="Pixels of the longer side fed in; the shape is kept."),
+]
+
+
+class ChannelParams(Params):
+    """How many channels an encoder's features have."""
+
+    channels: int = Field(
+        default=0,
+        ge=0,
+        le=8192,
+        description="Project features and texts to so many channels, at least 2, fitted at start "
+        "on the embeddings of 826 everyday words; the map shrinks as the messages do. 128 of "
+        "mini's 384 keep the order of places. 0: all.",
+    )
+
+
+class MiniParams(ChannelParams):
+    """The encoder that ships with OneMap."""
+
+    backend: Literal["mini"] = Field(
+        default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
+    )
+    folder: Path = Field(
+        default=SHIPPED, description="Weights and words; another folder holds one's own training."
+    )
+
+
+class TorchEncoderParams(ChannelParams):
+    """What the encoders of vision and text towers in torch have in common."""
+
+    model: str = Field(
+        description="A hub id that 'onemap models fetch' has fetched, or a file or folder."
+    )
+    device: Device = Field(default="cpu", description="cpu, cuda or cuda:N; cuda in fp16.")
+    exported: Path | None = Field(
+        default=None, description="ONNX of the vision tower, from 'onemap export-encoder'."
+    )
+    provider: Literal["cpu", "cuda", "tensorrt"] = Field(
+        default="cpu", description="Where onnxruntime runs the exported tower."
+    )
+    floor: float = Field(
+        default=0.0,
+        ge=0,
+        lt=1,
+        description="A query whose best score, (1 + cosine) / 2, is lower gets no region. 0: not "
+        "measured, every query is answered; 'onemap bench queries --config' measures it.",
+    )
+
+
+class OpenClipConvNextParams(TorchEncoderParams):
+    """OpenCLIP's ConvNeXt, the paper's encoder among them."""
+
+    backend: Literal["openclip_convnext"] = Field(
+        default="openclip_convnext",
+        description="Chooses this encoder: the paper's, any word, a GPU is advised.",
+    )
+    long_side_px: LongSide = 640
+
+
+class Tipsv2Params(TorchEncoderParams):
+    """TIPSv2 through transformers."""
+
+    backend: Literal["tipsv2"] = Field(
+        default="tipsv2",
+        description="Chooses this encoder: any word, trained for features of single patches.",
+    )
+    long_side_px: LongSide = 448
+
+
+class RadioParams(TorchEncoderParams):
+    """C-RADIO with its SigLIP2 adaptor."""
+
+    backend: Literal["radio"] = Field(
+        default="radio", description="Chooses this encoder: any word; needs allow_remote_code."
+    )
+    allow_remote_code: bool = Field(
+        default=False,
+        description="Run the Python that comes with the weights, which may use the network.",
+    )
+    long_side_px: LongSide = 640
+
+
+TorchParams = OpenClipConvNextParams | Tipsv2Params | RadioParams
+EncoderParams = Annotated[MiniParams | TorchParams, Field(discriminator="backend")]
+
+COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
+OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
+
+
+class PatchesParams(Params):
+    """The detector that reads the encoder's patch scores."""
+
+    backend: Literal["patches"] = Field(
+        default="patches", description="Chooses this detector: it costs no second network."
+    )
+
+
+class CocoParams(Params):
+    """RT-DETRv2: COCO's eighty names only."""
+
+    backend: Literal["coco"] = Field(
+        default="coco", description="Chooses this detector: fast, where its names are enough."
+    )
+    model: str = Field(default=COCO_MODEL, description="A hub id or a folder.")
+    device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
+    score_threshold: float = Field(
+        default=0.5, gt=0, lt=1, description="A box counts from here; RT-DETR's usual value."
+    )
+
+
+class GroundingParams(Params):
+    """A grounding network of transformers, for any name."""
+
+    model: str = Field(default=OPEN_MODEL, description="A hub id or a folder.")
+    device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
+    score_threshold: float = Field(
+        default=0.35, gt=0, lt=1, description="A box counts from here; GroundingDINO's own value."
+    )
+
+
+class OpenVocabularyParams(GroundingParams):
+    """Any name, each in a run of its own."""
+
+    backend: Literal["open_vocabulary"] = Field(
+        default="open_vocabulary",
+        description="Chooses this detector: slow without a GPU, but it accepts every name.",
+    )
+
+
+class RoutedParams(GroundingParams):
+    """COCO's names to RT-DETRv2 at its own threshold, all others to the model: the paper's."""
+
+    backend: Literal["routed"] = Field(
+        default="routed",
+        description="Chooses both detectors: the fast one wherever its names suffice.",
+    )
+
+    coco_model: str = Field(default=COCO_MODEL, description="For COCO's names; as model.")
+
+    @property
+    def coco(self) -> CocoParams:
+        """Of the detector for COCO's names."""
+        return CocoParams(model=self.coco_model, device=self.device)
+
+    @property
+    def open_vocabulary(self) -> OpenVocabularyParams:
+        """Of the detector for all others."""
+        return OpenVocabularyParams(**self.model_dump(exclude={"backend", "coco_model"}))
+
+
+class PluginParams(Params):
+    """A detector of another package; see docs/detectors.md."""
+
+    backend: Literal["plugin"] = Field(
+        default="plugin", description="Chooses a detector that is not OneMap's."
+    )
+    name: str = Field(description="Of the entry point in the group onemap.detectors.")
+    options: dict[str, Any] = Field(
+        default={}, description="Keyword arguments of the plugin, passed on unchanged."
+    )
+
+
+BoxParams = CocoParams | OpenVocabularyParams
+DetectorParams = Annotated[
+    PatchesParams | BoxParams | RoutedParams | PluginParams, Field(discriminator="backend")
+]
 
 
 class PerceptionConfig(Params):

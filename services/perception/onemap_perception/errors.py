@@ -7,11 +7,7 @@ from contextlib import contextmanager
 
 
 class BackendError(Exception):
-    """A network cannot be loaded or failed on an image; one sentence for the user."""
-
-
-class ModelError(BackendError):
-    """A model is missing, damaged or unknown; one sentence that says what to do."""
+    """A model is missing or cannot be loaded, or failed on an image; a sentence for the user."""
 
 
 class OutOfDeviceMemoryError(BackendError):
@@ -44,19 +40,17 @@ TRANSFORMERS = f"pip install 'onemap[transformers]' && {NO_DEPS}"
 
 
 @contextmanager
-def optional_import(
-    library: str, install: str, *, backend: str, kind: type[BackendError]
-) -> Iterator[None]:
-    """Around the imports of a backend; raises ``kind`` with the command that installs it.
+def optional_import(library: str, install: str, *, backend: str) -> Iterator[None]:
+    """Around the imports of a backend; raises BackendError with the command that installs it.
 
     A torchvision that was built for another torch raises RuntimeError when it is imported.
     """
     try:
         yield
     except ImportError as missing:
-        raise kind(f"{backend} needs {library}, and {missing}: {install}") from missing
+        raise BackendError(f"{backend} needs {library}, and {missing}: {install}") from missing
     except RuntimeError as problem:
-        raise kind(
+        raise BackendError(
             f"{backend} needs {library}, and importing it failed ({first_line(problem)}): "
             "install the torchvision that was built for the installed torch"
         ) from problem

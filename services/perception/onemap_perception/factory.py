@@ -8,28 +8,29 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from onemap_perception.detectors.boxes import RoutedDetector
-from onemap_perception.detectors.params import (
+from onemap_perception.config import (
+    SHIPPED,
     BoxParams,
     CocoParams,
     DetectorParams,
+    EncoderParams,
+    MiniParams,
+    OpenClipConvNextParams,
     OpenVocabularyParams,
     PatchesParams,
     PluginParams,
-    RoutedParams,
-)
-from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.detectors.protocol import Detector, DetectorError
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
-from onemap_perception.encoders.params import (
-    EncoderParams,
-    OpenClipConvNextParams,
     RadioParams,
+    RoutedParams,
     Tipsv2Params,
     TorchParams,
 )
+from onemap_perception.detectors.boxes import RoutedDetector
+from onemap_perception.detectors.patches import PatchDetector
+from onemap_perception.detectors.protocol import Detector
+from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.projected import ProjectedEncoder
-from onemap_perception.encoders.protocol import Encoder, EncoderError
+from onemap_perception.encoders.protocol import Encoder, ImageEncoder
+from onemap_perception.errors import BackendError
 from onemap_perception.model_store import locate
 from onemap_perception.text.vocabulary import load_vocabulary
 
@@ -43,23 +44,23 @@ PLUGIN_GROUP = "onemap.detectors"  # of entry points
 PLUGIN_MEMBERS = ("detector_id", "reads_features", "detect")
 
 
-def make_encoder(params: EncoderParams) -> Encoder:
+def make_encoder(params: EncoderParams) -> ImageEncoder:
     """The configured encoder, warm; raises BackendError."""
     return with_channels(_make_encoder(params), params.channels)
 
 
-def with_channels(encoder: Encoder, channels: int) -> Encoder:
+def with_channels(encoder: ImageEncoder, channels: int) -> ImageEncoder:
     """The encoder projected to so many channels; itself if ``channels`` is 0."""
     if channels == 0:
         return encoder
     try:
         words = load_vocabulary(SHIPPED).words
     except ValueError as problem:
-        raise EncoderError(str(problem)) from problem
+        raise BackendError(str(problem)) from problem
     return ProjectedEncoder(encoder, words, channels)
 
 
-def _make_encoder(params: EncoderParams) -> Encoder:
+def _make_encoder(params: EncoderParams) -> ImageEncoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
     path = locate(params.model)
@@ -100,7 +101,7 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
 
 def _patch_detector(encoder: Encoder) -> Detector:
     if len(encoder.embed_text(("chair",)).neutral) == 0:
-        raise DetectorError(
+        raise BackendError(
             "the detector patches needs an encoder with calibrated scores (mini); choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
@@ -128,16 +129,16 @@ def _load_network(params: BoxParams, path: Path, device: torch.device) -> BoxNet
 
 
 def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
-    """What the entry point returns when it is called with the options; raises DetectorError."""
+    """What the entry point returns when it is called with the options; raises BackendError."""
     installed = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
     if name not in installed:
         there = ", ".join(sorted(installed)) or "none"
-        raise DetectorError(f"no installed package has a detector {name!r} (there is: {there})")
+        raise BackendError(f"no installed package has a detector {name!r} (there is: {there})")
     try:
         detector: Detector = installed[name].load()(**options)
     except Exception as problem:  # of another package's code
-        raise DetectorError(f"the detector {name!r} cannot be loaded: {problem!r}") from problem
+        raise BackendError(f"the detector {name!r} cannot be loaded: {problem!r}") from problem
     missing = [member for member in PLUGIN_MEMBERS if not hasattr(detector, member)]
     if missing:
-        raise DetectorError(f"the detector {name!r} lacks {', '.join(missing)}")
+        raise BackendError(f"the detector {name!r} lacks {', '.join(missing)}")
     return detector

@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 
 import httpx
 
-from onemap_perception.errors import ModelError, first_line
+from onemap_perception.errors import BackendError, first_line
 
 INSTALL = "pip install 'onemap[openclip]'"
 SHA256_DIGITS = 64  # git's SHA-1 has 40
@@ -65,17 +65,17 @@ class HubListing:
 
 
 def client() -> ModuleType:
-    """The hub's client; raises ModelError with the command that installs it."""
+    """The hub's client; raises BackendError with the command that installs it."""
     try:
         import huggingface_hub
     except ImportError as missing:
-        raise ModelError(f"models of the hub need huggingface_hub: {INSTALL}") from missing
+        raise BackendError(f"models of the hub need huggingface_hub: {INSTALL}") from missing
     module: ModuleType = huggingface_hub
     return module
 
 
 def list_files(repo: str, patterns: tuple[str, ...]) -> HubListing:
-    """The model's files that match; asks the hub. Raises ModelError."""
+    """The model's files that match; asks the hub. Raises BackendError."""
     info = ask_hub(repo, lambda api: api.model_info(repo, files_metadata=True))
     card = getattr(info, "card_data", None) or {}
     files = tuple(
@@ -88,7 +88,7 @@ def list_files(repo: str, patterns: tuple[str, ...]) -> HubListing:
         if any(fnmatch(each.rfilename, pattern) for pattern in patterns)
     )
     if not files:
-        raise ModelError(f"{repo} holds none of {', '.join(patterns)}")
+        raise BackendError(f"{repo} holds none of {', '.join(patterns)}")
     return HubListing(repo, str(info.sha), str(card.get("license") or ""), files)
 
 
@@ -105,10 +105,12 @@ def list_snapshot(repo: str, folder: Path) -> HubListing:
 def count_parameters(listing: HubListing) -> int:
     """Numbers in all of the model's weights, by the files' headers; asks the hub for those only.
 
-    Raises ModelError.
+    Raises BackendError.
     """
     if not listing.weights:
-        raise ModelError(f"{listing.repo} has no weights as {WEIGHTS}, the only kind that is read")
+        raise BackendError(
+            f"{listing.repo} has no weights as {WEIGHTS}, the only kind that is read"
+        )
     return sum(
         sum(headers.parameter_count.values())
         for file in listing.weights
@@ -137,19 +139,19 @@ def _header(listing: HubListing, path: str) -> Any:
 
 
 def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
-    """The hub's answer; ModelError in one sentence for whatever its client raises."""
+    """The hub's answer; BackendError in one sentence for whatever its client raises."""
     hub = client()
     from huggingface_hub.errors import GatedRepoError
 
     try:
         return question(hub.HfApi())
     except GatedRepoError as refused:
-        raise ModelError(
+        raise BackendError(
             f"{repo} is given only to accounts that accepted its licence: accept it at "
             f"{hub.constants.ENDPOINT}/{repo}, then run: hf auth login"
         ) from refused
     except Exception as problem:  # of the hub's client and of HTTP
-        raise ModelError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
+        raise BackendError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
 
 
 CHUNK_BYTES = 1 << 20
@@ -160,7 +162,7 @@ OnBytes = Callable[[int], None]
 
 
 def download(listing: HubListing, file: HubFile, on_bytes: OnBytes) -> None:
-    """Put a large file into the hub's cache, where the hub's client links it; ModelError if not.
+    """Put a large file into the hub's cache, where the hub's client links it; BackendError if not.
 
     on_bytes: called with the number of bytes that arrived, those of earlier downloads first.
     """
@@ -180,9 +182,9 @@ def download(listing: HubListing, file: HubFile, on_bytes: OnBytes) -> None:
         _keep(part, whole, file, listing.repo)
     except httpx.HTTPStatusError as refused:
         answer = f"{refused.response.status_code} {refused.response.reason_phrase}"
-        raise ModelError(f"{listing.repo} cannot be fetched: {file.path}: {answer}") from refused
+        raise BackendError(f"{listing.repo} cannot be fetched: {file.path}: {answer}") from refused
     except (httpx.HTTPError, OSError) as problem:
-        raise ModelError(_broken_off(listing, file, part, problem)) from problem
+        raise BackendError(_broken_off(listing, file, part, problem)) from problem
 
 
 def blobs_folder(repo: str) -> Path:
@@ -204,7 +206,7 @@ def _lock(out: BinaryIO, repo: str) -> None:
     try:
         fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as taken:
-        raise ModelError(f"{repo} is being fetched by another process: wait for it") from taken
+        raise BackendError(f"{repo} is being fetched by another process: wait for it") from taken
 
 
 def _append(url: str, out: BinaryIO, size_bytes: int, on_bytes: OnBytes) -> None:
@@ -249,7 +251,7 @@ def _keep(part: Path, whole: Path, file: HubFile, repo: str) -> None:
             arrived.update(chunk)
     if arrived.hexdigest() != file.digest:
         part.unlink()
-        raise ModelError(
+        raise BackendError(
             f"{repo} arrived damaged: {file.path} has the SHA-256 {arrived.hexdigest()[:12]}..., "
             f"the hub announced {file.digest[:12]}...; it was removed: fetch again"
         )
@@ -308,25 +310,25 @@ KNOWN_MODELS = (
 
 
 def known_model(repo: str) -> KnownModel:
-    """The entry of this hub id; raises ModelError."""
+    """The entry of this hub id; raises BackendError."""
     for model in KNOWN_MODELS:
         if model.repo == repo:
             return model
-    raise ModelError(f"{repo!r} is not among the known models; 'onemap models list' names them")
+    raise BackendError(f"{repo!r} is not among the known models; 'onemap models list' names them")
 
 
 def locate(model: str) -> Path:
-    """The folder or file of a path or a hub id; raises ModelError with the command to run."""
+    """The folder or file of a path or a hub id; raises BackendError with the command to run."""
     place = Path(model).expanduser()
     if place.exists():
         return place
     if model.count("/") != 1 or place.is_absolute() or model.startswith("."):
-        raise ModelError(f"the model {model} does not exist")
+        raise BackendError(f"the model {model} does not exist")
     files = next((entry.files for entry in KNOWN_MODELS if entry.repo == model), ("*",))
     folder = cached(model, files)
     if folder is not None:
         return folder
-    raise ModelError(f"the model {model} is not on this machine: onemap models fetch {model}")
+    raise BackendError(f"the model {model} is not on this machine: onemap models fetch {model}")
 
 
 def cached(repo: str, files: tuple[str, ...]) -> Path | None:
@@ -344,11 +346,11 @@ def cached(repo: str, files: tuple[str, ...]) -> Path | None:
 def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
     """The model's files as the hub lists them, or those in the cache if it does not answer.
 
-    Raises ModelError if there are neither.
+    Raises BackendError if there are neither.
     """
     try:
         return list_files(repo, files)
-    except ModelError:
+    except BackendError:
         folder = cached(repo, files)
         if folder is None:
             raise
@@ -356,7 +358,7 @@ def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
 
 
 def fetch(listing: HubListing, files: tuple[str, ...], on_bytes: OnBytes = lambda _: None) -> Path:
-    """Download into the cache, continuing an earlier download; raises ModelError.
+    """Download into the cache, continuing an earlier download; raises BackendError.
 
     on_bytes: called with the number of bytes that arrived, of the large files.
     """
@@ -370,7 +372,7 @@ def fetch(listing: HubListing, files: tuple[str, ...], on_bytes: OnBytes = lambd
         )
         return Path(place)
     except Exception as problem:  # of the hub's client, of HTTP, of the disk
-        raise ModelError(f"{listing.repo} cannot be fetched: {first_line(problem)}") from problem
+        raise BackendError(f"{listing.repo} cannot be fetched: {first_line(problem)}") from problem
 
 
 def size_bytes(folder: Path) -> int:

@@ -1,16 +1,18 @@
 """Perception on the bus: subscribes to frames, publishes feature fields and detections."""
+# Talks: the bus; runs the detector beside the encoder.
 
 from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detector_runner import DetectorRunner
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.images import decoded
-from onemap_perception.encoders.protocol import Encoder, ImageEncoder
+from onemap_perception.encoders.protocol import ImageEncoder
 from onemap_perception.errors import (
     BackendError,
     ImageError,
@@ -19,11 +21,11 @@ from onemap_perception.errors import (
 )
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
-from onemap_perception.target_detection import Target, make_target, with_picture
-from onemap_perception.telemetry import PerceptionTelemetry
+from onemap_perception.target_detection import Target, detect_in_frame, make_target, with_picture
 from onemap_shared import keys, tracing
-from onemap_shared.geometry import F16
+from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import (
+    Detections,
     FrameReceipt,
     ImageRequest,
     RgbdFrame,
@@ -31,17 +33,157 @@ from onemap_shared.messages import (
     TextEmbeddings,
     TextRequest,
 )
+from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health, RequestRejected, Worker
 
 LOG = logging.getLogger("onemap.perception")
+FRAME_TIMEOUT_S = 5.0  # without a camera frame, after which perception is not ready
+SHORT_SILENCE_S = 2.0  # a shorter pause between frames is no problem
+
+
+@dataclass(slots=True)
+class PerceptionTelemetry:
+    """Counters of one worker. Written by its loop, read by the heartbeat's thread: each field is
+    replaced whole, so a reader sees the old or the new value."""
+
+    started_s: float
+    encode_ms: float = 0.0
+    detect_ms: float = 0.0
+    frame_age_ms: float = 0.0
+    encoded: RateMeter = field(default_factory=RateMeter)
+    frames_failed: int = 0
+    detections_failed: int = 0
+    out_of_memory: int = 0
+    failure: str = ""
+    detector_failure: str = ""
+    text_problem: str = ""
+
+    def frame_done(self, now_s: float, *, encode_ms: float, frame_age_ms: float) -> None:
+        """A frame was encoded and published at ``now_s`` (monotonic)."""
+        self.encoded = self.encoded.with_event(now_s)
+        self.encode_ms, self.frame_age_ms = encode_ms, frame_age_ms
+        self.failure = ""
+
+    def frame_failed(self, reason: str, out_of_memory: bool) -> None:
+        """A frame was dropped for this reason."""
+        self.frames_failed += 1
+        self.out_of_memory += out_of_memory
+        self.failure = reason
+
+    def detection_done(self, detect_ms: float) -> None:
+        """The detector finished a frame."""
+        self.detect_ms = detect_ms
+        self.detector_failure = ""
+
+    def detection_failed(self, reason: str, out_of_memory: bool) -> None:
+        """The detector failed on a frame for this reason."""
+        self.detections_failed += 1
+        self.out_of_memory += out_of_memory
+        self.detector_failure = reason
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Of the newest frame, in milliseconds; empty before the first."""
+        if not self.encoded.times_s:
+            return {}
+        return {
+            "encode_ms": self.encode_ms,
+            "detect_ms": self.detect_ms,
+            "frame_age_ms": self.frame_age_ms,
+        }
+
+    def is_ready(self, now_s: float) -> bool:
+        """Whether a frame was encoded in the last ``FRAME_TIMEOUT_S``."""
+        return bool(self.encoded.times_s) and self._silent_s(now_s) < FRAME_TIMEOUT_S
+
+    def problem(self, now_s: float, camera_key: str) -> str:
+        """One sentence about the most serious problem; empty if there is none."""
+        silent_s = self._silent_s(now_s)
+        if self.failure:
+            return f"frames cannot be encoded: {self.failure}"
+        if silent_s >= SHORT_SILENCE_S:
+            return f"no camera frames on {camera_key} for {silent_s:.1f} s"
+        if not self.encoded.times_s:
+            return f"waiting for the first camera frame on {camera_key}"
+        if self.detector_failure:
+            return f"nothing can be detected: {self.detector_failure}"
+        return self.text_problem
+
+    def _silent_s(self, now_s: float) -> float:
+        return self.encoded.silent_s(now_s, since_s=self.started_s)
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionResult:
+    """Detections of ``target`` in one frame with image ``rgb``, and how long they took."""
+
+    target: Target
+    rgb: U8
+    detections: Detections
+    detect_ms: float
+
+
+class DetectorRunner:
+    """Runs the detector on one frame at a time. Used from one thread.
+
+    A detector that reads the encoder's features runs after it, in the caller's thread. Any
+    other runs in a thread of its own, at the same time as the encoder; frames that arrive while
+    it is busy are skipped and counted, so that a slow detector does not delay the map.
+    """
+
+    def __init__(self, detector: Detector, clock_s: Callable[[], float]) -> None:
+        self.skipped = 0
+        self._detector = detector
+        self._clock_s = clock_s
+        self._executor = None if detector.reads_features else ThreadPoolExecutor(1, "detector")
+        self._pending: Future[DetectionResult] | None = None
+
+    def before_encoding(self, frame: RgbdFrame, target: Target) -> None:
+        """Start on a frame, if the detector needs no features and is free."""
+        if self._executor is None:
+            return
+        if self._pending is not None:
+            self.skipped += 1
+            return
+        self._pending = self._executor.submit(self._detect, target, frame)
+
+    def after_encoding(
+        self, frame: RgbdFrame, features: F16, target: Target
+    ) -> DetectionResult | None:
+        """The result for this frame, or for an earlier one that is finished by now.
+
+        features (h, w, D) float16: those of the frame.
+        """
+        if self._executor is None:
+            return self._detect(target, frame, features)
+        return self.collect()
+
+    def collect(self) -> DetectionResult | None:
+        """The result of the detector's own thread, if it is finished; raises what it raised."""
+        if self._pending is None or not self._pending.done():
+            return None
+        done, self._pending = self._pending, None
+        return done.result()
+
+    def close(self) -> None:
+        """Wait for the current frame."""
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
+
+    def _detect(
+        self, target: Target, frame: RgbdFrame, features: F16 | None = None
+    ) -> DetectionResult:
+        begun_s = self._clock_s()
+        detections = detect_in_frame(self._detector, target, frame, features)
+        return DetectionResult(target, frame.rgb, detections, (self._clock_s() - begun_s) * 1e3)
 
 
 @dataclass(frozen=True, slots=True)
 class PerceptionComponents:
     """What a perception service is made of."""
 
-    encoder: Encoder
+    encoder: ImageEncoder
     detector: Detector
     variance: VarianceParams
 
@@ -111,15 +253,9 @@ class Perception:
             raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
 
     def embed_image(self, request: ImageRequest) -> TextEmbeddings:
-        """Answer of ``perception/embed_image``; refused with bad_image or no_image_queries."""
-        encoder = self._components.encoder
-        if not isinstance(encoder, ImageEncoder):
-            raise RequestRejected(
-                "no_image_queries",
-                f"the encoder {encoder.encoder_id} takes no images: name the object in words",
-            )
+        """Answer of ``perception/embed_image``; refuses with code bad_image."""
         try:
-            return encoder.embed_image(decoded(request.image))
+            return self._components.encoder.embed_image(decoded(request.image))
         except ImageError as problem:
             raise RequestRejected("bad_image", str(problem)) from problem
 

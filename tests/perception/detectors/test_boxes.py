@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_perception.config import CocoParams
 from onemap_perception.detectors.boxes import (
     Box,
     BoxDetector,
@@ -17,9 +18,9 @@ from onemap_perception.detectors.boxes import (
     detections_from_boxes,
     inner_mask,
 )
-from onemap_perception.detectors.params import CocoParams
-from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.encoders.checkpoint import load_pretrained
+from onemap_perception.errors import BackendError
 from onemap_shared.geometry import U8
 from onemap_shared.messages import TextEmbeddings
 from tests.perception.detectors.samples import inside, names, noise
@@ -103,8 +104,8 @@ class Unwhole:
 
 
 def test_a_checkpoint_that_lacks_a_tensor_is_refused_by_its_name(tmp_path: Path) -> None:
-    with pytest.raises(DetectorError, match=r"another architecture: it lacks body\.bias"):
-        load_pretrained(Unwhole, tmp_path, what="model", error=DetectorError)
+    with pytest.raises(BackendError, match=r"another architecture: it lacks body\.bias"):
+        load_pretrained(Unwhole, tmp_path, what="model")
 
 
 class OneEach:

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 import torch
 
+from onemap_perception.config import CocoParams, OpenVocabularyParams
 from onemap_perception.detectors.boxes import BoxDetector
 from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork, coco_name
-from onemap_perception.detectors.params import CocoParams, OpenVocabularyParams
-from onemap_perception.detectors.protocol import DetectorError
+from onemap_perception.errors import BackendError
 from tests.perception.detectors.samples import inside, names, noise
 from tests.perception.tiny import grounding_folder, owl_folder, rtdetr_folder
 
@@ -54,7 +54,7 @@ def test_images_of_any_size_are_taken(detector: BoxDetector, size: tuple[int, in
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("transformers", reason="needs transformers")
-    with pytest.raises(DetectorError, match="holds no RT-DETRv2 model"):
+    with pytest.raises(BackendError, match="holds no RT-DETRv2 model"):
         CocoNetwork(tmp_path, CPU)
 
 
@@ -85,8 +85,8 @@ def test_any_name_is_taken(grounding: BoxDetector) -> None:
 
 def test_a_folder_of_no_grounding_detector_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("transformers", reason="needs transformers")
-    with pytest.raises(DetectorError, match="holds no grounding detector"):
+    with pytest.raises(BackendError, match="holds no grounding detector"):
         GroundingNetwork(tmp_path, CPU)
     rtdetr_folder(tmp_path)
-    with pytest.raises(DetectorError, match="holds no grounding detector"):
+    with pytest.raises(BackendError, match="holds no grounding detector"):
         GroundingNetwork(tmp_path, CPU)

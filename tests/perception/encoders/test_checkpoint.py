@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
-from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import BackendError
 
 
 class Payload:
@@ -23,7 +23,7 @@ def test_a_pickled_payload_is_refused_unread(
 ) -> None:
     path = tmp_path / "evil.pth"
     torch.save({"model": Payload()}, path)
-    with pytest.raises(EncoderError, match="not a checkpoint of tensors alone"):
+    with pytest.raises(BackendError, match="not a checkpoint of tensors alone"):
         read_weights(path)
     assert capsys.readouterr().out == ""
 
@@ -33,20 +33,20 @@ def test_a_pickled_payload_is_refused_unread(
 def test_corrupt_files_are_refused(name: str, content: bytes, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_bytes(content)
-    with pytest.raises(EncoderError, match=f"{name} is not a checkpoint"):
+    with pytest.raises(BackendError, match=f"{name} is not a checkpoint"):
         read_weights(path)
 
 
 def test_many_missing_tensors_are_counted() -> None:
     model = torch.nn.Sequential(torch.nn.Linear(2, 2), torch.nn.Linear(2, 2))
-    with pytest.raises(EncoderError, match=r"lacks 0\.weight, 0\.bias, 1\.weight and 1 more"):
+    with pytest.raises(BackendError, match=r"lacks 0\.weight, 0\.bias, 1\.weight and 1 more"):
         load_weights(model, {}, Path("w.pth"))
 
 
 def test_a_tensor_of_another_shape_is_named() -> None:
     model = torch.nn.Linear(2, 3)
     weights = {"weight": torch.zeros(3, 5), "bias": torch.zeros(3)}
-    with pytest.raises(EncoderError, match=r"weight has shape \(3, 5\); expected \(3, 2\)"):
+    with pytest.raises(BackendError, match=r"weight has shape \(3, 5\); expected \(3, 2\)"):
         load_weights(model, weights, Path("w.pth"))
 
 

@@ -9,16 +9,15 @@ import cv2
 import numpy as np
 import pytest
 
+from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.mini import (
     NETWORK_FILE,
-    SHIPPED,
     STRIDE,
     MiniEncoder,
-    MiniParams,
     input_size,
 )
-from onemap_perception.encoders.protocol import Encoder, EncoderError
-from onemap_perception.errors import UnknownWordError
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.text.minilm import find_model_folder
 from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.geometry import U8
@@ -183,12 +182,12 @@ def test_words_of_the_table_and_their_plurals_are_no_slips(encoder: Encoder) -> 
 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
-    with pytest.raises(EncoderError, match=r"mini\.onnx are missing: correct perception\."):
+    with pytest.raises(BackendError, match=r"mini\.onnx are missing: correct perception\."):
         MiniEncoder(MiniParams(folder=tmp_path))
     folder = copied(tmp_path)
     weights = folder / NETWORK_FILE
     weights.write_bytes(weights.read_bytes()[:1000])
-    with pytest.raises(EncoderError, match=r"mini\.onnx are damaged"):
+    with pytest.raises(BackendError, match=r"mini\.onnx are damaged"):
         MiniEncoder(MiniParams(folder=folder))
 
 
@@ -196,7 +195,7 @@ def test_damaged_files_are_named(tmp_path: Path) -> None:
 def test_a_missing_companion_is_named(tmp_path: Path, name: str) -> None:
     folder = copied(tmp_path)
     (folder / name).unlink()
-    with pytest.raises(EncoderError, match=name.replace(".", r"\.")):
+    with pytest.raises(BackendError, match=name.replace(".", r"\.")):
         MiniEncoder(MiniParams(folder=folder))
 
 

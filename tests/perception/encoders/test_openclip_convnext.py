@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import torch
 
+from onemap_perception.config import OpenClipConvNextParams
 from onemap_perception.encoders.openclip_convnext import STEM, DenseConvNext, read_architecture
-from onemap_perception.encoders.params import OpenClipConvNextParams
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import TorchEncoder
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
@@ -74,7 +74,7 @@ def test_every_layout_loads_to_the_same_encoder(
 def test_a_missing_visual_key_is_refused_by_name(layout: str, tmp_path: Path) -> None:
     missing = STEM
     path = open_clip_file(tmp_path, layout, without=missing)
-    with pytest.raises(EncoderError, match=rf"another architecture: it lacks {missing}$"):
+    with pytest.raises(BackendError, match=rf"another architecture: it lacks {missing}$"):
         load(path)
 
 
@@ -105,7 +105,7 @@ def test_another_architecture_is_refused(tower: str, sentence: str, tmp_path: Pa
     vision = {**OPEN_CLIP_CONFIG["vision_cfg"], "timm_model_name": tower}
     config = {**OPEN_CLIP_CONFIG, "vision_cfg": vision}
     path.with_name("open_clip_config.json").write_text(json.dumps(config), encoding="utf-8")
-    with pytest.raises(EncoderError, match=sentence):
+    with pytest.raises(BackendError, match=sentence):
         load(path)
 
 
@@ -116,12 +116,12 @@ def test_the_architecture_follows_from_the_tower(width: int, name: str, tmp_path
 
 
 def test_a_folder_without_weights_or_configuration_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(EncoderError, match=r"holds none of open_clip_model\.safetensors"):
+    with pytest.raises(BackendError, match=r"holds none of open_clip_model\.safetensors"):
         load(tmp_path)
     lone = tmp_path / "weights.pth"
     torch.save({}, lone)
-    with pytest.raises(EncoderError, match="beside it"):
+    with pytest.raises(BackendError, match="beside it"):
         load(lone)
     (tmp_path / "open_clip_config.json").write_text("[]", encoding="utf-8")
-    with pytest.raises(EncoderError, match="describes no OpenCLIP model"):
+    with pytest.raises(BackendError, match="describes no OpenCLIP model"):
         load(lone)

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.config import SHIPPED, MiniParams
+from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.projected import ProjectedEncoder
-from onemap_perception.encoders.protocol import Encoder, EncoderError
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, F32, U8
@@ -39,6 +41,9 @@ class PlanarEncoder:
         mask = np.ones((len(texts), 1), np.uint8)
         return TextEmbeddings("planar", "plane", tuple(texts), embeddings, neutral, mask, 20.0, 0.3)
 
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        return self.embed_text(["image"])
+
 
 WORDS = [letter * count for letter in "abcdefgh" for count in (1, 2, 3, 5)]
 IMAGE = np.zeros((8, 8, 3), np.uint8)
@@ -66,7 +71,7 @@ def test_cosines_with_texts_of_the_span_stay() -> None:
 
 @pytest.mark.parametrize("channels", [1, DIMENSION + 1])
 def test_impossible_numbers_of_channels_are_refused(channels: int) -> None:
-    with pytest.raises(EncoderError, match=f"channels is {channels}; this encoder has 24"):
+    with pytest.raises(BackendError, match=f"channels is {channels}; this encoder has 24"):
         ProjectedEncoder(PlanarEncoder(), WORDS, channels)
 
 
@@ -86,10 +91,3 @@ def test_mini_keeps_the_order_of_patches_in_a_third_of_its_channels() -> None:
     before, after = ranks(full), ranks(projected)
     for word in range(len(words)):
         assert np.corrcoef(before[:, word], after[:, word])[0, 1] > 0.99
-
-
-class PlanarImages(PlanarEncoder):
-    """Also takes images, which lie in the plane of the texts."""
-
-    def embed_image(self, rgb: U8) -> TextEmbeddings:
-        return self.embed_text(["image"])

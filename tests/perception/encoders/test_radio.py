@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_perception.config import PerceptionConfig
+from onemap_perception.config import PerceptionConfig, RadioParams
 from onemap_perception.encoders import radio
-from onemap_perception.encoders.params import RadioParams
-from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 
 
@@ -22,13 +21,13 @@ def test_without_the_flag_nothing_is_read(tmp_path: Path) -> None:
     config = PerceptionConfig.model_validate(
         {"encoder": {"backend": "radio", "model": str(tmp_path)}}
     )
-    with pytest.raises(EncoderError, match="allow_remote_code: true"):
+    with pytest.raises(BackendError, match="allow_remote_code: true"):
         make_encoder(config.encoder)
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("transformers", reason="needs transformers")
-    with pytest.raises(EncoderError, match="holds no RADIO model"):
+    with pytest.raises(BackendError, match="holds no RADIO model"):
         radio.read_model(tmp_path)
 
 

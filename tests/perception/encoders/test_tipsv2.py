@@ -9,10 +9,10 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from onemap_perception.encoders.params import Tipsv2Params
-from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.config import Tipsv2Params
 from onemap_perception.encoders.tipsv2 import read_model
 from onemap_perception.encoders.torch_encoder import TorchEncoder
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from tests.perception.tiny import EMBED_DIM, tipsv2_folder
 
@@ -55,5 +55,5 @@ def test_a_missing_tensor_is_refused_by_name(folder: Path, tmp_path: Path) -> No
     weights = load_file(tmp_path / "model.safetensors")
     del weights["vision_encoder.norm.weight"]
     save_file(weights, tmp_path / "model.safetensors", metadata={"format": "pt"})
-    with pytest.raises(EncoderError, match=r"it lacks vision_model\.layernorm\.weight"):
+    with pytest.raises(BackendError, match=r"it lacks vision_model\.layernorm\.weight"):
         read_model(tmp_path)

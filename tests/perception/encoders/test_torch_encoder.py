@@ -11,9 +11,8 @@ import pytest
 import torch
 from onnx import TensorProto, helper
 
+from onemap_perception.config import Tipsv2Params
 from onemap_perception.encoders.checkpoint import open_device
-from onemap_perception.encoders.params import Tipsv2Params
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import (
     ENCODER_KEY,
     INPUT,
@@ -117,7 +116,7 @@ def test_features_are_normalised_in_half_precision() -> None:
 
 
 def test_features_that_are_not_finite_are_an_error() -> None:
-    with pytest.raises(EncoderError, match=r"not finite in torch\.float32"):
+    with pytest.raises(BackendError, match=r"not finite in torch\.float32"):
         TorchTower(Channels(float("nan")), "cpu")(PIXELS)
 
 
@@ -156,22 +155,22 @@ def test_features_are_normalised(tmp_path: Path) -> None:
 
 def test_an_image_of_another_size_is_refused_with_both_sizes(tmp_path: Path) -> None:
     tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
-    with pytest.raises(EncoderError, match=r"exported for 5 x 4, this image needs 3 x 4"):
+    with pytest.raises(BackendError, match=r"exported for 5 x 4, this image needs 3 x 4"):
         tower(PIXELS[..., :3])
 
 
 def test_a_tower_of_another_encoder_is_refused(tmp_path: Path) -> None:
     path = exported(tmp_path / "tower.onnx", encoder_id="toy-2")
-    with pytest.raises(EncoderError, match=r"was exported from toy-2, not from toy-1"):
+    with pytest.raises(BackendError, match=r"was exported from toy-2, not from toy-1"):
         ExportedTower(path, "cpu", "toy-1")
 
 
 def test_a_missing_or_damaged_file_is_named(tmp_path: Path) -> None:
     path = tmp_path / "tower.onnx"
-    with pytest.raises(EncoderError, match=r"tower\.onnx does not exist: onemap export-encoder"):
+    with pytest.raises(BackendError, match=r"tower\.onnx does not exist: onemap export-encoder"):
         ExportedTower(path, "cpu", "toy-1")
     path.write_bytes(b"not a network")
-    with pytest.raises(EncoderError, match=r"tower\.onnx cannot be run"):
+    with pytest.raises(BackendError, match=r"tower\.onnx cannot be run"):
         ExportedTower(path, "cpu", "toy-1")
 
 

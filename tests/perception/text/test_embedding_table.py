@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.embedding_table import EmbeddingTable, load_table
-from onemap_perception.text.text_encoder import EmbedTexts
+from onemap_perception.text.embeddings import EmbedTexts
+from onemap_perception.text.vocabulary import EmbeddingTable, load_table
 from onemap_shared.geometry import F32
 
 WORDS = ("dish", "glass", "sofa", "teddy bear")

@@ -117,8 +117,8 @@ def test_the_real_weights_know_synonyms() -> None:
 
 
 def test_the_table_that_ships_was_made_by_it() -> None:
-    from onemap_perception.encoders.mini import SHIPPED
-    from onemap_perception.text.embedding_table import load_table
+    from onemap_perception.config import SHIPPED
+    from onemap_perception.text.vocabulary import load_table
 
     folder = find_model_folder()
     if folder is None:

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.embedding_table import EmbeddingTable
+from onemap_perception.text.embeddings import scores
 from onemap_perception.text.queries import QueryEncoder, SpellingIndex, unit
-from onemap_perception.text.scores import scores
-from onemap_perception.text.vocabulary import Calibration, ObjectClass, Vocabulary
+from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, ObjectClass, Vocabulary
 from onemap_shared.messages import TextEmbeddings
 
 CALIBRATION = Calibration(

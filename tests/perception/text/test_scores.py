@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.text.scores import scores, uncalibrated_queries
+from onemap_perception.text.embeddings import scores, uncalibrated_queries
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 

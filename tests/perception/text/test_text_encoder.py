@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from onemap_perception.text.text_encoder import CachedTextEncoder
+from onemap_perception.text.embeddings import CachedTextEncoder
 from onemap_shared.geometry import F32
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.names import normalised
 

@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.config import SHIPPED, MiniParams
+from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries

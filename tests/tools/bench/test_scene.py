@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F32
 from onemap_shared.grid import GridSpec

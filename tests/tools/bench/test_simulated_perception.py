@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_perception.config import SHIPPED
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.text.embedding_table import load_table
-from onemap_perception.text.scores import scores
-from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_perception.text.embeddings import scores
+from onemap_perception.text.vocabulary import load_table, load_vocabulary
 from onemap_simulator.rendering.label_renderer import label_colours
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.mini import MiniParams
+from onemap_perception.config import MiniParams
 from onemap_shared.config import LinkParams
 from onemap_tools.bench.options import TransportBench
 from onemap_tools.bench.transport import link as links

@@ -17,7 +17,7 @@ import trimesh
 import yaml
 from rich.console import Console
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.messages import Truth
 from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M

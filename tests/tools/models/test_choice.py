@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import BackendError
 from onemap_perception.model_store import KNOWN_MODELS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import (
@@ -141,7 +141,7 @@ def test_a_missing_package_is_named(
     document: dict[str, object], package: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(ModelError, match=sentence):
+    with pytest.raises(BackendError, match=sentence):
         check_packages(PerceptionConfig.model_validate(document))
 
 

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_perception import model_store
-from onemap_perception.errors import ModelError
+from onemap_perception.errors import BackendError
 from onemap_tools.cli.app import app
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 from tests.perception.local_hub import LocalHub, serve_hub, use_hub
@@ -67,7 +67,7 @@ def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
     assert f"onemap models fetch {REPO}" in text
     assert run("verify") == (0, "No known model lies on this machine.\n")
     assert run("verify", "nobody/nothing")[0] == 2
-    with pytest.raises(ModelError, match=f"onemap models fetch {REPO}"):
+    with pytest.raises(BackendError, match=f"onemap models fetch {REPO}"):
         model_store.locate(REPO)
 
 

@@ -11,7 +11,7 @@ import yaml
 from typer.testing import CliRunner
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_tools.cli.app import app
 from onemap_tools.export.onnx_file import least_cosine
@@ -50,7 +50,7 @@ def test_the_file_stands_in_for_torch(backend: str, tmp_path: Path) -> None:
     torch_encoder, onnx_encoder = make_encoder(plain.encoder), make_encoder(quick.encoder)
     assert torch_encoder.encoder_id == onnx_encoder.encoder_id == report["encoder_id"]
     assert least_cosine(torch_encoder.encode(RGB), onnx_encoder.encode(RGB)) > 0.999
-    with pytest.raises(EncoderError, match="was exported for"):
+    with pytest.raises(BackendError, match="was exported for"):
         onnx_encoder.encode(RGB[:9])
 
 
@@ -67,7 +67,7 @@ def test_a_file_of_other_weights_or_a_missing_provider_is_refused(tmp_path: Path
     }
     for sentence, encoder in cases.items():
         config = PerceptionConfig.model_validate({"encoder": encoder})
-        with pytest.raises(EncoderError, match=sentence):
+        with pytest.raises(BackendError, match=sentence):
             make_encoder(config.encoder)
 
 

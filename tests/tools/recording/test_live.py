@@ -17,7 +17,7 @@ pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[
 pytest.importorskip("google.protobuf", reason="needs protobuf, which onnx brings")
 
 from onemap_mapper.robots import MapperTelemetry
-from onemap_perception.telemetry import PerceptionTelemetry
+from onemap_perception.service import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
 from onemap_shared import keys

@@ -16,7 +16,8 @@ import torch
 from typer.testing import CliRunner
 
 import onemap_tools.train
-from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.config import SHIPPED, MiniParams
+from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, load_calibration
 from onemap_tools.train import pipeline
 from onemap_tools.train.commands import app

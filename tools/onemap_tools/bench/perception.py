@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.config import PerceptionConfig
+from onemap_perception.config import EncoderParams, MiniParams, PerceptionConfig
 from onemap_perception.encoders.images import fitted_size, pixel_values, resized
-from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
     CLIP_STD,
@@ -23,7 +22,6 @@ from onemap_perception.encoders.openclip_convnext import (
     named_architecture,
     read_config,
 )
-from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder, TorchTower
 from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, BackendError, optional_import
@@ -97,7 +95,7 @@ def random_encoder(backend: str, device: str, architecture: str) -> MeasuredEnco
         case "mini":
             return configured_encoder(MiniParams())
         case "openclip_convnext":
-            with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
+            with optional_import("open_clip", OPEN_CLIP, backend=backend):
                 from open_clip.model import CLIP
 
             named = not architecture.endswith(".json")
@@ -111,7 +109,7 @@ def random_encoder(backend: str, device: str, architecture: str) -> MeasuredEnco
             )
             stride, side, mean, std = STRIDE, 640, CLIP_MEAN, CLIP_STD
         case _:
-            with optional_import("transformers", TRANSFORMERS, backend=backend, kind=BackendError):
+            with optional_import("transformers", TRANSFORMERS, backend=backend):
                 from transformers import Tipsv2Config, Tipsv2VisionModel
 
             module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))

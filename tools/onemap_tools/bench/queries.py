@@ -12,8 +12,8 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import TextQuery, text_query
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.config import SHIPPED, MiniParams, PerceptionConfig
+from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder, with_channels

@@ -24,8 +24,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.query.replies import search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED, PerceptionConfig
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.factory import make_encoder

@@ -20,7 +20,7 @@ from rich.console import Console
 from onemap import Client
 from onemap_gateway.present.canvas import Canvas, Viewport
 from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.geometry import yaw_of

@@ -12,9 +12,8 @@ from torch import Tensor, nn
 
 from onemap_perception.encoders.mini import NETWORK_FILE
 from onemap_perception.onnx import open_session
-from onemap_perception.text.embedding_table import TABLE_FILE
-from onemap_perception.text.text_encoder import EmbedTexts
-from onemap_perception.text.vocabulary import Vocabulary
+from onemap_perception.text.embeddings import EmbedTexts
+from onemap_perception.text.vocabulary import TABLE_FILE, Vocabulary
 from onemap_shared.geometry import U8
 from onemap_tools.export.onnx_file import export_module, least_cosine
 from onemap_tools.train.network import MiniNetwork

@@ -8,20 +8,18 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, TypeAlias
 
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.params import (
+from onemap_perception.config import (
     BoxParams,
     CocoParams,
-    OpenVocabularyParams,
-    RoutedParams,
-)
-from onemap_perception.encoders.params import (
     OpenClipConvNextParams,
+    OpenVocabularyParams,
+    PerceptionConfig,
     RadioParams,
+    RoutedParams,
     Tipsv2Params,
     TorchParams,
 )
-from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, ModelError, optional_import
+from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_perception.model_store import KNOWN_MODELS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
@@ -172,9 +170,9 @@ PACKAGES: Mapping[str, tuple[str, str, str, str]] = {
 
 
 def check_packages(config: PerceptionConfig) -> None:
-    """Import what the encoder and the detector need; ModelError with the command to install it."""
+    """Import what the encoder and the detector need; BackendError with the command for it."""
     for params in networks_of(config):
         package, install, module, name = PACKAGES[params.backend]
-        with optional_import(package, install, backend=params.backend, kind=ModelError):
+        with optional_import(package, install, backend=params.backend):
             if not hasattr(import_module(module), name):
                 raise ImportError(f"{module} has no {name}")

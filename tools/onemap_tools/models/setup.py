@@ -16,12 +16,9 @@ import torch
 from rich.console import Console
 
 from onemap_perception import model_store
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.params import PluginParams
+from onemap_perception.config import MiniParams, PerceptionConfig, PluginParams, RadioParams
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
-from onemap_perception.encoders.mini import MiniParams
-from onemap_perception.encoders.params import RadioParams
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import NetworkParams, check_packages, choose, networks_of
@@ -183,7 +180,7 @@ def _check_machine(config: PerceptionConfig) -> None:
 
 
 def _look_up(params: NetworkParams) -> WantedModel:
-    """The network's files and size; raises ModelError if it can be had nowhere."""
+    """The network's files and size; raises BackendError if it can be had nowhere."""
     known = {model.repo: model for model in model_store.KNOWN_MODELS}
     model = known.get(params.model)
     if model is None:

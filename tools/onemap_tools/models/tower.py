@@ -9,8 +9,7 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.encoders.mini import MiniParams
-from onemap_perception.encoders.params import EncoderParams, RadioParams
+from onemap_perception.config import EncoderParams, MiniParams, RadioParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import (
     CAMERA_PX,

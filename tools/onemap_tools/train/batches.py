@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_perception.text.text_encoder import EmbedTexts
+from onemap_perception.text.embeddings import EmbedTexts
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_tools.train.augmentation import augment_full_image, augment_strong, augment_weak

@@ -17,7 +17,7 @@ from scipy.stats import rankdata
 from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.text.scores import scores
+from onemap_perception.text.embeddings import scores
 from onemap_perception.text.vocabulary import Calibration, Vocabulary
 from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings

@@ -22,10 +22,11 @@ import numpy as np
 import torch
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.checkpoint import open_device
-from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
+from onemap_perception.text.embeddings import EmbedTexts
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
-from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import (
     CALIBRATION_FILE,
     VOCABULARY_FILE,

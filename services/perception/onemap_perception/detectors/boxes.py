@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from onemap_perception.detectors.params import BoxParams
+from onemap_perception.config import BoxParams
 from onemap_perception.detectors.protocol import Detection, Detector, Image
 from onemap_shared.geometry import U8, Bool
 from onemap_shared.messages import TextEmbeddings

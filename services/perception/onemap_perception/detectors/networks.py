@@ -11,10 +11,9 @@ from pathlib import Path
 import torch
 
 from onemap_perception.detectors.boxes import Box
-from onemap_perception.detectors.protocol import DetectorError
 from onemap_perception.encoders.checkpoint import fingerprint, inference, load_pretrained
 from onemap_perception.encoders.images import resized
-from onemap_perception.errors import TRANSFORMERS, first_line, optional_import
+from onemap_perception.errors import TRANSFORMERS, BackendError, first_line, optional_import
 from onemap_shared.geometry import U8
 from onemap_shared.names import normalised
 
@@ -47,16 +46,15 @@ SYNONYMS = {
 
 
 class CocoNetwork:
-    """Implements ``BoxNetwork``. Raises DetectorError when it cannot be loaded."""
+    """Implements ``BoxNetwork``. Raises BackendError when it cannot be loaded."""
 
     def __init__(self, folder: Path, device: torch.device) -> None:
-        with optional_import("transformers", TRANSFORMERS, backend="coco", kind=DetectorError):
+        with optional_import("transformers", TRANSFORMERS, backend="coco"):
             from transformers import RTDetrV2ForObjectDetection
         model = load_pretrained(
             RTDetrV2ForObjectDetection,
             folder,
             what="RT-DETRv2 model",
-            error=DetectorError,
             use_safetensors=True,
         )
         self.network_id = "coco-" + fingerprint(model.state_dict().items())
@@ -98,24 +96,21 @@ def coco_name(name: str) -> str:
 
 
 class GroundingNetwork:
-    """Implements ``BoxNetwork``. Raises DetectorError when it cannot be loaded."""
+    """Implements ``BoxNetwork``. Raises BackendError when it cannot be loaded."""
 
     def __init__(self, folder: Path, device: torch.device) -> None:
-        with optional_import(
-            "transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError
-        ):
+        with optional_import("transformers", TRANSFORMERS, backend="open_vocabulary"):
             from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
         model = load_pretrained(
             AutoModelForZeroShotObjectDetection,
             folder,
             what="grounding detector",
-            error=DetectorError,
             use_safetensors=True,
         )
         try:
             self._processor = AutoProcessor.from_pretrained(folder, local_files_only=True)
         except Exception as problem:  # of transformers, tokenizers and the disk
-            raise DetectorError(f"{folder} holds no processor: {first_line(problem)}") from problem
+            raise BackendError(f"{folder} holds no processor: {first_line(problem)}") from problem
         self.network_id = "open_vocabulary-" + fingerprint(model.state_dict().items())
         self._device = device
         self._model = model.to(device)

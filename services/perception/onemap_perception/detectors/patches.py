@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.text.scores import scores
+from onemap_perception.text.embeddings import scores
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 

@@ -15,7 +15,6 @@ from typing import Any
 
 import torch
 
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, first_line
 
 SED_PREFIX = "sem_seg_head.predictor.clip_model."
@@ -26,11 +25,11 @@ MAX_NAMED = 3  # missing tensors that an error lists before it counts the rest
 def read_weights(path: Path) -> dict[str, torch.Tensor]:
     """Tensors by name, of a bare file, one inside ``{"model": ...}``, or one of SED's."""
     if not path.is_file():
-        raise EncoderError(f"the checkpoint {path} does not exist")
+        raise BackendError(f"the checkpoint {path} does not exist")
     try:
         document = _read(path)
     except Exception as problem:  # torch, zipfile and safetensors share no other base class
-        raise EncoderError(
+        raise BackendError(
             f"{path} is not a checkpoint of tensors alone: {first_line(problem)}"
         ) from problem
     return unwrap(document, path)
@@ -53,37 +52,35 @@ def unwrap(document: Any, path: Path) -> dict[str, torch.Tensor]:
 
 
 def load_weights(model: torch.nn.Module, weights: Mapping[str, torch.Tensor], path: Path) -> None:
-    """Copy ``weights`` into ``model``; raises EncoderError unless every tensor is there and fits.
+    """Copy ``weights`` into ``model``; raises BackendError unless every tensor is there and fits.
 
     Tensors that the model does not have (SED's decoder) are ignored.
     """
     parameters = model.state_dict()
     missing = [name for name in parameters if name not in weights and name != UNUSED]
     if missing:
-        raise EncoderError(f"{path} is of another architecture: it lacks {_listed(missing)}")
+        raise BackendError(f"{path} is of another architecture: it lacks {_listed(missing)}")
     used = {name: weights[name] for name in parameters if name in weights}
     for name, value in used.items():
         if value.shape != parameters[name].shape:
-            raise EncoderError(
+            raise BackendError(
                 f"{path} is of another architecture: {name} has shape "
                 f"{tuple(value.shape)}; expected {tuple(parameters[name].shape)}"
             )
     model.load_state_dict(used, strict=False)
 
 
-def load_pretrained(
-    kind: Any, folder: Path, *, what: str, error: type[BackendError], **options: Any
-) -> Any:
-    """transformers' model of this class, for inference; ``error`` unless every tensor was there."""
+def load_pretrained(kind: Any, folder: Path, *, what: str, **options: Any) -> Any:
+    """transformers' model of this class, for inference, if every tensor is there; BackendError."""
     try:
         model, report = kind.from_pretrained(
             folder, local_files_only=True, output_loading_info=True, **options
         )
     except Exception as problem:  # of transformers, safetensors, the disk and the model's own code
-        raise error(f"{folder} holds no {what}: {first_line(problem)}") from problem
+        raise BackendError(f"{folder} holds no {what}: {first_line(problem)}") from problem
     missing = sorted(report["missing_keys"])
     if missing:
-        raise error(f"{folder} is of another architecture: it lacks {missing[0]}")
+        raise BackendError(f"{folder} is of another architecture: it lacks {missing[0]}")
     return model.float().eval().requires_grad_(False)
 
 
@@ -106,7 +103,7 @@ def _read(path: Path) -> Any:
 
 def _items(document: Any, path: Path) -> Iterable[tuple[str, Any]]:
     if not isinstance(document, Mapping):
-        raise EncoderError(f"{path} holds {type(document).__name__}, not tensors by name")
+        raise BackendError(f"{path} holds {type(document).__name__}, not tensors by name")
     return document.items()
 
 

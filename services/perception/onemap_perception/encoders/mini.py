@@ -9,21 +9,19 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
-from pydantic import Field
 
+from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.images import fitted_size, mean_feature, resized
-from onemap_perception.encoders.projected import ChannelParams
-from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import BackendError
 from onemap_perception.onnx import open_session
-from onemap_perception.text.embedding_table import load_table
+from onemap_perception.text.embeddings import CachedTextEncoder
 from onemap_perception.text.minilm import MiniLm, find_model_folder
 from onemap_perception.text.queries import QueryEncoder
-from onemap_perception.text.text_encoder import CachedTextEncoder
-from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
+from onemap_perception.text.vocabulary import load_calibration, load_table, load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
 
@@ -32,25 +30,13 @@ STRIDE = 8
 # Chosen on even seeds (docs/benchmarks.md).
 CROP_SIDE_PX = 160
 INPUT_WIDTH_PX = 320  # wider images are reduced to this: what the network was trained on
-SHIPPED = Path(__file__).parents[1] / "mini"
 NETWORK_FILE = "mini.onnx"
 TEXT_SPACE = "all-MiniLM-L6-v2"
 CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 numbers
 
 
-class MiniParams(ChannelParams):
-    """The encoder that ships with OneMap."""
-
-    backend: Literal["mini"] = Field(
-        default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
-    )
-    folder: Path = Field(
-        default=SHIPPED, description="Weights and words; another folder holds one's own training."
-    )
-
-
 class MiniEncoder:
-    """Implements ``Encoder``. Raises EncoderError when its files are missing or damaged.
+    """Implements ``Encoder``. Raises BackendError when its files are missing or damaged.
 
     aliases: answer names whose embedding is known to fail as their class; False to evaluate.
     """
@@ -81,7 +67,7 @@ class MiniEncoder:
             features: F16 = self._session.run(["features"], {"rgb": np.ascontiguousarray(rgb)})[0]
         except Exception as problem:  # onnxruntime's errors share no other base class
             size = (rgb.shape[1], rgb.shape[0])
-            raise EncoderError(f"onnxruntime failed on a {size} image: {problem}") from problem
+            raise BackendError(f"onnxruntime failed on a {size} image: {problem}") from problem
         return features
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
@@ -89,7 +75,7 @@ class MiniEncoder:
         return self._text.queries(texts, encoder_id=self._id, text_space=TEXT_SPACE)
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
-        """See ``ImageEncoder``: asked as a word that names no class, with the mean of the patches.
+        """See ``Encoder``: asked as a word that names no class, with the mean of the patches.
 
         The words that are like it do not compete, the others do.
         """
@@ -113,11 +99,11 @@ def _open(path: Path) -> Any:
             if path.parent == SHIPPED
             else "correct perception.encoder.folder, or write them with 'onemap train export'"
         )
-        raise EncoderError(f"the encoder's weights {path} are missing: {remedy}")
+        raise BackendError(f"the encoder's weights {path} are missing: {remedy}")
     try:
         return open_session(path, threads=1)  # the other cores run other services
     except ValueError as problem:
-        raise EncoderError(f"the encoder's weights {path} are damaged: {problem}") from problem
+        raise BackendError(f"the encoder's weights {path} are damaged: {problem}") from problem
 
 
 def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
@@ -132,4 +118,4 @@ def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
         table = load_table(folder, fallback=fallback)
         return QueryEncoder(vocabulary, table, load_calibration(folder), aliases=aliases)
     except ValueError as problem:
-        raise EncoderError(str(problem)) from problem
+        raise BackendError(str(problem)) from problem

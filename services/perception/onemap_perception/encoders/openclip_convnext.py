@@ -17,9 +17,8 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import VisionLanguageModel
-from onemap_perception.errors import OPEN_CLIP, optional_import
+from onemap_perception.errors import OPEN_CLIP, BackendError, optional_import
 from onemap_shared.geometry import F32
 
 STRIDE = 32  # of every ConvNeXt
@@ -50,7 +49,7 @@ class DenseConvNext(torch.nn.Module):
 
 
 def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageModel:
-    """The model of a folder as the hub lays it out, or of a file; raises EncoderError.
+    """The model of a folder as the hub lays it out, or of a file; raises BackendError.
 
     The text side runs on ``device`` in single precision. The text space is a digest of the text
     tower: SED's is that of the model it was fine-tuned from.
@@ -80,8 +79,8 @@ def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageMo
 
 
 def read_model(path: Path) -> tuple[Any, Any]:
-    """open_clip's model with the weights in it, and its tokenizer; EncoderError if either fails."""
-    with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=EncoderError):
+    """open_clip's model with the weights in it, and its tokenizer; BackendError if either fails."""
+    with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext"):
         from open_clip.model import CLIP
         from open_clip.tokenizer import SimpleTokenizer
     file = weight_file(path)
@@ -89,7 +88,7 @@ def read_model(path: Path) -> tuple[Any, Any]:
     config = read_architecture(file, weights)
     vision, text = config.get("vision_cfg", {}), config.get("text_cfg", {})
     if "convnext" not in str(vision.get("timm_model_name")) or "hf_model_name" in text:
-        raise EncoderError(
+        raise BackendError(
             f"openclip_convnext cannot run the architecture {vision.get('timm_model_name')}: "
             "it takes ConvNeXt towers with CLIP's own text tower"
         )
@@ -108,28 +107,28 @@ def read_architecture(file: Path, weights: Mapping[str, torch.Tensor]) -> dict[s
         stem = weights.get(STEM)
         name = ARCHITECTURES.get(len(stem)) if stem is not None else None
         if name is None:
-            raise EncoderError(f"{file} does not say its architecture: put {CONFIG_FILE} beside it")
+            raise BackendError(f"{file} does not say its architecture: put {CONFIG_FILE} beside it")
         return named_architecture(name)
     return read_config(beside)
 
 
 def read_config(file: Path) -> dict[str, Any]:
-    """The architecture in a JSON file as the hub has it; raises EncoderError."""
+    """The architecture in a JSON file as the hub has it; raises BackendError."""
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         config: dict[str, Any] = document.get("model_cfg", document)
         return {name: config[name] for name in ("embed_dim", "vision_cfg", "text_cfg")}
     except (OSError, ValueError, KeyError, AttributeError) as problem:
-        raise EncoderError(f"{file} describes no OpenCLIP model: {problem!r}") from problem
+        raise BackendError(f"{file} describes no OpenCLIP model: {problem!r}") from problem
 
 
 def named_architecture(name: str) -> dict[str, Any]:
-    """open_clip's architecture of this name; raises EncoderError."""
+    """open_clip's architecture of this name; raises BackendError."""
     import open_clip
 
     config: dict[str, Any] | None = open_clip.get_model_config(name)
     if config is None:
-        raise EncoderError(f"open_clip knows no architecture {name!r}")
+        raise BackendError(f"open_clip knows no architecture {name!r}")
     return config
 
 
@@ -140,4 +139,4 @@ def weight_file(path: Path) -> Path:
     for name in WEIGHT_FILES:
         if (path / name).is_file():
             return path / name
-    raise EncoderError(f"{path} holds none of {', '.join(WEIGHT_FILES)}")
+    raise BackendError(f"{path} holds none of {', '.join(WEIGHT_FILES)}")

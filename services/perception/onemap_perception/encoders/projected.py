@@ -13,38 +13,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from pydantic import Field
 
-from onemap_perception.encoders.protocol import Encoder, EncoderError, ImageEncoder
-from onemap_perception.errors import ImageError
+from onemap_perception.encoders.protocol import Encoder, ImageEncoder
+from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
-from onemap_shared.params import Params
 
 TEXTS_AT_ONCE = 128
 DIGITS = 2  # of the basis, in the name of the space: other processors round the last ones otherwise
 
 
-class ChannelParams(Params):
-    """How many channels an encoder's features have."""
-
-    channels: int = Field(
-        default=0,
-        ge=0,
-        le=8192,
-        description="Project features and texts to so many channels, at least 2, fitted at start "
-        "on the embeddings of 826 everyday words; the map shrinks as the messages do. 128 of "
-        "mini's 384 keep the order of places. 0: all.",
-    )
-
-
 class ProjectedEncoder:
-    """Implements ``Encoder`` over another one. Raises EncoderError if it has no more channels.
+    """Implements ``ImageEncoder`` over another one. Raises BackendError if it has no more channels.
 
     basis (D, K) float32 orthonormal columns.
     """
 
-    def __init__(self, encoder: Encoder, words: Sequence[str], channels: int) -> None:
+    def __init__(self, encoder: ImageEncoder, words: Sequence[str], channels: int) -> None:
         self._encoder = encoder
         self.basis = _basis(_embedded(encoder, words), channels)
         digest = hashlib.sha256(np.round(self.basis, DIGITS).astype("<f4").tobytes()).hexdigest()
@@ -76,9 +61,7 @@ class ProjectedEncoder:
         return self._within(self._encoder.embed_text(texts))
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
-        """See ``ImageEncoder``; of the crop's feature, what lies in the basis."""
-        if not isinstance(self._encoder, ImageEncoder):
-            raise ImageError(f"the encoder {self.encoder_id} takes no images: name the object")
+        """See ``Encoder``; of the crop's feature, what lies in the basis."""
         return self._within(self._encoder.embed_image(rgb))
 
     def _within(self, full: TextEmbeddings) -> TextEmbeddings:
@@ -108,7 +91,7 @@ def _basis(texts: F32, channels: int) -> F32:
     """The ``channels`` - 1 directions (D, K) that hold most of the texts (N, D)."""
     count, dimension = texts.shape
     if not 2 <= channels <= min(count, dimension):
-        raise EncoderError(
+        raise BackendError(
             f"perception.encoder.channels is {channels}; this encoder has {dimension} and is "
             f"fitted on {count} words: choose 2 to {min(count, dimension)}, or 0 for all"
         )

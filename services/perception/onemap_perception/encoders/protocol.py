@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
-from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings
-
-
-class EncoderError(BackendError):
-    """The encoder cannot be loaded or failed on an image; one sentence for the user."""
 
 
 class Encoder(Protocol):
@@ -32,7 +27,6 @@ class Encoder(Protocol):
         """Embeddings and calibration of the texts; raises UnknownWordError."""
 
 
-@runtime_checkable
 class ImageEncoder(Encoder, Protocol):
     """An encoder that also takes a picture of one thing for a query."""
 

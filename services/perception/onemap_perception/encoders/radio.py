@@ -12,11 +12,10 @@ from typing import Any
 
 import torch
 
+from onemap_perception.config import RadioParams
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.encoders.params import RadioParams
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, VisionLanguageModel
-from onemap_perception.errors import TRANSFORMERS, first_line, optional_import
+from onemap_perception.errors import TRANSFORMERS, BackendError, first_line, optional_import
 from onemap_shared.geometry import F32
 
 STRIDE = 16
@@ -39,12 +38,12 @@ class DenseRadio(torch.nn.Module):
 
 
 def load_radio(params: RadioParams, path: Path, device: torch.device) -> VisionLanguageModel:
-    """The model of a folder as the hub lays it out, its Python files too; raises EncoderError.
+    """The model of a folder as the hub lays it out, its Python files too; raises BackendError.
 
     Refuses before anything is read unless ``allow_remote_code`` is set.
     """
     if not params.allow_remote_code:
-        raise EncoderError(
+        raise BackendError(
             "radio runs code that comes with its weights: read it, then set "
             "perception.encoder.allow_remote_code: true"
         )
@@ -69,8 +68,8 @@ def load_radio(params: RadioParams, path: Path, device: torch.device) -> VisionL
 
 
 def read_model(folder: Path) -> Any:
-    """The repository's model from files of this machine; raises EncoderError."""
-    with optional_import("transformers", TRANSFORMERS, backend="radio", kind=EncoderError):
+    """The repository's model from files of this machine; raises BackendError."""
+    with optional_import("transformers", TRANSFORMERS, backend="radio"):
         from transformers import AutoModel
     try:
         return (
@@ -84,4 +83,4 @@ def read_model(folder: Path) -> Any:
             .eval()
         )
     except Exception as problem:  # of the model's own code
-        raise EncoderError(f"{folder} holds no RADIO model: {first_line(problem)}") from problem
+        raise BackendError(f"{folder} holds no RADIO model: {first_line(problem)}") from problem

@@ -14,9 +14,8 @@ from typing import Any
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint, load_pretrained
-from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, VisionLanguageModel
-from onemap_perception.errors import TRANSFORMERS, first_line, optional_import
+from onemap_perception.errors import TRANSFORMERS, BackendError, first_line, optional_import
 from onemap_shared.geometry import F32
 
 MAX_TOKENS = 64  # what the text side was trained with; shorter texts are padded to it
@@ -66,7 +65,7 @@ def block_of_values(block: Any, tokens: torch.Tensor) -> torch.Tensor:
 
 
 def load_tipsv2(path: Path, device: torch.device) -> VisionLanguageModel:
-    """The model of a folder as the hub lays it out; raises EncoderError.
+    """The model of a folder as the hub lays it out; raises BackendError.
 
     The text side runs on ``device`` in single precision; the text space is a digest of it.
     """
@@ -104,13 +103,11 @@ def load_tipsv2(path: Path, device: torch.device) -> VisionLanguageModel:
 
 
 def read_model(folder: Path) -> tuple[Any, Any]:
-    """Model and tokenizer from files of this machine; EncoderError if either fails."""
-    with optional_import(LIBRARY, TRANSFORMERS, backend="tipsv2", kind=EncoderError):
+    """Model and tokenizer from files of this machine; BackendError if either fails."""
+    with optional_import(LIBRARY, TRANSFORMERS, backend="tipsv2"):
         from transformers import AutoTokenizer, Tipsv2Model
-    model = load_pretrained(
-        Tipsv2Model, folder, what="TIPSv2 model", error=EncoderError, use_safetensors=True
-    )
+    model = load_pretrained(Tipsv2Model, folder, what="TIPSv2 model", use_safetensors=True)
     try:
         return model, AutoTokenizer.from_pretrained(folder, local_files_only=True)
     except Exception as problem:  # of transformers, tokenizers and the disk
-        raise EncoderError(f"{folder} holds no TIPSv2 model: {first_line(problem)}") from problem
+        raise BackendError(f"{folder} holds no TIPSv2 model: {first_line(problem)}") from problem

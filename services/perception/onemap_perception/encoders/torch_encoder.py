@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 
+from onemap_perception.config import TorchParams
 from onemap_perception.encoders.checkpoint import inference, open_device
 from onemap_perception.encoders.images import (
     fitted_size,
@@ -19,13 +20,10 @@ from onemap_perception.encoders.images import (
     pixel_values,
     resized,
 )
-from onemap_perception.encoders.params import TorchParams
-from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.errors import first_line
+from onemap_perception.errors import BackendError, first_line
 from onemap_perception.onnx import open_session
+from onemap_perception.text.embeddings import CachedTextEncoder, EmbedTexts, uncalibrated_queries
 from onemap_perception.text.queries import IMAGE_NAME
-from onemap_perception.text.scores import uncalibrated_queries
-from onemap_perception.text.text_encoder import CachedTextEncoder, EmbedTexts
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 
@@ -63,7 +61,7 @@ class TorchTower:
             unit = torch.nn.functional.normalize(features.float(), dim=-1)
             result: F16 = unit.half().cpu().numpy()
         if not np.isfinite(result).all():
-            raise EncoderError(f"the encoder's features are not finite in {self.dtype}")
+            raise BackendError(f"the encoder's features are not finite in {self.dtype}")
         return result
 
     def dense(self, pixel_values: torch.Tensor) -> torch.Tensor:
@@ -89,14 +87,14 @@ class ExportedTower:
     def __init__(self, path: Path, provider: str, encoder_id: str) -> None:
         self._path = path
         if not path.is_file():
-            raise EncoderError(f"{path} does not exist: onemap export-encoder {path}")
+            raise BackendError(f"{path} does not exist: onemap export-encoder {path}")
         try:
             self._session = open_session(path, threads=1, provider=provider)
         except ValueError as problem:
-            raise EncoderError(f"the exported tower {path} cannot be run: {problem}") from problem
+            raise BackendError(f"the exported tower {path} cannot be run: {problem}") from problem
         source_id = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
         if source_id != encoder_id:
-            raise EncoderError(
+            raise BackendError(
                 f"{path} was exported from {source_id or 'another program'}, "
                 f"not from {encoder_id}: export it again"
             )
@@ -107,21 +105,21 @@ class ExportedTower:
         """See ``Tower``."""
         if pixel_values.shape != self._shape:
             have, want = self._shape, pixel_values.shape
-            raise EncoderError(
+            raise BackendError(
                 f"{self._path} was exported for {have[3]} x {have[2]}, this image needs "
                 f"{want[3]} x {want[2]}: export it again, for the camera's size"
             )
         try:
             features: F32 = self._session.run([OUTPUT], {INPUT: pixel_values})[0][0]
         except Exception as problem:  # onnxruntime's errors share no other base class
-            raise EncoderError(
+            raise BackendError(
                 f"onnxruntime failed on {self._path}: {first_line(problem)}"
             ) from problem
         norms = np.linalg.norm(features, axis=-1, keepdims=True)
         with np.errstate(invalid="ignore"):  # zero and infinite features are refused below
             unit: F16 = (features / norms).astype(np.float16)
         if not np.isfinite(unit).all():
-            raise EncoderError(f"the features of {self._path} are not finite")
+            raise BackendError(f"the features of {self._path} are not finite")
         return unit
 
 
@@ -187,7 +185,7 @@ class TorchEncoder:
         )
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
-        """See ``ImageEncoder``: the mean of the patches that show the crop."""
+        """See ``Encoder``: the mean of the patches that show the crop."""
         image, mask = framed(rgb, self._frame_px)
         features = self.encode(image)
         vector = mean_feature(features, patch_shares(mask, *features.shape[:2]))

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.text.embedding_table import EmbeddingTable
-from onemap_perception.text.vocabulary import Calibration, Vocabulary
+from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.names import normalised

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED, PerceptionConfig
 from onemap_shared.geometry import Velocity2d, check_rigid, yaw_of
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.scene.scene import Scene

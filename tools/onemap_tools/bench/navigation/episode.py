@@ -10,7 +10,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.config import SHIPPED
 from onemap_shared.messages import (
     Detections,
     ObjectResult,

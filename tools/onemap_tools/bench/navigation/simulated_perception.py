@@ -17,11 +17,15 @@ import numpy as np
 
 from onemap_perception.detectors.boxes import Box, detections_from_boxes
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.text.embedding_table import EmbeddingTable, load_table
+from onemap_perception.text.embeddings import uncalibrated_queries, unit_rows
 from onemap_perception.text.queries import QueryEncoder
-from onemap_perception.text.scores import uncalibrated_queries
-from onemap_perception.text.text_encoder import unit_rows
-from onemap_perception.text.vocabulary import Vocabulary, load_calibration, load_vocabulary
+from onemap_perception.text.vocabulary import (
+    EmbeddingTable,
+    Vocabulary,
+    load_calibration,
+    load_table,
+    load_vocabulary,
+)
 from onemap_shared.geometry import F16, F32, I32, I64, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.names import normalised

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from onemap_perception.encoders.mini import MiniParams
+from onemap_perception.config import MiniParams
 from onemap_shared.config import LinkParams
 from onemap_tools.bench.machine import parse_size
 from onemap_tools.bench.options import TransportBench

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from onemap_perception.encoders.params import EncoderParams
+from onemap_perception.config import EncoderParams
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
