@@ -36,6 +36,10 @@ class Module:
     path: Path
     tree: ast.Module
 
+    @cached_property
+    def text(self) -> str:
+        return self.path.read_text(encoding="utf-8")
+
     @property
     def package(self) -> str:
         return self.name.split(".")[0]
@@ -241,7 +245,7 @@ def figures(root: Path) -> dict[str, object]:
     sources = modules(root)
     lengths = [own_lines(function) for module in sources for function in module.functions]
     rays = [n for n in camera_arithmetic(sources) if not n.startswith("onemap_shared.")]
-    lines = [len(module.path.read_text(encoding="utf-8").splitlines()) for module in sources]
+    lines = [len(module.text.splitlines()) for module in sources]
     return {
         **goals(root),
         "files": len(sources),

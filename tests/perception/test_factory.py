@@ -1,24 +1,39 @@
-"""From the configuration to running parts."""
+"""From the configuration to running parts, and what is missing for them."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
 from onemap_perception import factory
+from onemap_perception.config import (
+    CocoParams,
+    OpenClipConvNextParams,
+    OpenVocabularyParams,
+    PerceptionConfig,
+    RoutedParams,
+    Tipsv2Params,
+)
+from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import BackendError
-from onemap_perception.factory import make_detector
+from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.onnx import open_session
 from onemap_perception.service import build
 from onemap_shared import keys
+from onemap_shared.config import ConfigError, section
 from onemap_shared.messages import TextEmbeddings, TextRequest
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
-from tests.perception.test_config import configured
 from tests.perception.tiny import (
     needs_open_clip,
     open_clip_folder,
@@ -26,6 +41,55 @@ from tests.perception.tiny import (
     rtdetr_folder,
 )
 from tests.perception.toy import ColourEncoder, frame
+
+
+def configured(document: dict[str, Any]) -> PerceptionConfig:
+    return section({"perception": document}, "perception", PerceptionConfig)
+
+
+def test_the_default_is_what_ships() -> None:
+    config = configured({})
+    assert config.encoder.backend == "mini"
+    assert config.detector.backend == "patches"
+    assert configured({"mini": {"channels": 9}, "patches": {}}) == configured(
+        {"encoder": {"backend": "mini", "channels": 9}, "detector": {"backend": "patches"}}
+    )
+
+
+def test_a_routed_detector_is_two() -> None:
+    document = {"backend": "routed", "model": "a/b", "device": "cuda", "score_threshold": 0.3}
+    detector = configured({"detector": document}).detector
+    assert isinstance(detector, RoutedParams)
+    assert detector.coco == CocoParams(device="cuda")
+    assert detector.open_vocabulary == OpenVocabularyParams(
+        model="a/b", device="cuda", score_threshold=0.3
+    )
+
+
+@pytest.mark.parametrize(
+    ("document", "sentence"),
+    [
+        (
+            {"encoder": {"backend": "openclip_convnext", "modle": "x", "model": "x"}},
+            "perception.encoder.modle is unknown; did you mean 'model'?",
+        ),
+        ({"encoder": {"backend": "mini", "thread": 1}}, "perception.encoder.thread is unknown"),
+        ({"encoder": {"backend": "clip"}}, "perception.encoder: Input tag 'clip'"),
+        ({"encoder": {"backend": "tipsv2"}}, "perception.encoder.model: Field required"),
+        (
+            {"detector": {"backend": "routed", "score_treshold": 0.5}},
+            "perception.detector.score_treshold is unknown; did you mean 'score_threshold'?",
+        ),
+        ({"frame_timeout_s": 3}, "perception.frame_timeout_s is unknown; there are encoder, "),
+        ({"patches": {"min_patches": 2}}, "most keys of 0.1 are constants since 0.2.0"),
+        ({"encoder": {"backend": "tipsv2", "model": "x", "device": "gpu"}}, "should match pattern"),
+        ({"mini": {"colour": 1}}, "perception.encoder.colour is unknown"),
+    ],
+)
+def test_mistakes_are_refused_with_their_path(document: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        configured(document)
+    assert sentence in str(refusal.value)
 
 
 @needs_open_clip
@@ -128,3 +192,67 @@ def test_a_bad_plugin_is_one_sentence(
     monkeypatch.setattr(factory, "entry_points", entries)
     with pytest.raises(BackendError, match=sentence):
         factory.load_plugin(name, {})
+
+
+ENCODE = """
+import numpy as np
+from onemap_perception.config import MiniParams
+from onemap_perception.encoders.mini import MiniEncoder
+MiniEncoder(MiniParams()).encode(np.zeros((48, 64, 3), np.uint8))
+"""
+
+
+@pytest.mark.slow
+def test_nothing_is_kept_for_sending(tmp_path: Path) -> None:
+    """With its telemetry on, onnxruntime queues events in a database below the home folder."""
+    listed = {name: value for name, value in os.environ.items() if not name.startswith("ORT_")}
+    listed.pop("CI", None)  # which would silence it by itself
+    quiet = {**listed, "HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    subprocess.run([sys.executable, "-c", ENCODE], env=quiet, check=True, timeout=60)
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+def test_a_provider_that_this_build_lacks_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import onnxruntime
+
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
+    with pytest.raises(ValueError, match="built without tensorrt"):
+        open_session(tmp_path / "none.onnx", threads=1, provider="tensorrt")
+
+
+CPU = torch.device("cpu")
+USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "openclip_convnext": (
+        "open_clip",
+        lambda folder: make_encoder(OpenClipConvNextParams(model=str(folder))),
+    ),
+    "tipsv2": ("transformers", lambda folder: make_encoder(Tipsv2Params(model=str(folder)))),
+    "coco": ("transformers", lambda folder: CocoNetwork(folder, CPU)),
+    "open_vocabulary": (
+        "transformers",
+        lambda folder: GroundingNetwork(folder, CPU),
+    ),
+}
+
+
+def without(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget that the library was imported."""
+    for name in list(sys.modules):
+        if name.split(".")[0] == library:
+            monkeypatch.delitem(sys.modules, name)
+
+
+@pytest.mark.parametrize("backend", USERS)
+def test_a_missing_library_is_an_error_with_the_command_to_install_it(
+    backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library, make = USERS[backend]
+    without(library, monkeypatch)
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(
+        BackendError, match=f"{backend} needs {library}.*: pip install 'onemap"
+    ) as error:
+        make(tmp_path)
+    assert "\n" not in str(error.value)

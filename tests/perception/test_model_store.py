@@ -1,26 +1,169 @@
-"""Where models are on this machine, and whether their files are intact; nothing is downloaded."""
+"""Models of a hub on loopback and of the cache: listed, located, continued, never half."""
 
 from __future__ import annotations
 
+import fcntl
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from onemap_perception import model_store
 from onemap_perception.errors import BackendError
-from onemap_perception.model_store import OnBytes
+from onemap_perception.model_store import (
+    PART,
+    HubFile,
+    HubListing,
+    OnBytes,
+    blobs_folder,
+    count_parameters,
+    count_parameters_here,
+    download,
+    list_files,
+    list_snapshot,
+)
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
-from tests.perception.local_hub import LocalHub, serve_hub, use_hub
+from tests.perception.local_hub import COMMIT, LocalHub, ServedFile, serve_hub, use_hub
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
+NUMBERS = 1_500_000  # of half precision
+NEEDED = ("*.json", "*.safetensors")
+WEIGHTS = "model.safetensors"
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """Weights of 3 MB that are noise, a small file, and one that is not needed."""
+    from safetensors.numpy import save_file
+
+    folder = tmp_path / "source"
+    folder.mkdir()
+    noise = np.random.default_rng(0).integers(0, 2**15, NUMBERS).astype(np.uint16)
+    save_file({"a": noise.view(np.float16)}, folder / WEIGHTS)
+    (folder / "config.json").write_text("{}")
+    (folder / "training.log").write_text("a page")
+    return folder
+
+
+@pytest.fixture
+def hub(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
+    with serve_hub() as hub:
+        hub.add(REPO, source)
+        use_hub(hub, tmp_path / "cache", monkeypatch)
+        yield hub
 
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     use_cache(tmp_path, monkeypatch)
     return tmp_path
+
+
+def served(hub: LocalHub) -> ServedFile:
+    return hub.models[REPO][WEIGHTS]
+
+
+def listed() -> tuple[HubListing, HubFile]:
+    listing = list_files(REPO, ("*.safetensors",))
+    (file,) = listing.files
+    return listing, file
+
+
+def blob(file: HubFile) -> Path:
+    return blobs_folder(REPO) / file.digest
+
+
+def fetch(on_bytes: OnBytes = lambda _: None) -> Path:
+    return model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED, on_bytes)
+
+
+def test_a_model_is_listed_with_its_licence_and_parameters(hub: LocalHub, source: Path) -> None:
+    listing = list_files(REPO, NEEDED)
+    assert (listing.commit, listing.licence, listing.offline) == (COMMIT, "apache-2.0", False)
+    large = {file.path: file.large for file in listing.files}
+    assert large == {"config.json": False, WEIGHTS: True}
+    assert listing.size_bytes == sum((source / name).stat().st_size for name in large)
+    assert count_parameters(listing) == count_parameters_here(source) == NUMBERS
+    assert not served(hub).ranges  # the weights themselves were not fetched
+
+
+def test_a_model_that_needs_an_account_says_where_to_accept_its_licence(hub: LocalHub) -> None:
+    hub.gated.add(REPO)
+    sentence = f"accept it at {hub.url}/{REPO}, then run: hf auth login"
+    with pytest.raises(BackendError, match=sentence):
+        list_files(REPO, ("*",))
+
+
+def test_a_model_of_the_cache_is_listed_without_the_hub(tmp_path: Path) -> None:
+    listing = list_snapshot(REPO, put_in_cache(tmp_path))
+    assert (listing.offline, listing.size_bytes) == (True, 702)
+    assert {file.path: file.large for file in listing.files} == {
+        "config.json": False,
+        WEIGHTS: True,
+    }
+
+
+def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
+    served(hub).breaks_at = 2_000_000
+    listing, file = listed()
+    with pytest.raises(BackendError, match=r"broke off at 2\.0 of 3\.0 MB .* command continues"):
+        download(listing, file, lambda _: None)
+    assert not blob(file).exists()
+    assert model_store.cached(REPO, NEEDED) is None
+    asked = len(served(hub).ranges)
+    served(hub).breaks_at = None
+    arrived: list[int] = []
+    download(listing, file, arrived.append)
+    assert served(hub).ranges[asked:] == [2_000_000]
+    assert (arrived[0], sum(arrived)) == (2_000_000, file.size_bytes)
+    assert blob(file).read_bytes() == served(hub).content
+    assert [path.name for path in blob(file).parent.iterdir()] == [file.digest]
+
+
+def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:
+    right = served(hub).content
+    served(hub).content = bytes(len(right))
+    listing, file = listed()
+    with pytest.raises(BackendError, match=r"arrived damaged: model\.safetensors has the SHA-256"):
+        download(listing, file, lambda _: None)
+    assert list(blob(file).parent.iterdir()) == []
+    served(hub).content = right
+    download(listing, file, lambda _: None)
+    assert blob(file).exists()
+
+
+def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
+    listing, file = listed()
+    hub.models[REPO].clear()
+    with pytest.raises(BackendError) as error:
+        download(listing, file, lambda _: None)
+    assert str(error.value) == f"{REPO} cannot be fetched: model.safetensors: 404 Not Found"
+
+
+def test_two_processes_do_not_write_one_file(hub: LocalHub) -> None:
+    listing, file = listed()
+    part = blob(file).with_name(file.digest + PART)
+    part.parent.mkdir(parents=True)
+    with part.open("ab") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(BackendError, match="is being fetched by another process"):
+            download(listing, file, lambda _: None)
+
+
+def test_fetch_downloads_what_is_needed_and_again_what_is_discarded(hub: LocalHub) -> None:
+    assert model_store.cached(REPO, NEEDED) is None
+    arrived: list[int] = []
+    folder = fetch(arrived.append)
+    assert {path.name for path in folder.iterdir()} == {"config.json", WEIGHTS}
+    assert sum(arrived) == len(served(hub).content)
+    assert model_store.corrupt_files(folder) == []
+    assert model_store.cached(REPO, NEEDED) == folder
+    (folder / WEIGHTS).resolve().write_bytes(b"other")
+    assert model_store.corrupt_files(folder) == [WEIGHTS]
+    model_store.discard(folder, [WEIGHTS])
+    assert model_store.corrupt_files(fetch()) == []
 
 
 def test_a_model_in_the_cache_is_located(cache: Path) -> None:
@@ -38,19 +181,12 @@ def test_a_path_is_a_path(tmp_path: Path) -> None:
             model_store.locate(place)
 
 
-def test_files_with_another_digest_are_corrupt(cache: Path) -> None:
+def test_files_without_the_announced_digest_are_corrupt(cache: Path) -> None:
     folder = put_in_cache(cache)
-    assert model_store.corrupt_files(folder) == []
-    (folder / "model.safetensors").resolve().write_bytes(b"other")
-    assert model_store.corrupt_files(folder) == ["model.safetensors"]
     (folder / "config.json").unlink()
     (folder / "config.json").write_text("{}")  # no link: its digest is unknown
     (folder / "tokenizer.json").symlink_to(cache / "nowhere")
-    assert model_store.corrupt_files(folder) == [
-        "config.json",
-        "model.safetensors",
-        "tokenizer.json",
-    ]
+    assert model_store.corrupt_files(folder) == ["config.json", "tokenizer.json"]
 
 
 def test_without_the_hubs_client_the_error_says_what_to_install(
@@ -59,51 +195,3 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
     with pytest.raises(BackendError, match=r"pip install 'onemap\[openclip\]'"):
         model_store.locate(REPO)
-
-
-@pytest.fixture
-def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
-    """A hub with one model of a large file, a small one and one that is not needed."""
-    source = tmp_path / "source"
-    source.mkdir()
-    for name in ("config.json", "model.safetensors", "training.log"):
-        (source / name).write_bytes(name.encode() * 1000)
-    with serve_hub() as hub:
-        hub.add(REPO, source)
-        use_hub(hub, tmp_path / "cache", monkeypatch)
-        yield hub
-
-
-NEEDED = ("*.json", "*.safetensors")
-
-
-def fetch(on_bytes: OnBytes = lambda _: None) -> Path:
-    return model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED, on_bytes)
-
-
-def test_fetch_downloads_the_files_that_are_needed(hub: LocalHub) -> None:
-    assert model_store.cached(REPO, NEEDED) is None
-    arrived: list[int] = []
-    folder = fetch(arrived.append)
-    assert {path.name for path in folder.iterdir()} == {"config.json", "model.safetensors"}
-    assert sum(arrived) == len("model.safetensors") * 1000
-    assert model_store.corrupt_files(folder) == []
-    assert model_store.cached(REPO, NEEDED) == folder
-
-
-def test_a_model_that_arrived_in_part_is_not_here(hub: LocalHub) -> None:
-    hub.models[REPO]["model.safetensors"].breaks_at = 9000
-    with pytest.raises(BackendError, match=r"broke off at"):
-        fetch()
-    assert model_store.cached(REPO, NEEDED) is None
-    hub.models[REPO]["model.safetensors"].breaks_at = None
-    fetch()
-    assert hub.models[REPO]["model.safetensors"].ranges[-1] == 9000
-
-
-def test_a_damaged_file_is_fetched_again_once_it_is_discarded(hub: LocalHub) -> None:
-    folder = fetch()
-    (folder / "model.safetensors").resolve().write_bytes(b"other")
-    assert model_store.corrupt_files(folder) == ["model.safetensors"]
-    model_store.discard(folder, ["model.safetensors"])
-    assert model_store.corrupt_files(fetch()) == []

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from onemap_perception.detectors.patches import PatchDetector
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.encoders.protocol import ImageEncoder
-from onemap_perception.errors import OutOfDeviceMemoryError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import Perception, PerceptionComponents
 from onemap_shared import keys
@@ -19,13 +21,32 @@ from onemap_shared.messages import (
     ImageRequest,
     SearchState,
     SearchStatus,
+    TextEmbeddings,
     TextRequest,
 )
 from onemap_shared.transport import RemoteError
 from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.perception.encoders.test_images import png
-from tests.perception.slow_detector import SlowDetector
 from tests.perception.toy import ColourEncoder, frame
+
+
+class SlowDetector:
+    """Implements ``Detector``: one detection per frame, or an error, once ``finish`` is set."""
+
+    detector_id = "slow"
+    reads_features = False
+
+    def __init__(self) -> None:
+        self.finish = threading.Event()
+        self.broken = False
+
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
+        assert image.features is None
+        assert self.finish.wait(60)
+        if self.broken:
+            raise BackendError("the weights are damaged")
+        return (Detection(names.texts[0], 0.9, (0, 0, 8, 8), np.ones((1, 1), bool)),)
+
 
 SEARCH = SearchStatus(
     search_id="s1",

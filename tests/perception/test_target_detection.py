@@ -1,9 +1,10 @@
-"""The target of a search in one frame."""
+"""The target of a search in one frame, and the picture that is sent along."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,14 +14,17 @@ from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.target_detection import (
     MAX_POINTS,
+    MAX_SIDE_PX,
     backproject_detections,
     detect_in_frame,
+    encode_picture,
     iou,
     make_target,
     suppress_overlaps,
+    with_picture,
 )
 from onemap_shared.geometry import U16, Bool, inverse, pose_2d, transform
-from onemap_shared.messages import RgbdFrame, TextEmbeddings
+from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
 from tests.perception.toy import CAMERA, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
@@ -125,3 +129,42 @@ def test_the_background_within_a_mask_is_left_out() -> None:
     depth_mm[:, 24:26] = 4000
     points, _ = backproject_detections([masked(np.ones((4, 6), bool))], frame_of(depth_mm))
     np.testing.assert_allclose(points[:, 2], 1.5, rtol=1e-5)
+
+
+SHOWN = frame()
+
+
+def decoded(picture: bytes) -> np.ndarray:
+    image = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
+
+
+def detections() -> Detections:
+    detector = PatchDetector("toy")
+    return detect_in_frame(
+        detector, make_target(ENCODER, "red", ()), SHOWN, ENCODER.encode(SHOWN.rgb)
+    )
+
+
+def test_without_the_target_there_is_no_picture() -> None:
+    rivals = detections()
+    assert with_picture(rivals, SHOWN.rgb, "blue") is rivals
+    nothing = replace(
+        rivals,
+        names=(),
+        boxes_px=rivals.boxes_px[:0],
+        scores=rivals.scores[:0],
+        points_map=rivals.points_map[:0],
+        point_owner=rivals.point_owner[:0],
+    )
+    assert with_picture(nothing, SHOWN.rgb, "red").picture == b""
+
+
+@pytest.mark.parametrize("shape", [(1080, 1920, 3), (1920, 1080, 3), (640, 4000, 3), (1, 9000, 3)])
+def test_a_large_frame_is_made_smaller(shape: tuple[int, int, int]) -> None:
+    picture, scale = encode_picture(np.full(shape, 90, np.uint8))
+    image = decoded(picture)
+    assert max(image.shape) == MAX_SIDE_PX
+    assert scale == pytest.approx(MAX_SIDE_PX / max(shape))
+    assert image.shape[0] == max(round(shape[0] * scale), 1)

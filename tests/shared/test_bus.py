@@ -102,18 +102,6 @@ def summary(name: str) -> m.MapSummary:
     return replace(sample(m.MapSummary), path=name)
 
 
-def test_a_frame_arrives(buses: tuple[Bus, Bus]) -> None:
-    here, there = buses
-    frames = there.subscribe(keys.ROBOT_RGBD)
-    publisher = here.publish(keys.ROBOT_RGBD)
-
-    def attempt() -> m.RgbdFrame | None:
-        publisher.put(sample(m.RgbdFrame))
-        return frames.take(0.1)
-
-    assert eventually(attempt).sequence == 7
-
-
 def test_a_slow_consumer_gets_the_newest_and_gaps_are_counted(buses: tuple[Bus, Bus]) -> None:
     here, there = buses
     odometry = there.subscribe(keys.ROBOT_ODOMETRY)

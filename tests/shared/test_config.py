@@ -1,14 +1,24 @@
+"""Configurations: sections, mistakes and secrets; what parameters and services declare."""
+
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import traceback
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import pytest
-from pydantic import Field, SecretStr, model_validator
+from pydantic import Field, SecretStr, ValidationError, model_validator
 
 from onemap_shared.config import BusConfig, ConfigError, load, mistakes, read, section
-from onemap_shared.params import Params
+from onemap_shared.params import Params, is_secret, masked
+from onemap_shared.services import (
+    ALL,
+    doubled,
+    doubled_sentence,
+)
 
 
 class Inner(Params):
@@ -16,7 +26,7 @@ class Inner(Params):
 
 
 class Sample(Params):
-    former_keys: ClassVar = {"resolution_m": "cell_size_m", "merge": "fusion"}
+    former_keys: ClassVar = {"merge": "fusion"}
 
     cell_size_m: float = Field(default=0.1, gt=0)
     fusion: Inner = Inner()
@@ -67,14 +77,9 @@ BAD_FILES = {
         "mapper: {cell_size: 0.1}",
         "mapper.cell_size is unknown; did you mean 'cell_size_m'",
     ),
-    "unknown nested key": (
-        "mapper: {fusion: {depthfactor: 1}}",
-        "mapper.fusion.depthfactor is unknown; did you mean 'depth_factor'",
-    ),
     "out of range": ("mapper: {cell_size_m: -1}", "mapper.cell_size_m: .* greater than 0"),
     "not a number": ("mapper: {cell_size_m: .nan}", "mapper.cell_size_m"),
     "bad endpoint": ("bus: {connect: ['127.0.0.1:7447']}", "bus.connect.0"),
-    "bad namespace": ("bus: {namespace: 'a b'}", "bus.namespace"),
 }
 
 
@@ -121,7 +126,6 @@ def test_the_environment_overrides_the_file(tmp_path: Path) -> None:
         ("ONEMAP__MAPER__X", "1", "did you mean 'mapper'"),
         ("ONEMAP__MAPPER", "1", "must be ONEMAP__SECTION__KEY"),
         ("ONEMAP__MAPPER__A__B", "1", "'a' is a value"),
-        ("ONEMAP__MAPPER__X", "{", "not valid YAML"),
         ("ONEMAP__MAPPER__X", "2001-13-45", "not valid YAML"),
     ],
 )
@@ -155,12 +159,9 @@ def test_one_of_several_models_is_named_as_in_the_file(
     assert "sensor.far" not in str(told.value)
 
 
-@pytest.mark.parametrize(("old", "new"), [("resolution_m", "cell_size_m"), ("merge", "fusion")])
-def test_a_key_of_an_earlier_release_is_refused_with_its_new_name(
-    old: str, new: str, tmp_path: Path
-) -> None:
-    file = write(tmp_path, f"mapper: {{{old}: 1}}")
-    with pytest.raises(ConfigError, match=rf"mapper\.{old} is now called '{new}': rename it"):
+def test_a_key_of_an_earlier_release_is_refused_with_its_new_name(tmp_path: Path) -> None:
+    file = write(tmp_path, "mapper: {merge: 1}")
+    with pytest.raises(ConfigError, match=r"mapper\.merge is now called 'fusion': rename it"):
         load(file, "mapper", Sample)
 
 
@@ -172,7 +173,7 @@ class Locked(Params):
         raise ValueError("never fits")
 
 
-@pytest.mark.parametrize("secret", ["0123", "1e5", "yes", "a: b", "#5", "'q", " s ", "*x", "{"])
+@pytest.mark.parametrize("secret", ["0123", "a: b", "#5", " s ", "{"])
 def test_a_secret_of_the_environment_is_taken_as_it_is(secret: str) -> None:
     assert read(None, {"ONEMAP__GATEWAY__TOKEN": secret}) == {"gateway": {"token": secret}}
 
@@ -192,3 +193,84 @@ def test_no_error_shows_a_secret(text: str, tmp_path: Path) -> None:
         section(read(write(tmp_path, text), {}), "gateway", Locked)
     assert "hunter2" not in str(told.value)
     assert "hunter2" not in "".join(traceback.format_exception(told.value))
+
+
+class Sized(Params):
+    """Parameters of a test."""
+
+    size_m: float = Field(default=1.0, gt=0)
+
+
+def declared() -> list[type[Params]]:
+    """The parameter models that services' configurations compose, without their bases."""
+    for service in ALL:
+        importlib.import_module(f"{service.module}.config")
+    found, left = [], [Params]
+    while left:
+        children = left.pop().__subclasses__()
+        found += [child for child in children if child.__module__.startswith("onemap_")]
+        left += children
+    return [kind for kind in found if not kind.__subclasses__()]
+
+
+@pytest.mark.parametrize(
+    "values", [{"size": 1.0}, {"size_m": float("nan")}, {"size_m": float("inf")}, {"size_m": 0}]
+)
+def test_unknown_keys_and_numbers_out_of_range_are_refused(values: dict[str, float]) -> None:
+    with pytest.raises(ValidationError):
+        Sized.model_validate(values)
+
+
+def test_a_former_name_leads_to_a_field_and_is_none() -> None:
+    renamed = {kind: kind.former_keys for kind in declared() if kind.former_keys}
+    for kind, names in renamed.items():
+        assert set(names.values()) <= set(kind.model_fields), kind
+        assert set(names).isdisjoint(kind.model_fields), kind
+
+
+def test_every_field_has_a_default_that_fits_and_a_description() -> None:
+    for kind in declared():
+        for name, field in kind.model_fields.items():
+            assert field.description, f"{kind.__name__}.{name}"
+        if not any(field.is_required() for field in kind.model_fields.values()):
+            assert kind.model_validate(kind().model_dump()) == kind()
+
+
+def test_a_secret_is_known_by_its_name() -> None:
+    """The name alone decides how the environment is read and what an error shows."""
+    fields = [(name, f.annotation) for kind in declared() for name, f in kind.model_fields.items()]
+    secrets = {name for name, annotation in fields if annotation is SecretStr}
+    assert secrets
+    assert secrets == {name for name, _ in fields if is_secret(name)}
+
+
+def test_secrets_are_masked_at_any_depth() -> None:
+    assert masked({"a": [{"look_token": "hunter2", "b": 1}], "token": "hunter2"}) == {
+        "a": [{"look_token": "***", "b": 1}],
+        "token": "***",
+    }
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_service_has_a_module_to_run_and_an_extra_that_installs_it() -> None:
+    extras = metadata("onemap").get_all("Provides-Extra") or []
+    for service in ALL:
+        assert importlib.util.find_spec(f"{service.module}.__main__"), service
+        assert service.extra in extras, service
+
+
+def test_every_service_folder_is_listed() -> None:
+    packages = {path.name for path in (ROOT / "services").glob("*/onemap_*")}
+    assert packages == {service.module.split(".")[0] for service in ALL}
+
+
+def test_two_processes_of_one_role_are_named() -> None:
+    members = {("planner", "a"), ("mapper", "b"), ("gateway", "c"), ("gateway", "d"), ("up", "e")}
+    assert doubled(members) == {}
+    twice = doubled({*members, ("planner", "f"), ("simulator", "g"), ("robot", "h")})
+    assert twice == {"robot": ("robot h", "simulator g"), "planner": ("planner a", "planner f")}
+    assert doubled_sentence("robot", twice["robot"]) == (
+        "2 processes are the robot (robot h, simulator g): their messages mix"
+    )

@@ -1,3 +1,5 @@
+"""Transforms, grids and cameras; trails, rates."""
+
 from __future__ import annotations
 
 import math
@@ -18,6 +20,8 @@ from onemap_shared.geometry import (
     yaw_of,
 )
 from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
+from onemap_shared.rates import WINDOW_S, RateMeter
+from onemap_shared.trail import extended
 
 angles = st.floats(-20, 20)
 coordinates = st.floats(-100, 100)
@@ -33,14 +37,6 @@ def test_inverse_undoes_a_pose(x: float, y: float, yaw: float) -> None:
 def test_yaw_survives_a_pose(x: float, y: float, yaw: float) -> None:
     difference = wrap_angle(yaw_of(pose_2d(x, y, yaw)) - yaw)
     assert abs(difference) < 1e-9
-
-
-@given(angles)
-def test_wrapped_angles_are_the_same_direction(angle: float) -> None:
-    wrapped = wrap_angle(angle)
-    assert -np.pi <= wrapped < np.pi
-    assert np.cos(wrapped) == pytest.approx(np.cos(angle), abs=1e-9)
-    assert np.sin(wrapped) == pytest.approx(np.sin(angle), abs=1e-9)
 
 
 def test_a_level_camera_looks_along_the_body() -> None:
@@ -73,7 +69,7 @@ origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
 shapes = st.tuples(st.integers(0, 400), st.integers(0, 400))
 sizes = st.sampled_from([0.05, 0.1, 0.25, 1.0])
 grids = st.builds(GridSpec, sizes, origins, shapes)
-coordinates = st.floats(-200, 200)
+places = st.floats(-200, 200)
 corners = st.floats(-100, 100)  # 16 million cells of 0.05 m
 
 
@@ -83,7 +79,7 @@ def test_a_cell_contains_its_own_centre(grid: GridSpec, ix: int, iy: int) -> Non
     np.testing.assert_array_equal(grid.cells(grid.centres(cell)), cell)
 
 
-@given(grids, coordinates, coordinates)
+@given(grids, places, places)
 def test_cells_agree_with_the_obvious_floor(grid: GridSpec, x: float, y: float) -> None:
     obvious = [
         math.floor(x / grid.cell_size_m) - grid.origin_cell[0],
@@ -163,3 +159,43 @@ def test_a_camera_that_sees_kilometres_aside_is_refused(camera: Intrinsics) -> N
     CAMERA.check_image(9, 6)
     with pytest.raises(ValueError, match="aside at 1 m"):
         camera.check_image(9, 6)
+
+
+def test_a_trail_grows_by_steps_that_are_long_enough() -> None:
+    trail = extended((), (0.0, 0.0), step_m=0.1)
+    assert extended(trail, (0.05, 0.0), step_m=0.1) == ((0.0, 0.0),)
+    assert extended(trail, (0.06, 0.08), step_m=0.1) == ((0.0, 0.0), (0.06, 0.08))
+
+
+def test_a_jump_starts_a_new_trail() -> None:
+    trail = ((0.0, 0.0), (0.5, 0.0))
+    assert extended(trail, (9.0, 0.0), step_m=0.1, jump_m=1.0) == ((9.0, 0.0),)
+    assert len(extended(trail, (9.0, 0.0), step_m=0.1)) == 3
+
+
+def metered(times_s: list[float]) -> RateMeter:
+    meter = RateMeter()
+    for at in times_s:
+        meter = meter.with_event(at)
+    return meter
+
+
+@given(st.floats(0.5, 100), st.integers(4, 300))
+def test_a_steady_stream_has_its_rate_at_and_between_events(rate_hz: float, count: int) -> None:
+    times = [k / rate_hz for k in range(count)]
+    meter = metered(times)
+    assert meter.rate_hz(times[-1]) == pytest.approx(rate_hz, rel=1e-6)
+    assert meter.rate_hz(times[-1] + 0.5 / rate_hz) == pytest.approx(rate_hz, rel=0.2)
+
+
+def test_a_stalled_stream_s_rate_falls_to_nothing() -> None:
+    meter = metered([k / 10 for k in range(51)])
+    rates = [meter.rate_hz(5.0 + stall) for stall in (0.0, 1.0, 3.0, WINDOW_S + 0.1)]
+    assert rates == sorted(rates, reverse=True)
+    assert rates[0] == pytest.approx(10.0)
+    assert rates[-1] == 0.0
+
+
+def test_silence_is_counted_from_the_newest_event_or_the_start() -> None:
+    assert RateMeter().silent_s(4.0, since_s=1.0) == 3.0
+    assert metered([0.0, 2.0]).silent_s(100.0, since_s=0.0) == 98.0

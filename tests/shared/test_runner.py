@@ -137,16 +137,6 @@ def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
     assert "in step" in stderr  # where it stood
 
 
-def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
-    join(router, "gateway").close()  # the router is up
-    process = start(router.endpoint, "hang", hang_s=3.0, stop_s=3.0)
-    assert process.stdout is not None
-    process.stdout.readline()
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1
-
-
 @pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
 def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: str) -> None:
     bus = join(router, "gateway")
@@ -242,18 +232,6 @@ def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
     assert [line for line in lines if not re.match(r"<[2-7]>\{", line)] == []
     assert lines[-1].startswith("<6>")
     assert json.loads(lines[-1][3:])["message"] == "mapper is down"
-
-
-def test_systemd_is_asked_for_more_time_until_there_is_a_router(tmp_path: Path) -> None:
-    path = tmp_path / "notify"
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(path))
-        listener.settimeout(PATIENCE_S)
-        process = start("tcp/127.0.0.1:1", NOTIFY_SOCKET=str(path))
-        for _ in range(2):
-            assert "STATUS=waiting for a router at tcp/127.0.0.1:1" in notices(listener)
-        process.terminate()
-        process.communicate(timeout=PATIENCE_S)
 
 
 PATIENCE_S = 60.0

@@ -1,12 +1,17 @@
-"""Inboxes keep the newest packets and count the others; handlers' errors reach the caller."""
+"""Inboxes keep the newest packets and count the others; what a process logs is bounded."""
 
 from __future__ import annotations
 
 import dataclasses
+import io
+import logging
+from collections.abc import Callable, Iterator
 
 import pytest
 
 from onemap_shared.messages import Odometry
+from onemap_shared.runner import MAX_CHARS, PERIOD_S, LogLimit
+from onemap_shared.supervisor import JournalFormatter, start_command
 from onemap_shared.transport import Inbox
 from onemap_shared.wire import Packet, encode
 from tests.shared.samples import sample
@@ -51,3 +56,62 @@ def test_bad_packets_are_counted_and_passed_over() -> None:
     assert taken(inbox) == [1]
     assert (inbox.counters.refused, inbox.counters.received) == (2, 1)
     assert "lacks schema" in inbox.counters.last_problem
+
+
+LOG = logging.Logger("onemap.test_log_limit", logging.INFO)  # of this module alone
+
+
+@pytest.fixture
+def now_s() -> list[float]:
+    return [100.0]
+
+
+@pytest.fixture
+def lines(now_s: list[float]) -> Iterator[Callable[[], list[str]]]:
+    stream = io.StringIO()
+    handler = logging.StreamHandler(stream)
+    handler.addFilter(LogLimit(lambda: now_s[0]))
+    LOG.addHandler(handler)
+    yield lambda: stream.getvalue().splitlines()
+    LOG.removeHandler(handler)
+
+
+def test_ten_minutes_of_bad_messages_is_one_line_in_ten_seconds(
+    lines: Callable[[], list[str]], now_s: list[float]
+) -> None:
+    for index in range(47 * 600):
+        now_s[0] = 100 + index / 47
+        LOG.warning("message refused: %s", f"{index} " + "x" * 5000)
+    logged = lines()
+    assert len(logged) == pytest.approx(600 / PERIOD_S, abs=1)
+    assert logged[0].startswith("message refused: 0 x")
+    assert logged[1].endswith("(and 469 more before)")
+    assert sum(map(len, logged)) < 1.1 * MAX_CHARS * len(logged)
+
+
+def test_kinds_do_not_silence_each_other(lines: Callable[[], list[str]]) -> None:
+    for stream in ("odometry", "rgbd"):
+        LOG.warning(f"{stream}: refused %s", "a")
+        LOG.warning(f"{stream}: refused %s", "b")
+    assert lines() == ["odometry: refused a", "rgbd: refused a"]
+
+
+@pytest.mark.parametrize(
+    ("level", "priority"),
+    [(logging.CRITICAL, 2), (logging.WARNING, 4), (logging.DEBUG, 7)],
+)
+def test_each_line_has_the_priority_of_its_record(level: int, priority: int) -> None:
+    record = logging.LogRecord("x", level, "x.py", 1, "one\ntwo", None, None)
+    text = JournalFormatter(logging.Formatter("%(message)s")).format(record)
+    assert text == f"<{priority}>one\n<{priority}>two"
+
+
+@pytest.mark.parametrize(
+    ("supervisor", "command"),
+    [("", "onemap planner"), ("systemd", "systemctl start onemap-planner")],
+)
+def test_a_hint_names_the_command_that_works_here(
+    supervisor: str, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ONEMAP_SUPERVISOR", supervisor)
+    assert start_command("planner") == command

@@ -12,17 +12,13 @@ import pytest
 from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.mini import (
     NETWORK_FILE,
-    STRIDE,
     MiniEncoder,
-    input_size,
 )
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.text.minilm import find_model_folder
 from onemap_perception.text.vocabulary import load_calibration, load_vocabulary
 from onemap_shared.geometry import U8
-
-MAX_SHIPPED_BYTES = 12 * 2**20
 
 
 @pytest.fixture(scope="module")
@@ -48,19 +44,6 @@ def test_every_size_gives_unit_features(
     np.testing.assert_allclose(norms, 1, atol=2e-3)
 
 
-@pytest.mark.parametrize("value", [0, 128, 255])
-def test_a_constant_image_has_features(encoder: Encoder, value: int) -> None:
-    features = encoder.encode(np.full((240, 320, 3), value, np.uint8))
-    assert np.isfinite(features).all()
-
-
-def test_an_image_with_strides_is_the_same_image(encoder: Encoder) -> None:
-    image = noise(64, 80)
-    turned = np.ascontiguousarray(image[:, ::-1])[:, ::-1]
-    turned.flags.writeable = False
-    np.testing.assert_array_equal(encoder.encode(turned), encoder.encode(image))
-
-
 def test_wrong_images_are_refused(encoder: Encoder) -> None:
     with pytest.raises(ValueError, match="rgb has dtype float32"):
         encoder.encode(np.zeros((8, 8, 3), np.float32))
@@ -68,24 +51,6 @@ def test_wrong_images_are_refused(encoder: Encoder) -> None:
         encoder.encode(np.zeros((8, 8, 4), np.uint8))
     with pytest.raises(ValueError, match="rgb has shape"):
         encoder.encode(np.zeros((8, 8), np.uint8))
-
-
-@pytest.mark.parametrize(
-    ("size", "limit", "expected"),
-    [
-        ((320, 240), 320, (320, 240)),
-        ((640, 480), 320, (320, 240)),
-        ((1280, 720), 320, (320, 176)),
-        ((1, 1), 320, (8, 8)),
-        ((2000, 3), 320, (320, 8)),
-        ((324, 243), 640, (320, 240)),
-    ],
-)
-def test_the_network_is_fed_multiples_of_its_patch(
-    size: tuple[int, int], limit: int, expected: tuple[int, int]
-) -> None:
-    assert input_size(*size, limit) == expected
-    assert all(side % STRIDE == 0 for side in expected)
 
 
 def test_words_come_with_their_calibration(encoder: Encoder) -> None:
@@ -112,10 +77,6 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
     ("word", "name"),
     [
         ("loo", "toilet"),
-        ("telly", "television"),
-        ("hob", "oven"),
-        ("basketball", "ball"),
-        ("drapery", "curtain"),
     ],
 )
 def test_shipped_names_that_the_embedding_misplaces_are_aliases(
@@ -164,21 +125,13 @@ def copied(folder: Path) -> Path:
     ("slip", "word"),
     [
         ("refridgerator", "refrigerator"),
-        ("televison", "television"),
         ("dinning table", "dining table"),
-        ("bedd", "bed"),
-        ("sofaa", "sofa"),
     ],
 )
 def test_a_slip_of_the_pen_is_asked_back_whatever_it_means(
     encoder: Encoder, slip: str, word: str
 ) -> None:
     assert encoder.embed_text((slip,)).nearest[0][0] == word
-
-
-def test_words_of_the_table_and_their_plurals_are_no_slips(encoder: Encoder) -> None:
-    words = ("chairs", "couches", "a bed", "dining room table", "floor lamp", "leather couch")
-    assert encoder.embed_text(words).nearest == ((),) * len(words)
 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
@@ -189,22 +142,11 @@ def test_damaged_files_are_named(tmp_path: Path) -> None:
     weights.write_bytes(weights.read_bytes()[:1000])
     with pytest.raises(BackendError, match=r"mini\.onnx are damaged"):
         MiniEncoder(MiniParams(folder=folder))
-
-
-@pytest.mark.parametrize("name", ["words.npz", "vocabulary.json", "calibration.json"])
-def test_a_missing_companion_is_named(tmp_path: Path, name: str) -> None:
-    folder = copied(tmp_path)
-    (folder / name).unlink()
-    with pytest.raises(BackendError, match=name.replace(".", r"\.")):
-        MiniEncoder(MiniParams(folder=folder))
-
-
-def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> None:
-    folder = copied(tmp_path)
-    assert MiniEncoder(MiniParams(folder=folder)).encoder_id == encoder.encoder_id
-    with (folder / NETWORK_FILE).open("ab") as file:
-        file.write(b"\x7a\x00")  # an unknown field of length 0: other bytes, the same network
-    assert MiniEncoder(MiniParams(folder=folder)).encoder_id != encoder.encoder_id
+    (folder / NETWORK_FILE).write_bytes((SHIPPED / NETWORK_FILE).read_bytes())
+    for name in ("calibration.json", "words.npz", "vocabulary.json"):
+        (folder / name).unlink()
+        with pytest.raises(BackendError, match=name.replace(".", r"\.")):
+            MiniEncoder(MiniParams(folder=folder))
 
 
 def test_the_card_is_of_these_weights_and_ends_with_their_notes(encoder: Encoder) -> None:
@@ -213,10 +155,6 @@ def test_the_card_is_of_these_weights_and_ends_with_their_notes(encoder: Encoder
     assert f"softmax of {load_calibration(SHIPPED).temperature:g} x cosine" in card
     assert card.endswith((SHIPPED / "NOTES.md").read_text(encoding="utf-8"))
     assert f"from a best score of {load_calibration(SHIPPED).floor:g} on" in card
-
-
-def test_it_ships_small() -> None:
-    assert sum(path.stat().st_size for path in SHIPPED.iterdir()) < MAX_SHIPPED_BYTES
 
 
 def test_an_image_is_asked_as_a_word_that_names_no_class(encoder: Encoder) -> None:

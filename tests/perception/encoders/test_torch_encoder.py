@@ -1,4 +1,4 @@
-"""``TorchEncoder`` around a model of one layer."""
+"""Encoders in torch around a model of one layer, and the checkpoints they load."""
 
 from __future__ import annotations
 
@@ -12,7 +12,12 @@ import torch
 from onnx import TensorProto, helper
 
 from onemap_perception.config import Tipsv2Params
-from onemap_perception.encoders.checkpoint import open_device
+from onemap_perception.encoders.checkpoint import (
+    fingerprint,
+    load_weights,
+    open_device,
+    read_weights,
+)
 from onemap_perception.encoders.torch_encoder import (
     ENCODER_KEY,
     INPUT,
@@ -129,9 +134,6 @@ def test_on_cuda_the_tower_runs_in_half_precision() -> None:
     np.testing.assert_allclose(tower(PIXELS), on_cpu(PIXELS), atol=2e-3)
 
 
-PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
-
-
 def exported(path: Path, encoder_id: str = "toy-1") -> Path:
     """A network whose features are each pixel's channels."""
     graph = helper.make_graph(
@@ -181,3 +183,45 @@ CPU = torch.device("cpu")
 def test_a_device_that_does_not_exist_is_an_error(name: str) -> None:
     with pytest.raises(BackendError, match=f"device '{name}' cannot be used"):
         open_device(name)
+
+
+class Payload:
+    """What an attacker would save: unpickling it calls a function."""
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (print, ("this must never run",))
+
+
+def test_a_pickled_payload_is_refused_unread(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "evil.pth"
+    torch.save({"model": Payload()}, path)
+    with pytest.raises(BackendError, match="not a checkpoint of tensors alone"):
+        read_weights(path)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("name", ["w.pth", "w.safetensors"])
+@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 cut off"])
+def test_corrupt_files_are_refused(name: str, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(BackendError, match=f"{name} is not a checkpoint"):
+        read_weights(path)
+
+
+def test_a_tensor_of_another_shape_is_named() -> None:
+    model = torch.nn.Linear(2, 3)
+    weights = {"weight": torch.zeros(3, 5), "bias": torch.zeros(3)}
+    with pytest.raises(BackendError, match=r"weight has shape \(3, 5\); expected \(3, 2\)"):
+        load_weights(model, weights, Path("w.pth"))
+
+
+def test_the_fingerprint_follows_values_and_names_not_order() -> None:
+    a, b = torch.arange(4.0), torch.ones(2, 2)
+    both = fingerprint([("a", a), ("b", b)])
+    assert both == fingerprint([("b", b), ("a", a)])
+    assert both == fingerprint([("a", a.half()), ("b", b)])  # the same values
+    assert both != fingerprint([("a", b), ("b", a)])
+    assert both != fingerprint([("a", a + 1), ("b", b)])

@@ -1,14 +1,21 @@
-"""Queries of texts: competing words, expansion, aliases and suggestions."""
+"""Queries of texts: competing words, expansion, aliases, suggestions; scores and the cache."""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.embeddings import scores
+from onemap_perception.text.embeddings import CachedTextEncoder, scores, uncalibrated_queries
 from onemap_perception.text.queries import QueryEncoder, SpellingIndex, unit
 from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, ObjectClass, Vocabulary
+from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
 CALIBRATION = Calibration(
@@ -37,14 +44,14 @@ VECTORS = {
 }
 
 
-def text(*, aliases: bool = True) -> QueryEncoder:
+def encoder(*, aliases: bool = True) -> QueryEncoder:
     rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
     table = EmbeddingTable(tuple(VECTORS), rows)
     return QueryEncoder(VOCABULARY, table, CALIBRATION, aliases=aliases)
 
 
 def ask(*words: str) -> TextEmbeddings:
-    return text().queries(words, encoder_id="e", text_space="s")
+    return encoder().queries(words, encoder_id="e", text_space="s")
 
 
 def test_trained_words_stand_for_their_class() -> None:
@@ -104,3 +111,70 @@ INDEX = SpellingIndex(WORDS)
 @pytest.mark.parametrize(("word", "first"), [("refridgerator", "refrigerator"), ("tabel", "table")])
 def test_a_misspelt_word_is_found(word: str, first: str) -> None:
     assert INDEX.close_matches(word, 3, 0.75)[0] == first
+
+
+def unit_rows(rng: np.random.Generator, count: int) -> F32:
+    rows: F32 = rng.normal(size=(count, 4)).astype(np.float32)
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    return rows
+
+
+def slow_scores(features: F32, queries: TextEmbeddings) -> np.ndarray:
+    result = np.zeros((len(features), len(queries.texts)))
+    for p, feature in enumerate(features.astype(np.float64)):
+        for n, embedding in enumerate(queries.embeddings):
+            own = np.exp(queries.temperature * (feature @ embedding))
+            others = [
+                np.exp(queries.temperature * (feature @ word))
+                for word, competes in zip(queries.neutral, queries.neutral_mask[n], strict=True)
+                if competes
+            ]
+            result[p, n] = own / (own + sum(others))
+    return result
+
+
+@given(seed=st.integers(0, 2**16))
+def test_scores_agree_with_the_slow_implementation(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    features = unit_rows(rng, 5)
+    queries = TextEmbeddings(
+        encoder_id="e",
+        text_space="s",
+        texts=("x", "y", "z"),
+        embeddings=unit_rows(rng, 3),
+        neutral=unit_rows(rng, 6),
+        neutral_mask=rng.integers(0, 2, (3, 6)).astype(np.uint8),
+        temperature=12.0,
+    )
+    fast = scores(features, queries)
+    np.testing.assert_allclose(fast, slow_scores(features, queries), rtol=1e-3, atol=1e-6)
+    assert ((fast >= 0) & (fast <= 1)).all()
+
+
+def test_without_calibration_the_score_is_the_cosine() -> None:
+    queries = uncalibrated_queries(
+        ["x"], np.eye(4, dtype=np.float32)[:1], encoder_id="e", text_space="s", floor=0.3
+    )
+    features = np.array([[1, 0, 0, 0], [-1, 0, 0, 0], [0, 1, 0, 0]], np.float32)
+    np.testing.assert_allclose(scores(features, queries)[:, 0], [1, 0, 0.5])
+    assert (queries.texts, queries.floor) == (("x",), 0.3)
+
+
+def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
+    asked: list[str] = []
+    together = threading.Barrier(4)
+
+    def embed(prompts: Sequence[str]) -> F32:
+        asked.extend(prompts)
+        return np.ones((len(prompts), 3), np.float32)
+
+    texts = CachedTextEncoder(embed, prompt="{}", capacity=8)
+
+    def ask(_: int) -> F32:
+        together.wait(60)
+        return texts(["sofa"])
+
+    with ThreadPoolExecutor(4) as pool:
+        rows = list(pool.map(ask, range(4)))
+    assert asked == ["sofa"]
+    assert all(row.shape == (1, 3) for row in rows)

@@ -1,7 +1,12 @@
+"""Frames and fields on thin links: codecs, windows and receipts."""
+
 from __future__ import annotations
 
 import builtins
 import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from queue import SimpleQueue
 from typing import Any
 
 import msgpack
@@ -11,14 +16,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from onemap_shared import wire
+from onemap_shared import frame_sender, keys, wire
 from onemap_shared.compression import Codec, Compression, CompressionError, decompress
-from onemap_shared.messages import FeatureField, RgbdFrame
+from onemap_shared.config import LinkParams
+from onemap_shared.frame_sender import OVERDUE_S, FrameSender, SendWindow
+from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
 from onemap_shared.messages.checks import jpeg_size_px
 from onemap_shared.wire import Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES
 
-FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
+IMAGE = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
 FIELD = next(sample for sample in SAMPLES if isinstance(sample, FeatureField))
 LOSSLESS = Compression(Codec.DELTA)
 FRAME_CODECS = {"rgb": Compression(Codec.JPEG), "depth_mm": LOSSLESS}
@@ -64,13 +71,13 @@ def test_int8_features_keep_their_direction(seed: int, length: float) -> None:
 
 def test_frames_and_fields_travel_compressed() -> None:
     pytest.importorskip("cv2", reason="JPEG needs OpenCV")
-    frame = decode(RgbdFrame, encode(FRAME, FRAME_CODECS))
-    np.testing.assert_array_equal(frame.depth_mm, FRAME.depth_mm)
-    assert np.abs(frame.rgb.astype(int) - FRAME.rgb).max() <= 4
+    frame = decode(RgbdFrame, encode(IMAGE, FRAME_CODECS))
+    np.testing.assert_array_equal(frame.depth_mm, IMAGE.depth_mm)
+    assert np.abs(frame.rgb.astype(int) - IMAGE.rgb).max() <= 4
     field = decode(FeatureField, encode(FIELD, FIELD_CODECS))
     np.testing.assert_allclose(field.features, FIELD.features, atol=0.01)
     np.testing.assert_allclose(field.variance, FIELD.variance, rtol=0.01)
-    assert encode(FRAME, {}) == encode(FRAME)  # without a codec nothing changes
+    assert encode(IMAGE, {}) == encode(IMAGE)  # without a codec nothing changes
 
 
 def with_description(packet: Packet, name: str, description: list[Any]) -> Packet:
@@ -79,7 +86,7 @@ def with_description(packet: Packet, name: str, description: list[Any]) -> Packe
     return Packet(msgpack.packb(header), packet.body)
 
 
-SENT = encode(FRAME, {"depth_mm": LOSSLESS})
+SENT = encode(IMAGE, {"depth_mm": LOSSLESS})
 DESCRIBED = msgpack.unpackb(SENT.header)["arrays"]["depth_mm"]
 BOMB = zlib.compress(bytes(10_000_000))
 BAD: dict[str, tuple[Packet, str]] = {
@@ -162,3 +169,129 @@ def test_without_opencv_a_jpeg_is_refused_with_what_to_do(monkeypatch: pytest.Mo
     monkeypatch.setattr(builtins, "__import__", absent)
     with pytest.raises(CompressionError, match=r"set bus\.link\.compression to lossless"):
         decompress("jpeg", data, np.dtype("|u1"), (6, 8, 3))
+
+
+FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
+WAIT_S = 60.0
+Opened = Callable[[LinkParams], tuple[FrameSender[RgbdFrame], "SimpleQueue[int]"]]
+
+
+@pytest.fixture
+def opened() -> Iterator[Opened]:
+    """Opens a sender and the queue of the sequences that it puts on the wire."""
+    senders: list[FrameSender[Any]] = []
+
+    def open_sender(
+        params: LinkParams,
+    ) -> tuple[FrameSender[RgbdFrame], SimpleQueue[int]]:
+        sent: SimpleQueue[int] = SimpleQueue()
+        sender = FrameSender(
+            keys.ROBOT_RGBD, params, lambda packet: sent.put(decode(RgbdFrame, packet).sequence)
+        )
+        senders.append(sender)
+        return sender, sent
+
+    yield open_sender
+    for each in senders:
+        each.close()
+
+
+def receipt(sequence: int) -> Packet:
+    return encode(FrameReceipt(sequence, 1))
+
+
+def frame(sequence: int) -> RgbdFrame:
+    return replace(FRAME, sequence=sequence)
+
+
+def test_of_the_frames_that_wait_the_newest_is_sent(opened: Opened) -> None:
+    sender, sent = opened(LinkParams(window=1))
+    sender.put(frame(1))
+    assert sent.get(timeout=WAIT_S) == 1
+    sender.receipt(receipt(1))  # from now on frames wait for receipts
+    sender.put(frame(2))
+    assert sent.get(timeout=WAIT_S) == 2
+    for number in (3, 4, 5):
+        sender.put(frame(number))
+    assert sent.empty()
+    sender.receipt(receipt(2))
+    assert sent.get(timeout=WAIT_S) == 5
+    metrics = sender.metrics()
+    assert metrics["link_rgbd_replaced"] == 2
+    assert metrics["link_rgbd_overdue"] == 0
+
+
+def test_a_lost_frame_does_not_stop_the_stream(
+    opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_shared.frame_sender.OVERDUE_S", 0.05)
+    sender, sent = opened(LinkParams(window=1))
+    sender.put(frame(1))
+    assert sent.get(timeout=WAIT_S) == 1
+    sender.receipt(receipt(1))
+    for number in (2, 3):  # of 2 no receipt comes
+        sender.put(frame(number))
+        assert sent.get(timeout=WAIT_S) == number
+    assert sender.metrics()["link_rgbd_overdue"] == 1
+
+
+def test_sent_bytes_are_counted() -> None:
+    sizes: SimpleQueue[int] = SimpleQueue()
+    image = replace(
+        FRAME, rgb=np.zeros((60, 80, 3), np.uint8), depth_mm=np.full((60, 80), 900, np.uint16)
+    )
+
+    def send(packet: Packet) -> None:
+        sizes.put(len(packet.header) + len(packet.body))
+
+    params = LinkParams(compression="lossless")
+    sender = FrameSender(keys.ROBOT_RGBD, params, send)
+    sender.put(image)
+    size = sizes.get(timeout=WAIT_S)
+    assert size < 1000 < len(encode(image).body)
+    sender.close()  # after it the thread has counted
+    metrics = sender.metrics()
+    assert metrics["link_rgbd_bytes"] == metrics["link_rgbd_frame_bytes"] == size
+    assert metrics["link_rgbd_frames"] == 1
+
+
+def test_jpeg_without_opencv_is_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent() -> None:
+        raise CompressionError("is a JPEG, which needs OpenCV")
+
+    monkeypatch.setattr(frame_sender, "opencv", absent)
+    with pytest.raises(CompressionError, match="needs OpenCV"):
+        FrameSender(keys.ROBOT_RGBD, LinkParams(compression="lossy"), lambda packet: None)
+
+
+NEVER = float("-inf")
+
+
+def heard(size: int) -> SendWindow:
+    """A window whose receiver sends receipts."""
+    return SendWindow(size).with_sent(0, 0.0).with_receipt(0, 0.1)
+
+
+def test_a_full_window_waits_for_a_receipt() -> None:
+    window = heard(2).with_sent(1, 1.0)
+    assert window.free_at() == NEVER
+    window = window.with_sent(2, 1.1)
+    assert window.free_at() == 1.0 + OVERDUE_S
+    window = window.with_receipt(1, 1.25)
+    assert window.free_at() == NEVER
+    assert window.answer_s == pytest.approx(0.25)
+
+
+@given(st.integers(1, 4), st.lists(st.tuples(st.booleans(), st.floats(0.01, 2.0)), max_size=40))
+def test_never_are_more_frames_under_way_than_the_window(
+    size: int, events: list[tuple[bool, float]]
+) -> None:
+    window, now_s, number = heard(size), 1.0, 0
+    for wants_to_send, pause_s in events:
+        now_s += pause_s
+        if wants_to_send and window.free_at() <= now_s:
+            number += 1
+            window = window.with_sent(number, now_s)
+        elif window.under_way:
+            window = window.with_receipt(window.under_way[0][0], now_s)
+        assert len([at for _, at in window.under_way if now_s - at < OVERDUE_S]) <= size
