@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -32,7 +33,7 @@ from onemap_ros2.images import (
 )
 from onemap_ros2.transform_buffer import TransformBuffer, TransformError, TransformLate, rigid
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64, U16
+from onemap_shared.geometry import F64
 from onemap_shared.messages import Odometry, RgbdFrame
 
 JUMP_BACK_NS = 1_000_000_000  # further back than late messages come: the clock was set
@@ -40,6 +41,7 @@ PAIR_TOLERANCE_NS = 15_000_000  # half a period at 30 Hz, so that neighbours are
 FRAME_RATE_HZ = 15.0  # passed on: perception uses no more, and 30 Hz would fill a link
 TRANSFORM_WAIT_S = 0.2  # of an image or odometry for its transform; localisation may be at 10 Hz
 MAX_WAITING = 50  # odometry messages; a quarter of a second at 200 Hz
+WAITS = object()
 KEPT = 10  # of each kind: a third of a second at 30 Hz, more than two streams of a camera differ
 
 
@@ -156,19 +158,11 @@ class RobotInput:
     def take_odometry(self, now_s: float) -> Odometry | None:
         """The next odometry whose transform is there."""
         while self._odometry:
-            waiting = self._odometry[0]
-            try:
-                T_map_odom = self._lookup(waiting, now_s)
-                self._odometry.popleft()
-                made = self._make_odometry(waiting, T_map_odom)
-            except TransformLate:
+            made = self._made(self._odometry[0], self._make_odometry, now_s)
+            if made is WAITS:
                 return None
-            except TransformError as problem:
-                self._odometry.popleft()
-                self._miss(problem)
-            except ValueError as problem:
-                self._refuse(problem)
-            else:
+            self._odometry.popleft()
+            if isinstance(made, Odometry):
                 self.counts.odometry += 1
                 return made
         return None
@@ -179,22 +173,31 @@ class RobotInput:
             return None
         try:
             self._images = self._images or self._next_images(now_s)
-            if self._images is None:
-                return None
-            T_map_camera = self._lookup(self._images, now_s)
-            made = self._make_frame(self._images, T_map_camera, now_s)
-        except TransformLate:
-            return None
-        except TransformError as problem:
-            self._miss(problem)
         except ValueError as problem:
             self._refuse(problem)
-        else:
-            self._images = None
-            self.counts.frames += 1
-            self.problem = ""
-            return made
+        if self._images is None:
+            return None
+        made = self._made(self._images, self._make_frame, now_s)
+        if made is WAITS:
+            return None
         self._images = None
+        if not isinstance(made, RgbdFrame):
+            return None
+        self.counts.frames += 1
+        self.problem = ""
+        return made
+
+    def _made(self, waiting: _Waiting, make: Callable[..., object], now_s: float) -> object:
+        """What becomes of it; WAITS if its transform may still come, None if it is of no use."""
+        try:
+            return make(waiting, self._lookup(waiting, now_s), now_s)
+        except TransformLate:
+            return WAITS
+        except TransformError as problem:
+            self.counts.no_transform += 1
+            self.problem = str(problem)
+        except ValueError as problem:
+            self._refuse(problem)
         return None
 
     def _add(self, kind: str, data: bytes, now_s: float) -> None:
@@ -265,12 +268,15 @@ class RobotInput:
             raise TransformError(str(problem)) from problem
 
     def _make_frame(self, images: _Waiting, T_map_camera: F64, now_s: float) -> RgbdFrame:
-        color_type, depth_type = self._image_types
-        raw_color, raw_depth = color_type == IMAGE, depth_type == IMAGE
+        raw_color, raw_depth = (each == IMAGE for each in self._image_types)
         depth_mm = (depth_image_mm if raw_depth else compressed_depth_mm)(images.message)
         rgb = (color_image if raw_color else compressed_color)(images.color)
         if self._registers:
-            depth_mm = self._registered(images, depth_mm, rgb.shape[:2], now_s)
+            between = replace(images, frame=_frame(images.message.header.frame_id))
+            T_color_depth = self._lookup(between, now_s, target=images.frame)
+            depth_camera, camera = self._cameras["depth_camera_info"], self._cameras["camera_info"]
+            pair = CameraPair(depth_camera, camera, T_color_depth)
+            depth_mm = register_depth(depth_mm, pair, rgb.shape[:2])
         if rgb.shape[:2] != depth_mm.shape:
             raise FormatError(
                 f"the depth image has {depth_mm.shape[1]} x {depth_mm.shape[0]} pixels and the "
@@ -283,35 +289,23 @@ class RobotInput:
             self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera, world
         )
 
-    def _registered(
-        self, images: _Waiting, depth_mm: U16, shape: tuple[int, ...], now_s: float
-    ) -> U16:
-        """The depth as the color camera sees it."""
-        depth_frame = _frame(images.message.header.frame_id)
-        between = replace(images, frame=depth_frame)
-        T_color_depth = self._lookup(between, now_s, target=images.frame)
-        cameras = CameraPair(
-            self._cameras["depth_camera_info"], self._cameras["camera_info"], T_color_depth
-        )
-        return register_depth(depth_mm, cameras, (shape[0], shape[1]))
-
-    def _make_odometry(self, waiting: _Waiting, T_map_odom: F64) -> Odometry:
+    def _make_odometry(self, waiting: _Waiting, T_map_odom: F64, _: float) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist
         place, turn = pose.position, pose.orientation
         T_odom_body = rigid((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
-        speed = (float(twist.linear.x), float(twist.angular.z))
-        left = float(twist.linear.y)
-        if not np.isfinite((*speed, left)).all():
-            raise FormatError(f"the odometry's velocity {(*speed, left)} is not finite")
-        T_map_body = T_map_odom @ T_odom_body
+        speed = tuple(map(float, (twist.linear.x, twist.angular.z, twist.linear.y)))
+        if not np.isfinite(speed).all():
+            raise FormatError(f"the odometry's velocity {speed} is not finite")
+        linear_mps, angular_radps, lateral_mps = speed
         self.body_frame = _frame(waiting.message.child_frame_id) or self.body_frame
         return Odometry(
-            self.counts.odometry, waiting.stamp_ns, T_map_body, *speed, lateral_mps=left
+            self.counts.odometry,
+            waiting.stamp_ns,
+            T_map_odom @ T_odom_body,
+            linear_mps,
+            angular_radps,
+            lateral_mps=lateral_mps,
         )
-
-    def _miss(self, problem: TransformError) -> None:
-        self.counts.no_transform += 1
-        self.problem = str(problem)
 
     def _refuse(self, problem: ValueError) -> None:
         self.counts.unusable += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import join
@@ -82,15 +82,10 @@ class Ros2Worker:
 
     def health(self) -> Health:
         """Ready while odometry arrives, there is a camera, and the robot can be driven."""
-        counts = self._input.counts
         problem = self._problem(time.monotonic())
         metrics: dict[str, float] = {
-            "frames": counts.frames,
-            "odometry": counts.odometry,
+            **asdict(self._input.counts),
             "images_unpaired": self._input.unpaired,
-            "no_transform": counts.no_transform,
-            "unusable": counts.unusable,
-            "clock_jumps": counts.clock_jumps,
             "late_commands": self._gate.late,
             **self._driver.metrics(),
         }
