@@ -43,6 +43,25 @@ def open_session(endpoint: str) -> Any:
     return zenoh.open(settings)
 
 
+def remembering(session: zenoh.Session, key: str, hear: Callable[[zenoh.Sample], None]) -> Any:
+    """A subscriber of a latched topic."""
+    history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+    return zenoh.ext.declare_advanced_subscriber(
+        session, key, hear, history=history, subscriber_detection=True
+    )
+
+
+def cached_publisher(session: zenoh.Session, key: str) -> Any:
+    """A publisher of a latched topic."""
+    return zenoh.ext.declare_advanced_publisher(
+        session,
+        key,
+        cache=zenoh.ext.CacheConfig(max_samples=1),
+        publisher_detection=True,
+        sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
+    )
+
+
 def payload(query: zenoh.Query) -> bytes:
     return query.payload.to_bytes() if query.payload is not None else b""
 
@@ -86,12 +105,7 @@ class FakeRobot:
         key = self.key(topic, ros_type)
         if latched:
             self.announce("MS", topic, ros_type, ":1:,1:,:,:,,")
-            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-            self.declared.append(
-                zenoh.ext.declare_advanced_subscriber(
-                    self.session, key, on_sample, history=history, subscriber_detection=True
-                )
-            )
+            self.declared.append(remembering(self.session, key, on_sample))
             return
         self.announce("MS", topic, ros_type)
         self.declared.append(self.session.declare_subscriber(key, on_sample))
@@ -115,25 +129,20 @@ class FakeRobot:
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic."""
         key = self.key(topic, ros_type)
-        publisher: Any = (
-            zenoh.ext.declare_advanced_publisher(
-                self.session,
-                key,
-                cache=zenoh.ext.CacheConfig(max_samples=1),
-                publisher_detection=True,
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(
-                    heartbeat=None, sporadic_heartbeat=0.5
-                ),
-            )
-            if latched
-            else self.session.declare_publisher(key)
-        )
+        declare = cached_publisher if latched else zenoh.Session.declare_publisher
+        publisher = declare(self.session, key)
         gid = self.announce("MP", topic, ros_type, ":1:,1:,:,:,," if latched else "::,10:,:,:,,")
         return Publisher(publisher, gid)
 
 
 class FakeBridge:
-    """The same robot behind a bridge: keys without types, tokens below the session."""
+    """The same robot behind a bridge: keys without types, tokens below the session.
+
+    old: a bridge before 1.5.1, whose caches of latched topics are queryables of its own. Later
+    ones use the advanced publishers and subscribers of zenoh-ext.
+    """
+
+    old = False
 
     def __init__(self, endpoint: str) -> None:
         self.session = open_session(endpoint)
@@ -151,11 +160,16 @@ class FakeBridge:
     def subscribe(
         self, topic: str, ros_type: str, hear: Callable[[bytes], None], *, latched: bool = False
     ) -> None:
-        """Hear a topic; of a latched one first what the caches of all bridges have."""
+        """Hear a topic; of a latched one also what the caches of all bridges have."""
         self._announce("MS", topic, ros_type, "/:1:1:0,1" if latched else "/:1::0,10")
-        self.declared.append(
-            self.session.declare_subscriber(topic[1:], lambda s: hear(s.payload.to_bytes()))
-        )
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            hear(sample.payload.to_bytes())
+
+        if latched and not self.old:
+            self.declared.append(remembering(self.session, topic[1:], on_sample))
+            return
+        self.declared.append(self.session.declare_subscriber(topic[1:], on_sample))
         if latched:
             cache = f"@/*/@ros2_pub_cache{topic}"
             for reply in self.session.get(cache, accept_replies=zenoh.ReplyKeyExpr.ANY):
@@ -180,8 +194,10 @@ class FakeBridge:
         self.declared.append(self.session.declare_queryable(service[1:], on_query))
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
-        """A publisher of a topic; a latched one has a cache under the bridge's own prefix."""
-        made = Publisher(self.session.declare_publisher(topic[1:]), b"")
+        """A publisher of a topic; a latched one of an old bridge has a cache of its own."""
+        cached = latched and not self.old
+        declare = cached_publisher if cached else zenoh.Session.declare_publisher
+        made = Publisher(declare(self.session, topic[1:]), b"")
         if topic.startswith("/camera"):  # best effort: DDS gives nothing to a reliable reader
             made.matched = False
 
@@ -191,7 +207,7 @@ class FakeBridge:
             readers = f"@/*/@ros2_lv/MS/{topic[1:].replace('/', '§')}/**"
             liveliness = self.session.liveliness()
             self.declared.append(liveliness.declare_subscriber(readers, on_token, history=True))
-        if latched:
+        if latched and self.old:
 
             def on_query(query: zenoh.Query) -> None:
                 with query:
@@ -203,6 +219,12 @@ class FakeBridge:
             qos = "/:1:1:0,1" if latched else "/:1::0,10" if made.matched else "/:0::0,10"
             self._announce("MP", topic, ros_type, qos)
         return made
+
+
+class OldBridge(FakeBridge):
+    """Before 1.5.1."""
+
+    old = True
 
 
 class Publisher:
@@ -225,7 +247,11 @@ class Publisher:
         self._publisher.put(data, attachment=note)
 
 
-FORMS: dict[str, type[FakeRobot] | type[FakeBridge]] = {"rmw": FakeRobot, "bridge": FakeBridge}
+FORMS: dict[str, type[FakeRobot] | type[FakeBridge]] = {
+    "rmw": FakeRobot,
+    "bridge": FakeBridge,
+    "old_bridge": OldBridge,
+}
 
 
 def print_commands(robot: FakeRobot | FakeBridge) -> None:

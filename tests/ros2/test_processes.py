@@ -32,7 +32,12 @@ from tests.structure import ROOT
 
 __all__ = ["router"]  # the fixture
 pytestmark = pytest.mark.slow
-MIDDLEWARE = {"rmw": "rmw_zenoh", "bridge": "zenoh-bridge-ros2dds"}
+MIDDLEWARE = {
+    "rmw": "rmw_zenoh",
+    "bridge": "zenoh-bridge-ros2dds",
+    "old_bridge": "zenoh-bridge-ros2dds",
+}
+LATCHED = pytest.mark.parametrize("form", MIDDLEWARE, indirect=True)  # the others need one bridge
 TOPICS = {
     "color": "/camera/color",
     "depth": "/camera/depth",
@@ -73,7 +78,7 @@ class RobotProcess:
         assert self.process.wait(timeout=90) == 0
 
 
-@pytest.fixture(params=MIDDLEWARE)
+@pytest.fixture(params=["rmw", "bridge"])
 def form(request: pytest.FixtureRequest) -> str:
     chosen: str = request.param
     return chosen
@@ -126,6 +131,7 @@ def drive(planner: Bus, robot: RobotProcess, command: VelocityCommand) -> tuple[
     return eventually(attempt)
 
 
+@LATCHED
 @pytest.mark.usefixtures("adapter")
 def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) -> None:
     frames, odometry = planner.subscribe(keys.ROBOT_RGBD), planner.subscribe(keys.ROBOT_ODOMETRY)
@@ -203,6 +209,7 @@ def test_the_command_lists_topics_and_names_the_missing_one(
     assert sentence.endswith("the nearest of its type is /camera/color")
 
 
+@LATCHED
 @pytest.mark.usefixtures("adapter", "robot")
 def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form: str) -> None:
     grids: queue.SimpleQueue[bytes] = queue.SimpleQueue()

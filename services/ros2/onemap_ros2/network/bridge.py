@@ -66,7 +66,10 @@ def parse_token(token: str) -> Endpoint | None:
 
 
 def cache_key(topic: str, session: str = "*") -> str:
-    """Where the newest messages of a latched topic are asked for; ``*``: of all bridges."""
+    """Where bridges before 1.5.1 keep the newest messages of a latched topic; ``*``: all of them.
+
+    Later ones have the caches of zenoh-ext's advanced publishers, which rmw_zenoh has too.
+    """
     return f"{ADMIN}/{session}/{CACHE}/{topic_key(topic)}"
 
 
@@ -82,8 +85,7 @@ class BridgeNetwork(RobotSession):
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
         inbox = self.inbox(depth)
-        handler = callback(inbox.on_sample)
-        self.keep(self.session.declare_subscriber(topic_key(topic), handler))
+        self.subscribe(topic_key(topic), inbox, latched=latched)
         qos = QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR
         self._announce(SUBSCRIBER, topic, ros_type, qos)
         if latched:
@@ -93,14 +95,8 @@ class BridgeNetwork(RobotSession):
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """See ``RosNetwork``."""
-        publisher = self.session.declare_publisher(
-            topic_key(topic),
-            congestion_control=zenoh.CongestionControl.DROP,
-            express=not latched,
-            reliability=zenoh.Reliability.RELIABLE,
-        )
-        writer = _BridgeWriter(publisher)
-        self.keep(publisher)
+        publisher = self.publisher(topic_key(topic), latched=latched)
+        writer = _BridgeWriter(self, publisher, topic)
         if latched:
             cache, handler = cache_key(topic, self.id), callback(writer.on_query)
             self.keep(self.session.declare_queryable(cache, handler))
@@ -114,7 +110,7 @@ class BridgeNetwork(RobotSession):
         return self.ask(topic_key(service), request, timeout_s)
 
     def on_endpoint(self, found: Endpoint) -> None:
-        """A bridge came that may have published a latched topic before."""
+        """An old bridge came that may have published a latched topic before."""
         inbox = self._latched.get(found.topic)
         if found.kind == PUBLISHER and inbox is not None:
             self._fetch(found.topic, inbox)
@@ -134,17 +130,16 @@ class BridgeNetwork(RobotSession):
 
 
 class _BridgeWriter:
-    """Publishes, and keeps the newest message for those who ask for a latched topic."""
+    """Publishes, and keeps the newest message for old bridges that ask for a latched topic."""
 
-    def __init__(self, publisher: Any) -> None:
-        self._publisher = publisher
-        self._key = str(publisher.key_expr)
+    def __init__(self, network: BridgeNetwork, publisher: Any, topic: str) -> None:
+        self._network, self._publisher, self._topic = network, publisher, topic
         self._lock = threading.Lock()
         self._newest: bytes | None = None
 
     @property
     def heard(self) -> bool:
-        return bool(self._publisher.matching_status.matching)
+        return self._network.heard(self._topic)
 
     def put(self, data: bytes) -> None:
         with self._lock:
@@ -154,4 +149,4 @@ class _BridgeWriter:
     def on_query(self, query: zenoh.Query) -> None:
         with query, self._lock:
             if self._newest is not None:
-                query.reply(self._key, self._newest)
+                query.reply(topic_key(self._topic), self._newest)

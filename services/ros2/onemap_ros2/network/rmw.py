@@ -9,8 +9,6 @@ import time
 from typing import Any
 
 import xxhash
-import zenoh
-import zenoh.ext
 
 from onemap_ros2.cdr import type_hash
 from onemap_ros2.network.interface import (
@@ -22,10 +20,8 @@ from onemap_ros2.network.interface import (
     Reader,
     Writer,
 )
-from onemap_ros2.network.zenoh_session import RobotSession, callback
+from onemap_ros2.network.zenoh_session import RobotSession
 
-STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
-HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
 ADVICE = "start one on the robot with 'ros2 run rmw_zenoh_cpp rmw_zenohd'"
 GRAPH = "@ros2_lv"
 ATTACHMENT = struct.Struct("<qqB16s")  # sequence, nanoseconds, length of the gid, gid
@@ -116,23 +112,10 @@ class RmwNetwork(RobotSession):
 
     def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
         """See ``RosNetwork``."""
-        inbox = self.inbox(depth)
-        key, handler = topic_key(self._domain, topic, ros_type), callback(inbox.on_sample)
-        if latched:
-            subscriber: Any = zenoh.ext.declare_advanced_subscriber(
-                self.session,
-                key,
-                handler,
-                history=zenoh.ext.HistoryConfig(
-                    detect_late_publishers=True, max_samples=STATIC_HISTORY
-                ),
-                recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
-                subscriber_detection=True,
-            )
-            self.keep(subscriber)
-        else:
-            for each in (key, f"{key}/{BUFFERS}"):
-                self.keep(self.session.declare_subscriber(each, handler))
+        inbox, key = self.inbox(depth), topic_key(self._domain, topic, ros_type)
+        self.subscribe(key, inbox, latched=latched)
+        if not latched:
+            self.subscribe(f"{key}/{BUFFERS}", inbox, latched=False)
         endpoint = Endpoint(SUBSCRIBER, "", topic, ros_type, self._hash(ros_type))
         self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR)
         self._buffered[topic] = endpoint
@@ -144,24 +127,7 @@ class RmwNetwork(RobotSession):
         """See ``RosNetwork``."""
         endpoint = Endpoint(PUBLISHER, "", topic, ros_type, self._hash(ros_type))
         key = topic_key(self._domain, topic, ros_type, endpoint.type_hash)
-        options: dict[str, Any] = {
-            "congestion_control": zenoh.CongestionControl.DROP,
-            "reliability": zenoh.Reliability.RELIABLE,
-        }
-        if latched:
-            publisher: Any = zenoh.ext.declare_advanced_publisher(
-                self.session,
-                key,
-                cache=zenoh.ext.CacheConfig(max_samples=1),
-                publisher_detection=True,
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(
-                    heartbeat=None, sporadic_heartbeat=HEARTBEAT_S
-                ),
-                **options,
-            )
-        else:
-            publisher = self.session.declare_publisher(key, express=True, **options)
-        self.keep(publisher)
+        publisher = self.publisher(key, latched=latched)
         gid = self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE)
         return _RmwWriter(self, publisher, topic, gid)
 
@@ -175,10 +141,6 @@ class RmwNetwork(RobotSession):
         key = topic_key(self._domain, service, ros_type, known)
         note = attachment(self._calls, time.time_ns(), self._client_id)
         return self.ask(key, request, timeout_s, attachment=note)
-
-    def listeners(self, topic: str) -> bool:
-        """Whether a node subscribes to the topic."""
-        return any(e.kind == SUBSCRIBER and e.topic == topic for e in self.endpoints())
 
     def on_endpoint(self, found: Endpoint) -> None:
         """Lyrical and Rolling publish images only for a token that names a buffer backend."""
@@ -207,7 +169,7 @@ class _RmwWriter:
 
     @property
     def heard(self) -> bool:
-        return self._network.listeners(self._topic)
+        return self._network.heard(self._topic)
 
     def put(self, data: bytes) -> None:
         self._sequence += 1

@@ -13,9 +13,13 @@ from collections.abc import Callable
 from typing import Any
 
 import zenoh
+import zenoh.ext
 
-from onemap_ros2.network.interface import Endpoint, NetworkError
+from onemap_ros2.network.interface import SUBSCRIBER, Endpoint, NetworkError
 from onemap_shared.bus import zenoh_config
+
+STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
+HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
 
 
 def callback(*handlers: Callable[..., None]) -> Any:
@@ -62,6 +66,50 @@ class RobotSession:
     def inbox(self, depth: int) -> SampleInbox:
         """Room for the newest ``depth`` samples."""
         return SampleInbox(depth, self._arrived)
+
+    def subscribe(self, key: str, inbox: SampleInbox, *, latched: bool) -> None:
+        """Collect samples; latched: also those of before, of each publisher that has a cache."""
+        handler = callback(inbox.on_sample)
+        if not latched:
+            self.keep(self.session.declare_subscriber(key, handler))
+            return
+        subscriber = zenoh.ext.declare_advanced_subscriber(
+            self.session,
+            key,
+            handler,
+            history=zenoh.ext.HistoryConfig(
+                detect_late_publishers=True, max_samples=STATIC_HISTORY
+            ),
+            recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+            subscriber_detection=True,
+        )
+        self.keep(subscriber)
+
+    def publisher(self, key: str, *, latched: bool) -> Any:
+        """A publisher; latched: with a cache of one message."""
+        options: dict[str, Any] = {
+            "congestion_control": zenoh.CongestionControl.DROP,
+            "reliability": zenoh.Reliability.RELIABLE,
+        }
+        if latched:
+            made: Any = zenoh.ext.declare_advanced_publisher(
+                self.session,
+                key,
+                cache=zenoh.ext.CacheConfig(max_samples=1),
+                publisher_detection=True,
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(
+                    heartbeat=None, sporadic_heartbeat=HEARTBEAT_S
+                ),
+                **options,
+            )
+        else:
+            made = self.session.declare_publisher(key, express=True, **options)
+        self.keep(made)
+        return made
+
+    def heard(self, topic: str) -> bool:
+        """Whether a node subscribes to the topic."""
+        return any(e.kind == SUBSCRIBER and e.topic == topic for e in self.endpoints())
 
     def on_endpoint(self, found: Endpoint) -> None:
         """Called in a thread of Zenoh when an endpoint of the robot appears."""
