@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -31,20 +32,18 @@ def run(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
-def test_the_list_has_every_known_model(cache: Path) -> None:
+def listed() -> dict[str, Any]:
     code, text = run("list", "--json")
     assert code == 0
-    entries = json.loads(text.splitlines()[-1])["models"]
-    assert {entry["repo"] for entry in entries} == {
-        model.repo for model in model_store.KNOWN_MODELS
-    }
-    assert {entry["folder"] for entry in entries} == {""}
+    return {entry["repo"]: entry for entry in json.loads(text.splitlines()[-1])["models"]}
+
+
+def test_the_list_has_every_known_model(cache: Path) -> None:
+    entries = listed()
+    assert set(entries) == {model.repo for model in model_store.KNOWN_MODELS}
+    assert {entry["folder"] for entry in entries.values()} == {""}
     folder = put_in_cache(cache)
-    here = next(
-        entry
-        for entry in json.loads(run("list", "--json")[1].splitlines()[-1])["models"]
-        if entry["repo"] == REPO
-    )
+    here = listed()[REPO]
     assert (here["folder"], here["bytes_here"]) == (str(folder), 702)
     assert here["licence"] == "Apache-2.0"
 

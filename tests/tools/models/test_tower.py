@@ -23,9 +23,8 @@ RGB = np.random.default_rng(3).integers(0, 256, (48, 64, 3)).astype(np.uint8)
 
 
 def section(backend: str, folder: Path, **more: object) -> dict[str, object]:
-    long_side_px = 64 if backend == "openclip_convnext" else 56
-    shape = {"long_side_px": long_side_px}
-    return {"backend": backend, "model": str(folder), **shape, **more}
+    side_px = 64 if backend == "openclip_convnext" else 56
+    return {"backend": backend, "model": str(folder), "long_side_px": side_px, **more}
 
 
 def run(tmp_path: Path, encoder: dict[str, object], out: Path) -> tuple[int, str]:
