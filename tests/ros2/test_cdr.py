@@ -35,14 +35,6 @@ def test_hashes_are_those_that_ros_publishes(ros_type: str) -> None:
     assert type_hash(ros_type) == f"RIHS01_{PUBLISHED[ros_type]}"
 
 
-def test_a_twist_is_a_header_and_six_doubles() -> None:
-    kind = "geometry_msgs/msg/Twist"
-    message = new(kind, vector(0.5, 0.0, 0.0), vector(0.0, 0.0, -0.25))
-    golden = bytes((0, 1, 0, 0)) + struct.pack("<6d", 0.5, 0, 0, 0, 0, -0.25)
-    assert encode(message, kind) == golden
-    assert decode(golden, kind).angular.z == -0.25
-
-
 def test_a_stamped_twist_aligns_its_doubles() -> None:
     kind = "geometry_msgs/msg/TwistStamped"
     twist = new("geometry_msgs/msg/Twist", vector(0.5, 0.0, 0.0), vector(0.0, 0.0, 1.0))
@@ -50,6 +42,7 @@ def test_a_stamped_twist_aligns_its_doubles() -> None:
     body = struct.pack("<iII10s", 1_700_000_000, 123_456_789, 10, b"base_link\0")
     body += bytes(-len(body) % 8) + struct.pack("<6d", 0.5, 0, 0, 0, 0, 1.0)
     assert encode(message, kind) == bytes((0, 1, 0, 0)) + body
+    assert decode(bytes((0, 1, 0, 0)) + body, kind).twist.angular.z == 1.0
 
 
 def test_an_image_is_what_struct_says() -> None:

@@ -3,7 +3,6 @@ from __future__ import annotations
 import struct
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, POSE_STAMPED, decode, stamp_ns
@@ -116,14 +115,10 @@ def golden(values: bytes) -> bytes:
     return bytes((0, 1, 0, 0)) + body + struct.pack("<I", len(values)) + values
 
 
-def test_the_belief_has_its_rows_along_y_lowest_first() -> None:
-    values = struct.pack("6b", -1, 0, 30, 30, 100, 30)
-    assert belief_grid(view(), "map") == golden(values)
-
-
-def test_the_similarity_is_in_percent_where_anything_was_observed() -> None:
-    values = struct.pack("6b", -1, 100, -1, 25, 0, 50)
-    assert similarity_grid(view(), "map") == golden(values)
+def test_grids_have_their_rows_along_y_lowest_first() -> None:
+    assert belief_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 30, 30, 100, 30))
+    percent = struct.pack("6b", -1, 100, -1, 25, 0, 50)  # -1 where nothing was observed
+    assert similarity_grid(view(), "map") == golden(percent)
 
 
 def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:
@@ -146,18 +141,17 @@ def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:
     assert all(each.action == 0 and each.scale.x > 0 and each.color.a > 0 for each in rest)
 
 
-def test_a_detection_has_id_name_score_and_the_extent_of_its_cells() -> None:
-    (found,) = decode(detection_array([KEPT], 7, "map"), DETECTION_ARRAY).detections
-    assert found.id == "id1"
-    assert found.results[0].hypothesis.class_id == "sofa"
-    assert found.results[0].hypothesis.score == 0.75
-    box = found.bbox
-    assert (box.center.position.x, box.center.position.y, box.center.position.z) == (1.1, 2.0, 0.4)
-    np.testing.assert_allclose((box.size.x, box.size.y, box.size.z), (1.2, 1.0, 0.0))
-
-
-def test_a_detection_has_the_heights_of_its_object() -> None:
-    tall = replace(KEPT, height_m=(0.3, 1.9))
-    (found,) = decode(detection_array([tall], 7, "map"), DETECTION_ARRAY).detections
-    assert (found.bbox.center.position.z, found.bbox.size.z) == pytest.approx((1.1, 1.6))
+@pytest.mark.parametrize(
+    ("height_m", "middle_m", "size_m"), [((), 0.4, 0.0), ((0.3, 1.9), 1.1, 1.6)]
+)
+def test_a_detection_has_id_name_score_the_extent_of_its_cells_and_known_heights(
+    height_m: tuple[float, ...], middle_m: float, size_m: float
+) -> None:
+    kept = replace(KEPT, height_m=height_m)
+    (found,) = decode(detection_array([kept], 7, "map"), DETECTION_ARRAY).detections
+    hypothesis, box = found.results[0].hypothesis, found.bbox
+    assert (found.id, hypothesis.class_id, hypothesis.score) == ("id1", "sofa", 0.75)
     assert found.results[0].pose.pose.position.z == 0.4  # where it was detected
+    assert (box.center.position.x, box.center.position.y) == (1.1, 2.0)
+    assert (box.center.position.z, box.size.z) == pytest.approx((middle_m, size_m))
+    assert (box.size.x, box.size.y) == pytest.approx((1.2, 1.0))

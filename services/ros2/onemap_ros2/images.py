@@ -148,13 +148,7 @@ MAX_SPREAD = 8  # pixels of the color image to a pixel of depth, along each side
 
 @dataclass(frozen=True, slots=True)
 class CameraPair:
-    """A depth camera beside a color camera.
-
-    Attributes:
-        depth: the depth camera.
-        color: the color camera.
-        T_color_depth: (4, 4), from the depth camera's optical frame to the color camera's.
-    """
+    """A depth camera beside a color camera; T_color_depth (4, 4) between their optical frames."""
 
     depth: Intrinsics
     color: Intrinsics

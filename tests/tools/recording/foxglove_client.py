@@ -6,8 +6,8 @@ import base64
 import json
 import struct
 import time
+from collections.abc import Iterator
 from contextlib import ExitStack
-from types import TracebackType
 from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
@@ -24,40 +24,27 @@ class FoxgloveClient:
     """Connects, reads what is offered, subscribes and decodes by the schemas that were sent."""
 
     def __init__(self, port: int, host: str = "127.0.0.1") -> None:
-        self._closing = ExitStack()
-        self._socket = self._closing.enter_context(
-            connect(
-                f"ws://{host}:{port}",
-                subprotocols=[PROTOCOL],
-                max_size=None,
-                open_timeout=PATIENCE_S,
-            )
+        closing = ExitStack()
+        server = connect(
+            f"ws://{host}:{port}", subprotocols=[PROTOCOL], max_size=None, open_timeout=PATIENCE_S
         )
+        self._socket = closing.enter_context(server)
+        self.close = closing.close
         self.info = self.next_json("serverInfo")
         self.channels: dict[str, dict[str, Any]] = {}
-        self.texts: list[dict[str, Any]] = []
         self._topics: dict[int, str] = {}
 
-    def __enter__(self) -> FoxgloveClient:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._closing.close()
+    def _received(self) -> Iterator[str | bytes]:
+        """All that comes within ``PATIENCE_S``; then TimeoutError."""
+        ends_s = time.monotonic() + PATIENCE_S
+        while True:
+            yield self._socket.recv(timeout=max(ends_s - time.monotonic(), 0.0))
 
     def next_json(self, op: str) -> dict[str, Any]:
         """The next text message of this kind."""
-        ends_s = time.monotonic() + PATIENCE_S
-        while True:
-            data = self._socket.recv(timeout=max(ends_s - time.monotonic(), 0.0))
-            if isinstance(data, str):
-                document: dict[str, Any] = json.loads(data)
-                if document["op"] == op:
-                    return document
+        documents = (json.loads(data) for data in self._received() if isinstance(data, str))
+        found: dict[str, Any] = next(each for each in documents if each["op"] == op)
+        return found
 
     def discover(self, count: int) -> set[str]:
         """The topics on offer, once there are so many."""
@@ -80,14 +67,11 @@ class FoxgloveClient:
         self._socket.send(json.dumps(document))
 
     def receive(self) -> tuple[str, Any]:
-        """The next message with its topic, decoded; fails after ``PATIENCE_S``."""
-        ends_s = time.monotonic() + PATIENCE_S
-        while True:
-            data = self._socket.recv(timeout=max(ends_s - time.monotonic(), 0.0))
-            if isinstance(data, bytes) and data[0] == MESSAGE_DATA:
-                _, number, _ = HEADER.unpack_from(data)
-                topic = self._topics[number]
-                return topic, self._decode(topic, data[HEADER.size :])
+        """The next message with its topic, decoded."""
+        data = next(d for d in self._received() if isinstance(d, bytes) and d[0] == MESSAGE_DATA)
+        _, number, _ = HEADER.unpack_from(data)
+        topic = self._topics[number]
+        return topic, self._decode(topic, data[HEADER.size :])
 
     def _decode(self, topic: str, payload: bytes) -> Any:
         channel = self.channels[topic]

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -219,7 +220,7 @@ def test_a_viewer_sees_a_robot(tmp_path: Path) -> None:
         try:
             assert process.stderr is not None
             assert f"ws://{HOST}:{port}" in process.stderr.readline()
-            with FoxgloveClient(port) as client:
+            with closing(FoxgloveClient(port)) as client:
                 client.discover(len(OFFERED))
                 client.subscribe(*WATCHED)
                 waiting = set(WATCHED)
@@ -249,7 +250,7 @@ def server() -> Iterator[FoxgloveServer]:
 
 @pytest.fixture
 def client(server: FoxgloveServer) -> Iterator[FoxgloveClient]:
-    with FoxgloveClient(server.port) as made:
+    with closing(FoxgloveClient(server.port)) as made:
         made.discover(len(OFFERED))
         yield made
 

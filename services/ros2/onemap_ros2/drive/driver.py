@@ -94,11 +94,7 @@ def encoded_pose(goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
 class PlannerVoice:
     """The planner's newest messages, with their times of arrival in seconds.
 
-    Attributes:
-        path: the newest plan of this search; None before its first.
-        path_s: when it came.
-        command_s: when the newest velocity came.
-        search: the id of the active search; empty without one.
+    path: of this search; None before its first. search: the id of the active one, empty without.
     """
 
     path: PlannedPath | None = None
@@ -138,14 +134,10 @@ class PlannerVoice:
 
 @dataclass(frozen=True, slots=True)
 class RobotNow:
-    """The robot at one moment.
+    """The robot at one moment, on a monotonic clock and on its own, which may be simulated.
 
-    Attributes:
-        now_s: seconds of a monotonic clock.
-        stamp_ns: the same on the robot's clock, which may be simulated.
-        fresh: whether its odometry is.
-        pose: of its body on the map; None before the first odometry.
-        frame: of its body, as its odometry names it.
+    fresh: whether its odometry is. pose: of its body on the map; None before the first odometry.
+    frame: of its body, as its odometry names it.
     """
 
     now_s: float

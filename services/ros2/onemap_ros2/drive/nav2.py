@@ -126,16 +126,12 @@ def _bytes(uuid: Any) -> bytes:
 
 
 class GoalPhase(Enum):
-    """Where the goal stands.
+    """Where the goal stands."""
 
-    NONE: there is none. ASKING: it was sent and is not answered. DRIVING: nav2 accepted it.
-    CANCELLING: it must end, and nav2 has not said that it did.
-    """
-
-    NONE = "none"
-    ASKING = "asking"
-    DRIVING = "driving"
-    CANCELLING = "cancelling"
+    NONE = "there is none"
+    ASKING = "it was sent and is not answered"
+    DRIVING = "nav2 accepted it"
+    CANCELLING = "it must end, and nav2 has not said that it did"
 
 
 class Order(Enum):
@@ -148,14 +144,10 @@ class Order(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What nav2 said since the last step.
+    """What nav2 said since the last step; None where it has not answered.
 
-    Attributes:
-        served: whether a node serves the action.
-        accepted: the answer to the goal; None while there is none.
-        result: how the goal ended; None while it has not.
-        cancel_code: the answer to a cancellation; None while there is none.
-        lost: the question for the result ended without an answer: the link or nav2 is gone.
+    served: whether a node serves the action. lost: the question for the result ended without an
+    answer: the link or nav2 is gone.
     """
 
     served: bool = True
@@ -167,15 +159,11 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class NavGoal:
-    """The goal and its state. Times are seconds of a monotonic clock.
+    """The newest goal and its state. Times are seconds of a monotonic clock.
 
-    Attributes:
-        phase: see ``GoalPhase``.
-        target: of the newest goal; None before the first.
-        since_s: since when the phase lasts, or when the cancellation was last asked for.
-        sent_s: when the newest goal was sent.
-        next_s: before this no goal is sent: nav2 refused or ended the last one.
-        replaces: the newest goal takes the place of one that nav2 drives to.
+    since_s: since when the phase lasts, or when the cancellation was last asked for. next_s: before
+    this it is not sent again: nav2 refused or ended it. replaces: it takes the place of one that
+    nav2 drives to.
     """
 
     phase: GoalPhase = GoalPhase.NONE
@@ -216,8 +204,7 @@ class NavGoal:
 
     def _sent(self, now_s: float, wanted: GoalPose) -> tuple[NavGoal, Order]:
         replaces = self.phase is GoalPhase.DRIVING
-        sent = NavGoal(GoalPhase.ASKING, wanted, now_s, now_s, replaces=replaces)
-        return sent, Order.SEND
+        return NavGoal(GoalPhase.ASKING, wanted, now_s, now_s, replaces=replaces), Order.SEND
 
     def _cancel(self, now_s: float) -> tuple[NavGoal, Order]:
         return replace(self, phase=GoalPhase.CANCELLING, since_s=now_s), Order.CANCEL

@@ -96,11 +96,8 @@ STOPPED = Velocity2d()
 class CommandRelay:
     """Decides what goes to ``cmd_vel``. Times are seconds of any monotonic clock.
 
-    Attributes:
-        driving: whether the newest velocity that was sent is not yet followed by zeros.
-        valid_until_s: until then the newest command holds.
-        zeros: how many more are to be sent.
-        next_zero_s: when the next zero is due.
+    driving: whether the newest velocity that was sent is not yet followed by zeros. zeros: how many
+    more are to be sent.
     """
 
     driving: bool = False

@@ -68,15 +68,11 @@ SEND_GOAL = "/_action/send_goal"  # end of the name of the service that takes an
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A publisher, a subscriber or a server.
+    """A publisher, a subscriber or a server (``MP``, ``MS``, ``SS``), or an action's (``AS``).
 
-    Attributes:
-        kind: ``MP``, ``MS``, ``SS`` or ``AS`` (an action, as the bridge names it).
-        node: full name with its namespace, such as ``/robot/camera``; empty if unknown.
-        topic: of a service its name; with its outer slash.
-        ros_type: ``pkg/msg/Type``.
-        type_hash: ``RIHS01_`` and 64 digits; empty where the network has none.
-        backends: whether the token ends in a list of buffer backends (Lyrical, Rolling).
+    node: full name, such as ``/robot/camera``; empty if unknown. topic: or the service's name; with
+    its outer slash. ros_type: ``pkg/msg/Type``. type_hash: ``RIHS01_`` and 64 digits; empty where
+    the network has none. backends: whether the token lists buffer backends (Lyrical, Rolling).
     """
 
     kind: str
