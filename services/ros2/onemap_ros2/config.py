@@ -132,20 +132,15 @@ class Ros2Config(Params):
     def names(self) -> RobotTopics:
         """The topics with the robot's namespace before them."""
         beside = self.topics.color.removesuffix(COMPRESSED).rpartition("/")[0]
-        topics, depth_info = self.topics, self.topics.depth_camera_info
+        topics = {
+            **self.topics.model_dump(),
+            "camera_info": self.topics.camera_info or f"{beside}/camera_info",
+            "goal_pose": "/goal_pose",
+            "navigate": "/navigate_to_pose",
+        }
+        placed = {name: topic and self.in_namespace(topic) for name, topic in topics.items()}
         tf = self.namespace if self.tf_in_namespace else ""
-        return RobotTopics(
-            color=self.in_namespace(topics.color),
-            depth=self.in_namespace(topics.depth),
-            camera_info=self.in_namespace(topics.camera_info or f"{beside}/camera_info"),
-            depth_camera_info=None if depth_info is None else self.in_namespace(depth_info),
-            odometry=self.in_namespace(topics.odometry),
-            command=self.in_namespace(topics.command),
-            goal_pose=self.in_namespace("/goal_pose"),
-            navigate=self.in_namespace("/navigate_to_pose"),
-            tf=f"{tf}/tf",
-            tf_static=f"{tf}/tf_static",
-        )
+        return RobotTopics(**placed, tf=f"{tf}/tf", tf_static=f"{tf}/tf_static")
 
     def in_namespace(self, topic: str) -> str:
         """A topic with the robot's namespace before it."""
