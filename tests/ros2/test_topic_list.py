@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from onemap_ros2 import discovery
-from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED
+from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED, TF
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs, topic_reports
@@ -117,14 +117,16 @@ class Talking(FakeNetwork):
 def test_a_survey_counts_messages_and_names_what_is_missing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    network = Talking(endpoint("/odom", ODOMETRY), endpoint("/cmd_vel", "a/msg/B", "MS"))
+    others = endpoint("/cmd_vel", "a/msg/B", "MS"), endpoint("/tf", TF), endpoint("/tf_static", TF)
+    network = Talking(endpoint("/odom", ODOMETRY), *others)
     seconds = itertools.count(0.0, 0.1)
     monkeypatch.setattr("onemap_ros2.discovery.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(discovery, "join", lambda *_: network)
     reports, lacking = discovery.survey(CONFIG, 2.0)
-    assert [each.topic for each in reports] == ["/cmd_vel", "/odom"]
+    assert [each.topic for each in reports] == ["/cmd_vel", "/odom", "/tf", "/tf_static"]
     assert reports[1].rate_hz == pytest.approx(10.0, rel=0.1)
     assert any("ros2.topics.depth" in sentence for sentence in lacking)
+    assert lacking[-1] == "no message of /tf came in 2 s, although a node publishes it"
     assert network.closed
 
 

@@ -7,9 +7,9 @@ import time
 
 from onemap_ros2.config import NODE, Ros2Config
 from onemap_ros2.network.bridge import BridgeNetwork
-from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
+from onemap_ros2.network.interface import PUBLISHER, RosNetwork
 from onemap_ros2.network.rmw import RmwNetwork
-from onemap_ros2.topic_list import TopicReport, missing, topic_reports
+from onemap_ros2.topic_list import TopicReport, missing, needs, topic_reports
 
 SETTLE_S = 1.0  # until the tokens of the graph have come
 DRAIN_S = 0.1
@@ -17,11 +17,8 @@ KEPT = 200  # messages of a topic between two counts: 2 kHz
 
 
 def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[str]]:
-    """The robot's topics with their rates, and what is missing; ConnectionError without it."""
-    try:
-        network = join(config, f"{NODE}_topics")
-    except NetworkError as problem:
-        raise ConnectionError(str(problem)) from problem
+    """The robot's topics with their rates, and what is missing; NetworkError without it."""
+    network = join(config, f"{NODE}_topics")
     try:
         deadline_s = time.monotonic() + SETTLE_S
         while time.monotonic() < deadline_s:
@@ -31,7 +28,13 @@ def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[
     finally:
         network.close()
     reports = topic_reports(endpoints, rates_hz, config.names)
-    return reports, list(missing(endpoints, config).values())
+    read = {need.setting for need in needs(config)} - {"tf_static"}  # which is sent once
+    silent = [
+        f"no message of {each.topic} came in {seconds:g} s, although a node publishes it"
+        for each in reports
+        if each.rate_hz == 0 and each.setting in read
+    ]
+    return reports, [*missing(endpoints, config).values(), *silent]
 
 
 def count(network: RosNetwork, seconds: float) -> dict[tuple[str, str], float]:

@@ -167,7 +167,7 @@ def topics(
     """Topics of the robot: types, publishers, subscribers, rates.
 
     Reads section ros2 of the configuration for the robot's router. Exit code 1 if a topic that it
-    names is missing, with the nearest one of the right type.
+    names is missing, with the nearest one of the right type, or silent.
     """
     from onemap_shared.config import load
 

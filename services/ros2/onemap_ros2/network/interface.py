@@ -58,7 +58,7 @@ class RosNetwork(Protocol):
         """Leave the network."""
 
 
-class NetworkError(Exception):
+class NetworkError(ConnectionError):
     """The robot's network cannot be joined; one sentence."""
 
 
