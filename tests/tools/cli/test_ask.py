@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -42,8 +43,8 @@ RESULT = {
     "outcome": "found",
     "reason": "confirmed",
     "position_m": [1.0, 2.0, 0.5],
-    "duration_s": 3.0,
-    "path_length_m": 1.0,
+    "duration_s": 30.0,
+    "path_length_m": 7.5,
 }
 SEARCH = {
     "id": "s1",
@@ -55,8 +56,21 @@ SEARCH = {
     "elapsed_s": 12.0,
     "path_length_m": 3.5,
 }
+MISSED = {
+    **SEARCH,
+    "state": "not_found",
+    "results": [{**RESULT, "outcome": "not_found", "position_m": None}],
+    "reason": "searched all rooms",
+}
 ARRIVED = {**SEARCH, "state": "arrived", "objects": [], "results": []}
-STATUS = {"ready": True, "problem": "no map", "services": [], "streams": []}
+STATUS = {
+    "ready": True,
+    "problem": "no map",
+    "services": [{"name": "mapper", "condition": "down", "problem": "It is [not] running."}],
+    "streams": [
+        {"name": "rgbd", "age_s": None, "rate_hz": 0, "received": 0, "missed": 7, "refused": 1}
+    ],
+}
 OBJECTS = {"objects": [EXAMPLES["MapObject"][0]]}
 INFO = {
     "revision": 412,
@@ -82,12 +96,15 @@ WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
     [
         ("query sofa", "POST /v1/queries", FOUND, EXIT_OK, "'sofa' is at"),
         ("query sofa", "POST /v1/queries", ABSENT, EXIT_FAILED, "was not seen"),
-        ("search sofa --any-order", "POST /v1/searches", SEARCH, EXIT_OK, "confirmed"),
+        ("search sofa", "POST /v1/searches", SEARCH, EXIT_OK, "7.5 m confirmed"),
+        ("search sofa", "POST /v1/searches", MISSED, EXIT_FAILED, "searched all rooms\n"),
         ("go -1.2 -3", "POST /v1/searches", ARRIVED, EXIT_OK, f"Arrived: {WENT}"),
         ("go -1.2 -3", "POST /v1/searches", {**ARRIVED, "state": "failed"}, EXIT_FAILED, WENT),
-        ("status", "GET /v1/status", STATUS, EXIT_OK, "Ready."),
+        ("status", "GET /v1/status", STATUS, EXIT_OK, "mapper down It is [not] running."),
+        ("status", "GET /v1/status", STATUS, EXIT_OK, "rgbd never 0.0 Hz 0 7 1"),
         ("status", "GET /v1/status", {**STATUS, "ready": False}, EXIT_FAILED, "Not ready. no map"),
         ("objects", "GET /v1/objects", OBJECTS, EXIT_OK, "3f9a12c4"),
+        ("objects", "GET /v1/objects", {"objects": []}, EXIT_OK, "Nothing was found on this map"),
         ("map info", "GET /v1/map", INFO, EXIT_OK, "4.0 x 6.0 m"),
         ("map save flat", "PUT /v1/maps/flat", CHANGE, EXIT_OK, f"Saved {CHANGED}"),
         ("map load flat", "POST /v1/maps/flat/load", CHANGE, EXIT_OK, f"Loaded {CHANGED}"),
@@ -102,7 +119,8 @@ def test_a_reply_is_printed_is_json_and_decides_the_exit_code(
         plain = RUNNER.invoke(app, [*command.split(), "--url", url])
         as_json = RUNNER.invoke(app, [*command.split(), "--url", url, "--json"])
     assert (plain.exit_code, as_json.exit_code) == (code, code)
-    assert printed in plain.stdout
+    text = " ".join(re.sub("[│┃]", " ", plain.stdout).split())
+    assert " ".join(printed.split()) in text
     assert as_json.stderr == plain.stdout
     assert json.loads(as_json.stdout) == reply
 

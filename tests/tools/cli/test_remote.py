@@ -152,16 +152,6 @@ def test_an_interrupted_search_is_offered_for_what_it_did_not_find(
     assert remote.again(find | what | {"state": "cancelled"}) == ""
 
 
-def test_a_search_has_a_row_for_each_object_and_says_what_is_missing(console: Console) -> None:
-    missed = {**RESULT, "outcome": "not_found", "position_m": None, "reason": "searched all rooms"}
-    remote.describe_search(report("not_found", missed), console)
-    for part in ("not found", "searched all rooms", "30 s", "7.5 m", "walking"):
-        assert part in text_of(console)
-    remote.describe_search({**report("found", RESULT), "reason": "all found"}, console)
-    assert "(1.00, 2.00, 0.40) m" in text_of(console)
-    assert "all found" not in text_of(console)
-
-
 def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:
     (found, absent) = EXAMPLES["QueryResult"]
     remote.describe_query(found, console)
@@ -199,35 +189,6 @@ def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str])
     assert "The mapper is away." in said.err
     remote.follow_query(results, as_json=False)
     assert "'sofa' is at (2.35, -1.10) m" in capsys.readouterr().out
-
-
-def test_found_objects_have_a_row_each(console: Console) -> None:
-    found = {
-        "id": "3f9a12c4",
-        "name": "bed [old]",  # no markup
-        "position_m": [3.42, -1.15, 0.41],
-        "score": 0.934,
-        "times_found": 2,
-        "last_seen_at": "2026-01-01T00:09:51.000Z",
-    }
-    remote.describe_objects({"objects": [found]}, console)
-    for part in ("bed [old]", "(3.42, -1.15, 0.41) m", "0.93", "2 x", "2026-01-01 00:09:51"):
-        assert part in text_of(console)
-    remote.describe_objects({"objects": []}, console)
-    assert "Nothing was found on this map yet" in text_of(console)
-
-
-def test_status_names_what_is_missing(console: Console) -> None:
-    stream = {"name": "rgbd", "age_s": None, "rate_hz": 0.0}
-    status = {
-        "ready": False,
-        "problem": "The mapper is not running.",
-        "services": [{"name": "mapper", "condition": "down", "problem": "It is [not] running."}],
-        "streams": [{**stream, "received": 0, "missed": 0, "refused": 0}],
-    }
-    remote.describe_status(status, console)
-    for part in ("mapper", "down", "It is [not] running.", "never", "Not ready. The mapper"):
-        assert part in text_of(console)
 
 
 def test_a_crop_is_a_png_or_jpeg(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import cv2
@@ -62,19 +61,6 @@ def test_a_picture_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     blocked = check(path, "--out", path / "plan.png")
     assert blocked.exit_code == EXIT_FAILED
     assert "Cannot write the picture" in blocked.stderr
-
-
-def test_without_the_simulators_packages_the_extra_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delitem(sys.modules, "onemap_simulator.scene.scene_file", raising=False)
-    monkeypatch.delitem(sys.modules, "onemap_simulator.inspection", raising=False)
-    monkeypatch.delitem(sys.modules, "onemap_tools.cli.scene_report", raising=False)
-    monkeypatch.delattr("onemap_tools.cli.scene_report", raising=False)
-    monkeypatch.setitem(sys.modules, "trimesh", None)
-    result = check(room(tmp_path))
-    assert result.exit_code == EXIT_USAGE_ERROR
-    assert "pip install 'onemap[simulator]'" in result.stderr
 
 
 def test_the_help_lists_the_keys_of_the_yaml() -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from onemap_gateway.config import GatewayConfig
-from onemap_shared.services import SERVICES
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.interrupts import SIGNALS, interruptible
 from onemap_tools.processes.network import (
@@ -25,7 +24,7 @@ from onemap_tools.processes.network import (
     is_local,
     next_free_port,
 )
-from onemap_tools.processes.services import check_robot, run, section_model
+from onemap_tools.processes.services import check_robot, run
 
 
 @pytest.mark.parametrize(
@@ -91,11 +90,6 @@ def test_the_second_signal_abandons_and_exits() -> None:
     )
     assert result.returncode == 128 + signal.SIGTERM
     assert result.stdout == "abandoned\n"
-
-
-@pytest.mark.parametrize("name", SERVICES)
-def test_every_service_has_a_model(name: str) -> None:
-    assert section_model(name).__name__ == f"{name.capitalize()}Config"
 
 
 def test_a_robot_that_cannot_start_is_reported(tmp_path: Path) -> None:
