@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 from fastapi import FastAPI
-from starlette.testclient import TestClient
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.bus.rpc import RpcClient
@@ -49,50 +50,26 @@ def command(frame_ns: int = STAMP_NS) -> m.VelocityCommand:
 
 
 def detections(*names: str, sequence: int = 1) -> m.Detections:
-    count = len(names)
-    boxes = np.tile(np.array([[4, 6, 20, 18]], np.float32), (count, 1))
-    return m.Detections(
-        sequence=sequence,
-        stamp_ns=STAMP_NS,
-        detector_id="fake",
-        names=names,
-        boxes_px=boxes.reshape(count, 4),
-        scores=np.full(count, 0.8, np.float32),
-        points_map=np.zeros((0, 3), np.float32),
-        point_owner=np.zeros(0, np.int32),
-    )
+    boxes = np.tile(np.array([[4, 6, 20, 18]], np.float32), (len(names), 1))
+    scores, nothing = np.full(len(names), 0.8, np.float32), np.zeros((0, 3), np.float32)
+    owner = np.zeros(0, np.int32)
+    return m.Detections(sequence, STAMP_NS, "fake", names, boxes, scores, nothing, owner)
 
 
 def revision(
     number: int, frames_fused: int | None = None, objects_version: int = 4
 ) -> m.MapRevision:
-    return m.MapRevision(
-        revision=number,
-        sequence=number,
-        stamp_ns=STAMP_NS,
-        encoder_id="fake-1",
-        text_space="fake",
-        frames_fused=number if frames_fused is None else frames_fused,
-        cells_observed=100,
-        memory_bytes=1000,
-        update_ms=12.0,
-        rate_hz=5.0,
-        objects_version=objects_version,
-    )
+    fused = number if frames_fused is None else frames_fused
+    numbers = (fused, 100, 1000, 12.0, 5.0, objects_version)
+    return m.MapRevision(number, number, STAMP_NS, "fake-1", "fake", *numbers)
 
 
 def planned_path(*points: tuple[float, float]) -> m.PlannedPath:
     points_m = np.array(points, np.float32).reshape(-1, 2)
+    frontiers = np.array([[1.0, 1.0]], np.float32), np.array([0.5], np.float32)
+    regions = np.zeros((0, 2), np.float32), np.zeros(0, np.float32)
     return m.PlannedPath(
-        stamp_ns=STAMP_NS,
-        goal_kind="frontier",
-        goal_reason="the best",
-        points_m=points_m,
-        goal_m=points_m[-1:],
-        frontiers_m=np.array([[1.0, 1.0]], np.float32),
-        frontier_scores=np.array([0.5], np.float32),
-        regions_m=np.zeros((0, 2), np.float32),
-        region_scores=np.zeros(0, np.float32),
+        STAMP_NS, "frontier", "the best", points_m, points_m[-1:], *frontiers, *regions
     )
 
 
@@ -133,17 +110,8 @@ def search(
     objects: tuple[str, ...] = ("sofa",),
     updated_ns: int = STAMP_NS,
 ) -> m.SearchStatus:
-    return m.SearchStatus(
-        search_id=search_id,
-        state=state,
-        objects=objects,
-        index=0,
-        reason="looking around",
-        results=(),
-        started_ns=STAMP_NS,
-        updated_ns=updated_ns,
-        path_length_m=0.0,
-    )
+    reason = "looking around"
+    return m.SearchStatus(search_id, state, objects, 0, reason, (), STAMP_NS, updated_ns, 0.0)
 
 
 def search_view(text: str = "", number: int = 7) -> m.SearchView:
@@ -166,19 +134,14 @@ def saved_map(name: str) -> m.SavedMap:
 
 def kept_object(object_id: str = "3f9a12c4", name: str = "bed") -> m.KeptObject:
     return m.KeptObject(
-        object_id=object_id,
-        name=name,
-        position_m=(3.42, -1.15, 0.41),
-        extent_m=(2.5, -2.1, 4.4, -0.3),
-        score=0.93,
-        times_found=2,
-        search_id="s1",
-        first_found_ns=STAMP_NS,
-        last_seen_ns=STAMP_NS + 10**9,
-        box_px=(4.0, 6.0, 20.0, 18.0),
-        picture_bytes=len(PICTURE),
-        height_m=(0.1, 0.7),
-    )
+        object_id, name, (3.42, -1.15, 0.41), (2.5, -2.1, 4.4, -0.3), 0.93, 2, "s1", STAMP_NS,
+        STAMP_NS + 10**9, (4.0, 6.0, 20.0, 18.0), len(PICTURE), (0.1, 0.7),
+    )  # fmt: skip
+
+
+def members(*services: str) -> frozenset[tuple[str, str]]:
+    """One process of each service, as the bus names them."""
+    return frozenset((service, "1") for service in services)
 
 
 def full_state() -> LiveState:
@@ -215,18 +178,19 @@ class FakeMapper:
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
-        self.bus.serve(keys.MAP_SIMILARITY, self.similarity)
-        self.bus.serve(keys.MAP_IMAGE_SIMILARITY, self._image_similarity)
-        self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
-        self.bus.serve(keys.MAP_SAVE, self._save)
-        self.bus.serve(keys.MAP_LOAD, self._load)
-        self.bus.serve(keys.MAP_LIST, self._list)
-        self.bus.serve(keys.MAP_DELETE, self._delete)
-        self.bus.serve(keys.MAP_MERGE, self._merge)
-        self.bus.serve(keys.MAP_CLEAR, lambda _request: self._summary(""))
-        self.bus.serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
-        self.bus.serve(keys.MAP_OBJECT, self._object)
-        self.bus.serve(keys.MAP_FORGET, self._forget)
+        serve = self.bus.serve
+        serve(keys.MAP_SIMILARITY, self.similarity)
+        serve(keys.MAP_IMAGE_SIMILARITY, self._image_similarity)
+        serve(keys.MAP_SEARCH_VIEW, self._view)
+        serve(keys.MAP_SAVE, self._save)
+        serve(keys.MAP_LOAD, lambda request: self._used(request.name))
+        serve(keys.MAP_LIST, self._list)
+        serve(keys.MAP_DELETE, self._delete)
+        serve(keys.MAP_MERGE, self._merge)
+        serve(keys.MAP_CLEAR, lambda _: self._summary(""))
+        serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
+        serve(keys.MAP_OBJECT, self._object)
+        serve(keys.MAP_FORGET, self._forget)
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
@@ -281,14 +245,13 @@ class FakeMapper:
             self.saved.append(request.name)
         return replace(self._summary(f"maps/{request.name}"), created=created)
 
-    def _load(self, request: m.MapFile) -> m.MapSummary:
-        self._require(request.name)
-        return self._summary(f"maps/{request.name}")
+    def _used(self, name: str) -> m.MapSummary:
+        self._require(name)
+        return self._summary(f"maps/{name}")
 
     def _merge(self, request: m.MapMerge) -> m.MapSummary:
-        self._require(request.name)
         self.merged.append(request)
-        return self._summary(f"maps/{request.name}")
+        return self._used(request.name)
 
     def _list(self, request: m.MapListRequest) -> m.MapList:
         if request.name:
@@ -389,6 +352,15 @@ def state_reached(cache: StateCache, condition: Callable[[LiveState], bool]) -> 
             return False
         time.sleep(0.005)
     return True
+
+
+def code_at_the_end(socket: WebSocketTestSession) -> int:
+    """The code with which the gateway closes the socket."""
+    try:
+        while True:
+            socket.receive_json()
+    except WebSocketDisconnect as end:
+        return end.code
 
 
 @contextmanager

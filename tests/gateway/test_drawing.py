@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -16,7 +16,6 @@ from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.present import render
 from onemap_gateway.present.canvas import (
     BLACK,
-    GAP_PX,
     Canvas,
     Viewport,
     ascii_text,
@@ -57,18 +56,10 @@ def centroid(image: np.ndarray) -> tuple[float, float]:
     )
 
 
-@given(coordinates, coordinates, st.floats(1, 100))
-def test_right_is_x_and_up_is_y(x: float, y: float, scale: float) -> None:
-    viewport = Viewport(-50.0, 50.0, scale)
-    here, right, above = viewport.pixels([(x, y), (x + 1, y), (x, y + 1)])
-    np.testing.assert_allclose(right - here, [scale, 0], atol=1e-6)
-    np.testing.assert_allclose(above - here, [0, -scale], atol=1e-6)
-
-
 @given(st.floats(1, 5), st.floats(1, 5))
 def test_a_dot_lies_where_its_metres_say(x: float, y: float) -> None:
     drawn = canvas()
-    drawn.dots([(x, y)], [4.0], INK)
+    drawn.circles([(x, y)], [4.0], INK)
     np.testing.assert_allclose(centroid(drawn.image), (10 * x, 60 - 10 * y), atol=0.3)
 
 
@@ -82,24 +73,14 @@ def test_an_arrow_points_along_its_yaw() -> None:
         assert -reach.min() < 11
 
 
-def test_a_line_needs_two_points() -> None:
-    drawn = canvas()
-    drawn.line([(1.0, 1.0)], INK, 2)
-    assert not drawn.image.any()
-    drawn.line([(1.0, 1.0), (5.0, 1.0)], INK, 2)
-    rows, columns = np.nonzero(drawn.image[..., 0])
-    assert rows.min() >= 47
-    assert rows.max() <= 52
-    assert columns.max() - columns.min() >= 39
-
-
 def test_places_far_away_draw_nothing_and_do_not_overflow() -> None:
     drawn = canvas()
-    drawn.dots([(1e9, -1e9)], [4.0], INK)
+    drawn.circles([(1e9, -1e9)], [4.0], INK)
     drawn.line([(1e9, 1e9), (1e9, 2e9)], INK, 2)
     assert not drawn.image.any()
 
 
+@settings(max_examples=20)
 @given(st.text())
 def test_any_text_can_be_written(text: str) -> None:
     assert ascii_text(text).isascii()
@@ -125,24 +106,11 @@ SIZE_PX = (60.0, 12.0)
 points = st.tuples(st.floats(0, IMAGE_PX[0]), st.floats(0, IMAGE_PX[1]))
 
 
-def test_at_the_right_edge_it_stands_to_the_left() -> None:
-    ((_, _, right, _),) = place_labels([(395, 100)], [SIZE_PX], IMAGE_PX)
-    assert right == 395 - GAP_PX
-
-
-def test_a_label_does_not_cover_another_point() -> None:
-    boxes = place_labels([(100, 100), (140, 100)], [SIZE_PX] * 2, IMAGE_PX)
-    assert overlap_px2(boxes[0], (135, 95, 145, 105)) == 0
-
-
 @given(st.lists(points, max_size=8))
 def test_a_few_labels_never_overlap_and_stay_inside(points_px: list[tuple[float, float]]) -> None:
     boxes = place_labels(points_px, [SIZE_PX] * len(points_px), IMAGE_PX)
-    for left, top, right, bottom in boxes:
-        assert left >= 0
-        assert top >= 0
-        assert right <= IMAGE_PX[0]
-        assert bottom <= IMAGE_PX[1]
+    assert all(box[0] >= 0 and box[2] <= IMAGE_PX[0] for box in boxes)
+    assert all(box[1] >= 0 and box[3] <= IMAGE_PX[1] for box in boxes)
     assert all(overlap_px2(a, b) == 0 for a, b in combinations(boxes, 2))
 
 
@@ -156,11 +124,6 @@ def test_a_detection_is_framed() -> None:
     image = annotate_detections(rgb, detections("sofa"))
     np.testing.assert_array_equal(image[18, 12], BOX)
     assert not (rgb == BOX).all(axis=-1).any()
-
-
-def test_boxes_beyond_the_image_do_no_harm() -> None:
-    wild = replace(detections("sofa"), boxes_px=np.array([[-1e9, -1e9, 1e9, 1e9]], np.float32))
-    assert annotate_detections(rgbd().rgb, wild).shape == (24, 32, 3)
 
 
 def test_a_label_at_the_upper_edge_is_not_cut_off() -> None:
@@ -198,20 +161,12 @@ def hexadecimal(colour: Rgb) -> str:
 
 
 @BOTH
-def test_texts_contrast_with_their_outline(palette: Palette) -> None:
+def test_texts_marks_and_walls_contrast_with_their_ground(palette: Palette) -> None:
     for colour in (palette.found, palette.region, palette.ink):
         assert contrast(colour, palette.unknown) >= TEXT_CONTRAST
-
-
-@BOTH
-@pytest.mark.parametrize("mark", ["trail", "path", "frontier", "region", "robot", "found"])
-def test_marks_contrast_with_the_floor(palette: Palette, mark: str) -> None:
-    for ground in (palette.free, palette.unknown):
-        assert contrast(getattr(palette, mark), ground) >= MARK_CONTRAST
-
-
-@BOTH
-def test_walls_contrast_with_the_floor(palette: Palette) -> None:
+    for mark in ("trail", "path", "frontier", "region", "robot", "found"):
+        for ground in (palette.free, palette.unknown):
+            assert contrast(getattr(palette, mark), ground) >= MARK_CONTRAST, mark
     assert contrast(palette.occupied, palette.free) >= MARK_CONTRAST
 
 
@@ -266,17 +221,6 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
             assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
 
 
-def test_the_image_shows_the_known_part_with_a_margin() -> None:
-    x_min, y_min, x_max, y_max = render_map(search_view()).bounds_m
-    np.testing.assert_allclose((x_min, y_min, x_max, y_max), (-0.5, -0.5, 2.6, 2.0), atol=0.11)
-
-
-def test_the_robot_is_always_in_the_image() -> None:
-    map_image = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
-    assert map_image.bounds_m[0] < -9.0
-    assert map_image.bounds_m[3] > 8.0
-
-
 def test_an_empty_map_has_an_image_too() -> None:
     nothing = np.zeros((0, 0), np.uint8)
     grid = GridSpec(0.05, (0, 0), (0, 0))
@@ -324,9 +268,10 @@ def test_tables_of_heat_are_within_two_levels_of_the_formula(
     np.testing.assert_array_equal(fast[inside == 0], image[inside == 0])
 
 
-def test_an_overlay_is_drawn_over_the_bare_map() -> None:
+@BOTH
+def test_an_overlay_is_drawn_over_the_bare_map(palette: Palette) -> None:
     view = search_view()
-    bare = render_map(view, scale=8)
+    bare = render_map(view, scale=8, palette=palette)
     overlay = Overlay(
         trail_m=np.array([(0.2, 0.2), (0.4, 0.2)]),
         path_m=np.array([(0.5, 0.5), (1.5, 0.5)]),
@@ -337,12 +282,14 @@ def test_an_overlay_is_drawn_over_the_bare_map() -> None:
         robot=(0.5, 0.8, 0.0),
         found=(("teddy bear", 1.7, 0.2),),
     )
-    drawn = render_map(view, overlay, 8)
+    drawn = render_map(view, overlay, 8, palette)
     assert drawn.bounds_m == bare.bounds_m
-    assert colour_at(drawn, 1.0, 0.5) == DARK.path
-    assert colour_at(drawn, 0.3, 1.2) == DARK.frontier
-    assert colour_at(drawn, 0.5, 0.8) == DARK.robot
-    assert colour_at(drawn, 1.7, 0.2) == DARK.found
+    assert colour_at(drawn, 1.0, 0.5) == palette.path
+    assert colour_at(drawn, 0.3, 1.2) == palette.frontier
+    assert colour_at(drawn, 0.5, 0.8) == palette.robot
+    assert colour_at(drawn, 1.7, 0.2) == palette.found
+    assert colour_at(bare, 1.0, 0.5) == palette.free
+    assert colour_at(bare, 1.0, 1.9) == palette.unknown
     assert colour_at(drawn, 1.0, 1.0) == colour_at(bare, 1.0, 1.0)
 
 
@@ -355,19 +302,11 @@ def test_a_large_map_has_an_image_of_bounded_size(scale: int) -> None:
     assert max(render_map(view, scale=scale).image.shape) <= render.MAX_PX
 
 
-def test_a_light_page_gets_a_light_map() -> None:
-    overlay = Overlay(found=(("lamp", 1.7, 0.2),))
-    light = render_map(search_view("sofa"), overlay, palette=LIGHT)
-    assert colour_at(light, 1.0, 0.5) == LIGHT.free
-    assert colour_at(light, 1.0, 1.7) == LIGHT.unknown
-    assert colour_at(light, 1.7, 0.2) == LIGHT.found
-    dark = render_map(search_view("sofa"), overlay)
-    assert light.image.mean() > dark.image.mean() + 100
-
-
-@pytest.mark.parametrize("x_m", [2_000.0, -90_000.0])
-def test_a_robot_far_off_does_not_stretch_the_image(x_m: float) -> None:
-    near = render_map(search_view(), Overlay())
-    far = render_map(search_view(), Overlay(robot=(x_m, 0.0, 0.0)))
-    assert far.bounds_m == near.bounds_m
-    assert far.image.shape == near.image.shape
+def test_the_image_shows_what_is_known_with_a_margin_and_the_robot_unless_it_is_far_off() -> None:
+    bare = render_map(search_view(), Overlay())
+    np.testing.assert_allclose(bare.bounds_m, (-0.5, -0.5, 2.6, 2.0), atol=0.11)
+    near = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
+    assert near.bounds_m[0] < -9.0
+    assert near.bounds_m[3] > 8.0
+    far = render_map(search_view(), Overlay(robot=(-90_000.0, 0.0, 0.0)))
+    assert far.bounds_m == bare.bounds_m

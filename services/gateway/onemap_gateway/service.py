@@ -42,21 +42,6 @@ class HttpServer(uvicorn.Server):
         return await super().on_tick(counter)
 
 
-class FleetRobot:
-    """A further robot behind this gateway: its own part of the bus, cache and application."""
-
-    def __init__(self, bus: Bus, config: GatewayConfig, lock_out: LockOut) -> None:
-        self._bus = bus
-        self.cache = StateCache(bus)
-        rpc = RpcClient(bus)
-        self.app = create_app(GatewayContext(self.cache, rpc, config, lock_out=lock_out))
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self.cache.close()
-        self._bus.close()
-
-
 class GatewayWorker:
     """Serves HTTP until ``close``."""
 
@@ -64,17 +49,19 @@ class GatewayWorker:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._cache = StateCache(bus)
+        self._robots = {name: bus.sibling(at) for name, at in config.robots.items()}
+        caches = {name: StateCache(at) for name, at in self._robots.items()}
+        self._caches = [self._cache, *caches.values()]
         lock_out = LockOut()
-        self._robots = {
-            name: FleetRobot(bus.sibling(at), config, lock_out)
-            for name, at in config.robots.items()
+        apps = {
+            name: create_app(GatewayContext(caches[name], RpcClient(at), config, lock_out=lock_out))
+            for name, at in self._robots.items()
         }
-        caches = {name: robot.cache for name, robot in self._robots.items()}
         rpc = RpcClient(bus)
         app = create_app(GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out))
         self._server = HttpServer(
             uvicorn.Config(
-                FleetApp(app, {name: robot.app for name, robot in self._robots.items()}),
+                FleetApp(app, apps),
                 lifespan="off",
                 http=cast("type[asyncio.Protocol]", LimitedConnection),
                 log_config=None,  # the runner configures logging
@@ -123,13 +110,14 @@ class GatewayWorker:
 
     def close(self) -> None:
         """Stop within two seconds, open streams included."""
-        for cache in (self._cache, *(robot.cache for robot in self._robots.values())):
+        for cache in self._caches:
             cache.begin_close()
         self._server.should_exit = True
         self._thread.join(JOIN_TIMEOUT_S)
         self._server.force_exit = True
         self._thread.join(0.5)
-        self._cache.close()
+        for cache in self._caches:
+            cache.close()
         for robot in self._robots.values():
             robot.close()
 

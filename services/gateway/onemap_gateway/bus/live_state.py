@@ -103,6 +103,15 @@ BusMessage: TypeAlias = (
     | Heartbeat
 )
 
+STREAM_OF: Mapping[type, str] = {  # members of the state that hold the newest message
+    RgbdFrame: "frame",
+    Odometry: "odometry",
+    Detections: "detections",
+    MapRevision: "revision",
+    SearchStatus: "search",
+    PlannedPath: "path",
+}
+
 TRAIL_STEP_M = 0.05  # one cell: finer steps are not visible in the map image
 TRAIL_JUMP_M = 1.0  # further than a robot moves between two messages: another robot or run
 TRAIL_POINTS = 4000  # 200 m at TRAIL_STEP_M
@@ -190,7 +199,31 @@ class LiveState:
 
     def with_message(self, message: BusMessage, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""
-        return replace(self, **_changes(self, message, now_s))
+        changes: dict[str, Any] = {}
+        if (name := STREAM_OF.get(type(message))) is not None:
+            latest = getattr(self, name)
+            arrivals = latest.arrivals if latest else RateMeter()
+            changes[name] = LatestMessage(message, now_s, arrivals.with_event(now_s))
+        timed = self.latencies.with_result
+        match message:
+            case RgbdFrame():
+                changes["latencies"] = self.latencies.with_frame(message.stamp_ns, now_s)
+            case Odometry():
+                changes["trail_m"] = _trail(self.trail_m, message)
+            case VelocityCommand() if message.frame_ns:
+                changes["latencies"] = timed("command", message.frame_ns, now_s)
+            case Detections():
+                changes["latencies"] = timed("detections", message.stamp_ns, now_s)
+            case MapRevision() if _is_progress(self.revision, message):
+                changes["last_fused_s"] = now_s
+                changes["latencies"] = timed("map", message.stamp_ns, now_s)
+            case SearchStatus():
+                changes["search_log"] = (*self.search_log, message)[-MAX_LOGGED_STATUSES:]
+                changes["search_count"] = self.search_count + 1
+            case Heartbeat() if message.service in SERVICES:
+                record = _heartbeat_record(self.heartbeats.get(message.service), message, now_s)
+                changes["heartbeats"] = {**self.heartbeats, message.service: record}
+        return replace(self, **changes)
 
     def with_members(
         self, members: frozenset[tuple[str, str]], now_s: float, *, connected: bool = True
@@ -199,25 +232,21 @@ class LiveState:
 
         connected: whether the gateway has a router, without which nobody is heard.
         """
-        state = self.with_alive(frozenset(service for service, _ in members), now_s)
-        twice = doubled(members)
-        if (twice, connected) == (state.doubled, state.connected):
-            return state
-        return replace(state, doubled=twice, connected=connected)
-
-    def with_alive(self, services: frozenset[str], now_s: float) -> LiveState:
-        """The state after the liveliness tokens were read."""
-        services &= SERVICES.keys()
-        changed = services ^ self.alive
+        alive = frozenset(service for service, _ in members) & SERVICES.keys()
+        changed = alive ^ self.alive
         kept = {
             name: record
             for name, record in self.heartbeats.items()
-            if name in services or now_s - record.arrived_s <= HEARTBEAT_EXPIRY_S
+            if name in alive or now_s - record.arrived_s <= HEARTBEAT_EXPIRY_S
         }
-        if not changed and len(kept) == len(self.heartbeats):
-            return self
-        times_s = {**self.alive_changed_s, **dict.fromkeys(changed, now_s)}
-        return replace(self, alive=services, alive_changed_s=times_s, heartbeats=kept)
+        return replace(
+            self,
+            alive=alive,
+            alive_changed_s={**self.alive_changed_s, **dict.fromkeys(changed, now_s)},
+            heartbeats=kept,
+            doubled=doubled(members),
+            connected=connected,
+        )
 
     def detections_now(self, now_s: float) -> Detections | None:
         """The newest detections, unless they are older than ``DETECTIONS_MAX_AGE_S``."""
@@ -240,46 +269,6 @@ class LiveState:
         """The search statuses after the first ``count``, oldest first, as far as they are kept."""
         fresh = min(self.search_count - count, len(self.search_log))
         return self.search_log[len(self.search_log) - fresh :] if fresh > 0 else ()
-
-
-def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, Any]:
-    """The fields that ``message`` changes."""
-    changes: dict[str, Any] = {}
-    match message:
-        case RgbdFrame():
-            changes["frame"] = _latest(state.frame, message, now_s)
-            changes["latencies"] = state.latencies.with_frame(message.stamp_ns, now_s)
-        case Odometry():
-            changes["odometry"] = _latest(state.odometry, message, now_s)
-            changes["trail_m"] = _trail(state.trail_m, message)
-        case VelocityCommand() if message.frame_ns:
-            driven = state.latencies.with_result("command", message.frame_ns, now_s)
-            changes["latencies"] = driven
-        case Detections():
-            changes["detections"] = _latest(state.detections, message, now_s)
-            seen = state.latencies.with_result("detections", message.stamp_ns, now_s)
-            changes["latencies"] = seen
-        case MapRevision():
-            changes["revision"] = _latest(state.revision, message, now_s)
-            if _is_progress(state.revision, message):
-                changes["last_fused_s"] = now_s
-                fused = state.latencies.with_result("map", message.stamp_ns, now_s)
-                changes["latencies"] = fused
-        case SearchStatus():
-            changes["search"] = _latest(state.search, message, now_s)
-            changes["search_log"] = (*state.search_log, message)[-MAX_LOGGED_STATUSES:]
-            changes["search_count"] = state.search_count + 1
-        case PlannedPath():
-            changes["path"] = _latest(state.path, message, now_s)
-        case Heartbeat() if message.service in SERVICES:
-            record = _heartbeat_record(state.heartbeats.get(message.service), message, now_s)
-            changes["heartbeats"] = {**state.heartbeats, message.service: record}
-    return changes
-
-
-def _latest(previous: LatestMessage[M] | None, message: M, now_s: float) -> LatestMessage[M]:
-    arrivals = previous.arrivals if previous else RateMeter()
-    return LatestMessage(message, now_s, arrivals.with_event(now_s))
 
 
 def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:

@@ -110,15 +110,14 @@ class Canvas:
             fixed = _fixed_point(self.viewport.pixels(points_m))
             cv2.polylines(self.image, [fixed], False, colour, width_px, cv2.LINE_AA, SHIFT)
 
-    def dots(self, points_m: Points, radii_px: Sequence[float], colour: Rgb) -> None:
-        """Draw filled circles."""
-        for centre, radius in zip(self.viewport.pixels(points_m), radii_px, strict=True):
-            self._circle(centre, radius, colour, cv2.FILLED)
-
-    def rings(self, points_m: Points, radius_px: float, colour: Rgb, width_px: int) -> None:
-        """Draw circles."""
-        for centre in self.viewport.pixels(points_m):
-            self._circle(centre, radius_px, colour, width_px)
+    def circles(
+        self, points_m: Points, radii_px: Sequence[float], colour: Rgb, width_px: int = cv2.FILLED
+    ) -> None:
+        """Draw circles, filled unless their line has a width."""
+        fixed = _fixed_point(self.viewport.pixels(points_m)).tolist()
+        for centre, radius_px in zip(fixed, radii_px, strict=True):
+            radius = round(radius_px * (1 << SHIFT))
+            cv2.circle(self.image, centre, radius, colour, width_px, cv2.LINE_AA, SHIFT)
 
     def arrow(self, x_m: float, y_m: float, yaw_rad: float, length_px: float, colour: Rgb) -> None:
         """Draw an arrowhead centred at the point, its tip along ``yaw_rad``."""
@@ -139,11 +138,6 @@ class Canvas:
         for text, box in zip(plain, place_labels(places, sizes, (width, height)), strict=True):
             lower_left = (round(box[0]) + OUTLINE_PX, round(box[3]) - BELOW_PX)
             draw_text(self.image, text, lower_left, colour, outline)
-
-    def _circle(self, centre_px: F64, radius_px: float, colour: Rgb, width_px: int) -> None:
-        centre, radius = _fixed_point(centre_px), round(radius_px * (1 << SHIFT))
-        position = (int(centre[0]), int(centre[1]))
-        cv2.circle(self.image, position, radius, colour, width_px, cv2.LINE_AA, SHIFT)
 
 
 def ascii_text(text: str) -> str:

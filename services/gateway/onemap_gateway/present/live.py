@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from onemap.replies import DECIMALS
-from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.bus.live_state import LiveState, newest
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import age_s, search_snapshot, stage_latencies
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_shared.geometry import yaw_of
-from onemap_shared.messages import SearchState, SearchStatus
+from onemap_shared.messages import SearchState
+
+PATH_ARRAYS = (
+    "points_m", "goal_m", "frontiers_m", "frontier_scores", "regions_m", "region_scores",
+)  # fmt: skip
 
 
 def live_document(
     state: LiveState, fault: PipelineFault | None, *, now_s: float, now_ns: int, with_trail: bool
 ) -> dict[str, Any]:
     """The state without images, which clients fetch when their sequence numbers change."""
-    search = state.search.message if state.search else None
+    search = newest(state.search)
     return {
         "ready": fault is None,
         "problem": fault.detail if fault else "",
@@ -38,17 +42,18 @@ def live_document(
 
 
 def _robot(state: LiveState, now_s: float) -> dict[str, Any] | None:
-    if state.odometry is None:
+    if state.odometry is None or state.robot is None:
         return None
-    odometry = state.odometry.message
-    return {
-        "x_m": round(float(odometry.T_map_body[0, 3]), DECIMALS),
-        "y_m": round(float(odometry.T_map_body[1, 3]), DECIMALS),
-        "yaw_rad": round(yaw_of(odometry.T_map_body), DECIMALS),
-        "linear_mps": round(odometry.linear_mps, DECIMALS),
-        "collided": odometry.collided,
-        "age_s": round(state.odometry.age_s(now_s), DECIMALS),
+    x_m, y_m, yaw_rad = state.robot
+    numbers = {
+        "x_m": x_m,
+        "y_m": y_m,
+        "yaw_rad": yaw_rad,
+        "linear_mps": state.odometry.message.linear_mps,
+        "age_s": state.odometry.age_s(now_s),
     }
+    rounded = {name: round(number, DECIMALS) for name, number in numbers.items()}
+    return {**rounded, "collided": state.odometry.message.collided}
 
 
 def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:
@@ -94,14 +99,9 @@ def _path(state: LiveState, now_s: float) -> dict[str, Any] | None:
     if path is None:
         return None
     return {
-        "points_m": _rounded(path.points_m),
-        "goal_m": _rounded(path.goal_m),
         "goal_kind": path.goal_kind,
         "goal_reason": path.goal_reason,
-        "frontiers_m": _rounded(path.frontiers_m),
-        "frontier_scores": _rounded(path.frontier_scores),
-        "regions_m": _rounded(path.regions_m),
-        "region_scores": _rounded(path.region_scores),
+        **{name: _rounded(getattr(path, name)) for name in PATH_ARRAYS},
     }
 
 
@@ -115,31 +115,24 @@ def _rounded(values: Any) -> Any:
 
 def build_overlay(state: LiveState, now_s: float) -> Overlay:
     """Robot, trail, path, frontiers, regions and found objects of a state."""
+    search = newest(state.search)
+    overlay = Overlay(
+        trail_m=np.array(state.trail_m, dtype=np.float64).reshape(-1, 2),
+        robot=state.robot or (),
+        found=tuple(
+            (result.name, result.position_m[0], result.position_m[1])
+            for result in (search.results if search else ())
+            if result.outcome is SearchState.FOUND and len(result.position_m) >= 2
+        ),
+    )
     path = state.path_now(now_s)
-    robot: tuple[float, ...] = ()
-    if state.odometry:
-        T_map_body = state.odometry.message.T_map_body
-        robot = (float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
-    trail_m = np.array(state.trail_m, dtype=np.float64).reshape(-1, 2)
-    found = found_objects(state.search.message) if state.search else ()
     if path is None:
-        return Overlay(trail_m=trail_m, robot=robot, found=found)
-    return Overlay(
-        trail_m=trail_m,
+        return overlay
+    return replace(
+        overlay,
         path_m=path.points_m,
         goal_m=path.goal_m,
         frontiers_m=path.frontiers_m,
         frontier_scores=path.frontier_scores,
         regions_m=path.regions_m,
-        robot=robot,
-        found=found,
-    )
-
-
-def found_objects(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
-    """Name, x and y of every object that was found."""
-    return tuple(
-        (result.name, result.position_m[0], result.position_m[1])
-        for result in status.results
-        if result.outcome is SearchState.FOUND and len(result.position_m) >= 2
     )

@@ -15,7 +15,7 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
-from onemap_gateway.bus.live_state import BOUNDS_S, FrameLatencies, LiveState
+from onemap_gateway.bus.live_state import BOUNDS_S, LiveState, newest
 from onemap_gateway.present.service_status import DOWN, assess_services
 from onemap_shared.transport import Counters
 
@@ -65,51 +65,38 @@ def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) 
         up.add_metric([report.name], float(report.condition != DOWN))
         if report.heartbeat_age_s is not None:
             age.add_metric([report.name], report.heartbeat_age_s)
-    yield from (up, age)
     messages = CounterMetricFamily(
         "onemap_bus_messages", "Messages that reached the gateway.", labels=["stream", "outcome"]
     )
     for stream, counter in counters.items():
         for outcome in ("received", "missed", "skipped", "refused"):
             messages.add_metric([stream, outcome], getattr(counter, outcome))
-    yield messages
-    yield from _map_families(state, now_s)
-    yield _latency_family(state.latencies)
-    for service, record in sorted(state.heartbeats.items()):
-        for name, value in sorted(record.heartbeat.metrics.items()):
-            yield GaugeMetricFamily(
-                metric_name(service, name), f"{name}, as the {service} reports it.", value=value
-            )
-
-
-def _map_families(state: LiveState, now_s: float) -> Iterator[Metric]:
-    if state.last_fused_s is not None:
-        yield GaugeMetricFamily(
-            "onemap_map_idle_seconds",
-            "Since a frame last went all the way to the map.",
-            value=max(now_s - state.last_fused_s, 0.0),
-        )
-    if state.revision is not None:
-        revision = state.revision.message
-        yield GaugeMetricFamily(
-            "onemap_map_frames_fused", "Frames in the map.", value=revision.frames_fused
-        )
-        yield GaugeMetricFamily(
-            "onemap_map_cells_observed", "Cells with features.", value=revision.cells_observed
-        )
-
-
-def _latency_family(latencies: FrameLatencies) -> HistogramMetricFamily:
-    family = HistogramMetricFamily(
+    latencies = HistogramMetricFamily(
         "onemap_frame_latency_seconds",
         "From a frame at the gateway to the result with its stamp.",
         labels=["stage"],
     )
     bounds = [*map(str, BOUNDS_S), "+Inf"]
-    for stage, histogram in sorted(latencies.stages.items()):
+    for stage, histogram in sorted(state.latencies.stages.items()):
         buckets = list(zip(bounds, accumulate(histogram.counts), strict=True))
-        family.add_metric([stage], buckets, histogram.total_s)
-    return family
+        latencies.add_metric([stage], buckets, histogram.total_s)
+    yield from (up, age, messages, latencies)
+    for name, text, value in _numbers(state, now_s):
+        yield GaugeMetricFamily(name, text, value=value)
+
+
+def _numbers(state: LiveState, now_s: float) -> Iterator[tuple[str, str, float]]:
+    """Name, description and value of every metric without labels."""
+    if state.last_fused_s is not None:
+        idle_s = max(now_s - state.last_fused_s, 0.0)
+        text = "Since a frame last went all the way to the map."
+        yield "onemap_map_idle_seconds", text, idle_s
+    if (revision := newest(state.revision)) is not None:
+        yield "onemap_map_frames_fused", "Frames in the map.", revision.frames_fused
+        yield "onemap_map_cells_observed", "Cells with features.", revision.cells_observed
+    for service, record in sorted(state.heartbeats.items()):
+        for name, value in sorted(record.heartbeat.metrics.items()):
+            yield metric_name(service, name), f"{name}, as the {service} reports it.", value
 
 
 def metric_name(service: str, name: str) -> str:

@@ -142,17 +142,18 @@ def draw_overlay(canvas: Canvas, overlay: Overlay, palette: Palette = DARK) -> N
     """Draw in the order of importance: what is drawn last covers the rest."""
     canvas.line(overlay.trail_m, palette.trail, 2)
     scores = np.clip(np.nan_to_num(overlay.frontier_scores), 0, 1)
-    canvas.dots(overlay.frontiers_m, [2.5 + 4 * float(score) for score in scores], palette.frontier)
-    canvas.rings(overlay.regions_m, 9, palette.region, 2)
+    radii_px = [2.5 + 4 * float(score) for score in scores]
+    canvas.circles(overlay.frontiers_m, radii_px, palette.frontier)
+    canvas.circles(overlay.regions_m, [9] * len(overlay.regions_m), palette.region, 2)
     canvas.line(overlay.path_m, palette.path, 2)
-    canvas.rings(overlay.goal_m, 6, palette.path, 2)
+    canvas.circles(overlay.goal_m, [6] * len(overlay.goal_m), palette.path, 2)
     if overlay.robot:
         x, y, yaw = overlay.robot
         canvas.arrow(x, y, yaw, 20, palette.unknown)
         canvas.arrow(x, y, yaw, 16, palette.robot)
     places = [(x, y) for _, x, y in overlay.found]
-    canvas.dots(places, [7] * len(places), palette.unknown)
-    canvas.dots(places, [5.5] * len(places), palette.found)
+    canvas.circles(places, [7] * len(places), palette.unknown)
+    canvas.circles(places, [5.5] * len(places), palette.found)
     names = [name for name, _, _ in overlay.found]
     canvas.labels(places, names, palette.found, palette.unknown)
 
@@ -196,22 +197,14 @@ def _upscaled(image: np.ndarray, factor: int, interpolation: int) -> np.ndarray:
 def _visible_grid(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
     """The grid to show: all known cells and the robot, unless it is far off, with a margin."""
     known = np.argwhere((view.occupancy != Occupancy.UNKNOWN) | (view.layers != 0))
-    points = view.grid.centres(known)
-    if robot and _near(points, robot):
-        points = np.vstack([points, [robot[:2]]])
-    if not len(points):
-        points = np.zeros((1, 2))
+    points = view.grid.centres(known) if len(known) else np.array([robot[:2] or (0.0, 0.0)])
+    if robot:
+        outside_m = np.maximum(points.min(axis=0) - robot[:2], robot[:2] - points.max(axis=0))
+        if outside_m.max() <= ROBOT_BEYOND_MAP_M:
+            points = np.vstack([points, [robot[:2]]])
     margin_m = MARGIN_M if len(known) else EMPTY_MAP_SIDE_M / 2
     lower, upper = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
     return GridSpec.covering(view.grid.cell_size_m, (lower[0], lower[1]), (upper[0], upper[1]))
-
-
-def _near(points: F64, robot: tuple[float, ...]) -> bool:
-    """Whether the robot is in or near the box of points (N, 2); true without any."""
-    if not len(points):
-        return True
-    outside_m = np.maximum(points.min(axis=0) - robot[:2], robot[:2] - points.max(axis=0))
-    return bool(outside_m.max() <= ROBOT_BEYOND_MAP_M)
 
 
 def on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:

@@ -44,22 +44,17 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceHealth:
     """One service, judged by its liveliness token and its heartbeat."""
     record = state.heartbeats.get(name)
     condition, problem = _assess(name, state, record, now_s)
-    health = ServiceHealth(
-        name=name,
-        condition=condition,
-        problem=problem,
-        alive=state.connected and name in state.alive,
-    )
-    if record is None or not state.connected:
-        return health
-    heartbeat = record.heartbeat
-    return health.model_copy(
-        update={
-            "ready": heartbeat.ready and condition != DOWN,
+    heard = {}
+    if record is not None and state.connected:
+        heard = {
+            "ready": record.heartbeat.ready and condition != DOWN,
             "heartbeat_age_s": now_s - record.arrived_s,
-            "metrics": heartbeat.metrics,
-            "version": heartbeat.version,
+            "metrics": record.heartbeat.metrics,
+            "version": record.heartbeat.version,
         }
+    alive = state.connected and name in state.alive
+    return ServiceHealth.model_validate(
+        {"name": name, "condition": condition, "problem": problem, "alive": alive, **heard}
     )
 
 
@@ -147,7 +142,7 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
     """The robot (simulator, replay or a driver), judged by the streams that it publishes."""
     alive = state.frame is not None and state.frame.age_s(now_s) <= STREAM_TIMEOUT_S
     alive = alive and state.connected
-    condition, problem = DEGRADED, ""
+    condition = DEGRADED
     if not state.connected:
         condition, problem = DOWN, hung_problem("robot", state, now_s)
     elif not alive:

@@ -8,15 +8,16 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
-from typing import Annotated, Any
+from typing import Annotated
 
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Query, Response
 from pydantic import AfterValidator
 
 from onemap.replies import MapContent, MapListReply, MapStatistics, StoredMap
+from onemap_gateway.bus.live_state import newest
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.routes.queries import image_view
 from onemap_gateway.http.schemas import (
     ComparedImage,
@@ -33,10 +34,7 @@ from onemap_gateway.present.render import (
     encode_png,
     render_map,
 )
-from onemap_gateway.present.replies import (
-    map_archive,
-    map_statistics,
-)
+from onemap_gateway.present.replies import map_archive, map_statistics
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile, MapListRequest, MapMerge, SearchView
 
@@ -49,46 +47,45 @@ Text = Annotated[
 ]
 
 
-PICTURE: dict[str, Any] = {
-    "description": "Unknown is dark, free is grey, occupied is light (with `theme=light` free is "
-    "white, occupied is dark); x to the right, y up. `X-OneMap-Bounds` holds x_min, y_min, x_max, "
-    "y_max in metres.",
-    "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
-}
+PICTURE = content(
+    "image/png",
+    "Unknown is dark, free is grey, occupied is light (with `theme=light` free is white, occupied "
+    "is dark); x to the right, y up. `X-OneMap-Bounds` holds x_min, y_min, x_max, y_max in metres.",
+    format="binary",
+)
+ARCHIVE = content(
+    "application/octet-stream", "A NumPy archive (load it with `numpy.load`).", format="binary"
+)
+JPEG = content(
+    "image/jpeg",
+    "`X-OneMap-Sequence` is the frame's number, `X-OneMap-Age` its age in seconds since it "
+    "arrived.",
+    format="binary",
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
     """How the map is drawn."""
 
-    scale: int | None
-    marks: bool
-    theme: Theme
-
-
-async def drawing(
     scale: Annotated[
         int | None,
         Query(ge=1, le=MAX_SCALE, description="Pixels per cell; by default a size for screens."),
-    ] = None,
+    ] = None
     marks: Annotated[
         bool, Query(description="Draw robot, trail, path, frontiers, found objects, a scale bar.")
-    ] = True,
-    theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK,
-) -> Drawing:
-    """How the address asks for it."""
-    return Drawing(scale, marks, theme)
+    ] = True
+    theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK
 
 
-DrawingDep = Annotated[Drawing, Depends(drawing)]
+DrawingDep = Annotated[Drawing, Depends()]
 
 
 @router.get("/map", summary="The map in numbers", responses=problem_responses(422, 503))
 async def get_map(gateway: GatewayDep) -> MapStatistics:
     """Revision, age, extent and areas of the map."""
     view = await gateway.view()
-    revision = gateway.cache.state.revision
-    return map_statistics(view, revision.message if revision else None, gateway.now_ns())
+    return map_statistics(view, newest(gateway.cache.state.revision), gateway.now_ns())
 
 
 @router.get(
@@ -145,15 +142,7 @@ async def _picture(
     "/map.npz",
     summary="The map as arrays",
     response_class=Response,
-    responses={
-        200: {
-            "description": "A NumPy archive (load it with `numpy.load`).",
-            "content": {
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
-            },
-        },
-        **problem_responses(409, 422, 503),
-    },
+    responses={200: ARCHIVE, **problem_responses(409, 422, 503)},
 )
 async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     """The map for programs: a NumPy archive without pickled objects.
@@ -289,14 +278,7 @@ async def merge_saved_map(
     "/camera.jpg",
     summary="The camera's newest image",
     response_class=Response,
-    responses={
-        200: {
-            "description": "`X-OneMap-Sequence` is the frame's number, `X-OneMap-Age` its age in "
-            "seconds since it arrived.",
-            "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
-        },
-        **problem_responses(422, 503),
-    },
+    responses={200: JPEG, **problem_responses(422, 503)},
 )
 async def get_camera(
     gateway: GatewayDep,

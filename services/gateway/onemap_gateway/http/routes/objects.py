@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Header, Path, Response
 
 from onemap.replies import MapObject, ObjectListReply
 from onemap_gateway.http.context import GatewayDep
-from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.present.replies import map_object
 from onemap_shared import keys
 from onemap_shared.messages import MAX_TEXT_CHARS, ObjectId, ObjectListRequest
@@ -50,11 +50,12 @@ async def list_objects(gateway: GatewayDep) -> ObjectListReply:
     summary="The picture in which it was seen",
     response_class=Response,
     responses={
-        200: {
-            "description": "The camera's image in which the object was seen best when it was last "
-            "found, at most 640 pixels on its longer side. `ETag` changes with the picture.",
-            "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
-        },
+        200: content(
+            "image/jpeg",
+            "The camera's image in which the object was seen best when it was last found, at most "
+            "640 pixels on its longer side. `ETag` changes with the picture.",
+            format="binary",
+        ),
         304: {"description": "The picture is still the one of `If-None-Match`."},
         **problem_responses(404, 422, 503),
     },

@@ -17,7 +17,12 @@ from pydantic import ValidationError
 
 from onemap.replies import QueryListReply, QueryResult
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
-from onemap_gateway.http.problems import HttpProblem, from_validation_error, problem_responses
+from onemap_gateway.http.problems import (
+    HttpProblem,
+    content,
+    from_validation_error,
+    problem_responses,
+)
 from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
 from onemap_gateway.http.streams import (
     GOING_AWAY,
@@ -132,11 +137,11 @@ async def query_events(
 
 router = APIRouter(prefix="/v1", tags=["queries"])
 
-EVENTS: dict[str, Any] = {
-    "description": "Server-sent events: `answer` with the answer to one text, first to each and "
-    "then whenever its verdict or its regions change; `problem` while there is none.",
-    "content": {"text/event-stream": {"schema": {"type": "string"}}},
-}
+EVENTS = content(
+    "text/event-stream",
+    "Server-sent events: `answer` with the answer to one text, first to each and then whenever "
+    "its verdict or its regions change; `problem` while there is none.",
+)
 
 
 @router.post("/queries", summary="Where is it?", responses=problem_responses(409, 422, 503))

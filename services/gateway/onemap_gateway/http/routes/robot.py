@@ -13,7 +13,7 @@ from onemap.replies import SystemStatus
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.middleware import FOLDER
-from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.streams import GOING_AWAY, accept, speak
 from onemap_gateway.present.formats import json_text
 from onemap_gateway.present.live import live_document
@@ -81,7 +81,7 @@ async def get_status(gateway: GatewayDep) -> SystemStatus:
     "/metrics",
     summary="Numbers for Prometheus",
     response_class=Response,
-    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+    responses={200: content("text/plain")},
 )
 async def get_metrics(gateway: GatewayDep) -> Response:
     """Prometheus text format: every service's metrics as `onemap_<service>_<name>`."""

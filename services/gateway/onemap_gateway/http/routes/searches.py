@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
 from typing import Annotated
 
 import anyio
@@ -14,7 +13,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from onemap.replies import SearchListReply, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
@@ -159,18 +158,11 @@ async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     return search_snapshot(status, gateway.now_ns())
 
 
-@dataclass(frozen=True, slots=True)
-class FirstStatus:
-    """A search as an event stream begins, and how many statuses the cache had counted before."""
-
-    status: SearchStatus
-    count: int
-
-
-async def first_status(search_id: Id, gateway: GatewayDep) -> FirstStatus:
+async def events_from_now(search_id: Id, gateway: GatewayDep) -> AsyncIterator[ServerSentEvent]:
     """A dependency, so that a search that is not there is a 404 instead of an empty stream."""
     count = gateway.cache.state.search_count
-    return FirstStatus(await gateway.call(keys.SEARCH_GET, SearchId(search_id)), count)
+    first = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
+    return search_events(gateway, first, count=count)
 
 
 @router.get(
@@ -178,18 +170,18 @@ async def first_status(search_id: Id, gateway: GatewayDep) -> FirstStatus:
     summary="Tell me as it goes",
     response_class=EventSourceResponse,
     responses={
-        200: {
-            "description": "Server-sent events: `status` with a search report on each change, "
-            "`problem` while the planner is away. Ends after the final state; a browser's "
-            "EventSource has to be closed then, or it connects again.",
-            "content": {"text/event-stream": {"schema": {"type": "string"}}},
-        },
+        200: content(
+            "text/event-stream",
+            "Server-sent events: `status` with a search report on each change, `problem` while the "
+            "planner is away. Ends after the final state; a browser's EventSource has to be closed "
+            "then, or it connects again.",
+        ),
         **problem_responses(404, 422, 503),
     },
 )
 async def follow_search(
-    first: Annotated[FirstStatus, Depends(first_status)], gateway: GatewayDep
+    events: Annotated[AsyncIterator[ServerSentEvent], Depends(events_from_now)],
 ) -> AsyncIterator[ServerSentEvent]:
     """Every change of the search as a server-sent event."""
-    async for event in search_events(gateway, first.status, count=first.count):
+    async for event in events:
         yield event
