@@ -5,19 +5,12 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap import Choice, MapObject, ObjectOutcome, QueryResult, SearchCoverage, SearchSnapshot
+from onemap import Choice, ObjectOutcome, QueryResult, SearchSnapshot
 from onemap.replies import FINAL_STATES, moment, rfc3339
 from onemap_shared import messages
 
 OUTCOME = {"name": "sofa", "outcome": "not_found"}
 REPORT = {"id": "s1", "state": "failed", "objects": ["sofa"], "results": []}
-COVERAGE = {
-    "explored_m2": 8,
-    "free_m2": 10,
-    "unreachable_m2": 1.5,
-    "best_match_m": [1, 2],
-    "best_score": 0.4,
-}
 OPTION = {
     "kind": "frontier",
     "xy_m": [1, 2],
@@ -28,18 +21,6 @@ OPTION = {
 }
 CHOICE = {"number": 2, "sentence": "the only goal", "options": [OPTION]}
 LATE_NS = 1767225612400000001  # more digits than a float has
-
-
-def test_an_object_has_coverage_or_evidence_by_how_its_search_ended() -> None:
-    absent = ObjectOutcome.of({**OUTCOME, "coverage": COVERAGE, "evidence": None})
-    assert absent.coverage is not None
-    assert absent.coverage.best_match_m == (1.0, 2.0)
-    assert SearchCoverage.of({**COVERAGE, "best_match_m": None}).best_match_m is None
-    evidence = {"frame_ns": str(LATE_NS), "box_px": [1, 2, 3, 4], "cells": 7}
-    found = ObjectOutcome.of({**OUTCOME, "outcome": "found", "evidence": evidence})
-    assert found.found
-    assert found.evidence is not None
-    assert (found.evidence.frame_ns, found.evidence.box_px) == (LATE_NS, (1.0, 2.0, 3.0, 4.0))
 
 
 def test_a_search_is_complete_if_every_object_was_found() -> None:
@@ -79,22 +60,6 @@ def test_a_reply_is_the_same_after_a_round_trip() -> None:
     assert document["updated_at"] == "2026-01-01T00:00:12.400Z"
     assert SearchSnapshot.of(document) == snapshot
     assert snapshot.choice == Choice.of(CHOICE)
-
-
-def test_an_object_of_a_map_has_times_in_utc() -> None:
-    document = {
-        "id": "3f9a12c4",
-        "name": "bed",
-        "position_m": [1, 2, 0],
-        "extent_m": [0, 1, 2, 3],
-        "score": 1,
-        "times_found": 1,
-        "first_found_ns": str(LATE_NS),
-        "last_seen_ns": str(LATE_NS),
-    }
-    found = MapObject.of(document)
-    assert found.last_seen_at.isoformat() == "2026-01-01T00:00:12.400000+00:00"
-    assert (found.search_id, found.box_px, found.has_picture) == ("", None, False)
 
 
 def test_the_final_states_are_those_of_the_planner() -> None:

@@ -17,23 +17,19 @@ from onemap_shared.config import ConfigError, section
 from onemap_shared.runner import StartError
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.9.1", "::1", "localhost"])
+@pytest.mark.parametrize("host", ["127.8.9.1", "::1", "localhost"])
 def test_loopback_needs_no_token(host: str) -> None:
     assert GatewayConfig(host=host).host == host
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "robot.local"])
-def test_an_open_address_without_a_token_is_refused_with_what_to_do(host: str) -> None:
+def test_an_open_address_needs_a_token_or_that_none_is_wanted(host: str) -> None:
+    GatewayConfig(host=host, token=SecretStr("secret"))
+    GatewayConfig(host=host, token_file="/run/secret")
+    GatewayConfig(host=host, allow_unauthenticated=True)
     with pytest.raises(ValidationError, match="set 'token'") as refusal:
         GatewayConfig(host=host)
     assert host in str(refusal.value)
-
-
-@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7"])
-def test_an_open_address_is_fine_with_a_token_or_when_asked_for(host: str) -> None:
-    assert GatewayConfig(host=host, token=SecretStr("secret")).host == host
-    assert GatewayConfig(host=host, token_file="/run/secret").host == host
-    assert GatewayConfig(host=host, allow_unauthenticated=True).host == host
 
 
 def test_the_token_is_not_printed() -> None:

@@ -69,20 +69,14 @@ def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> 
     mapper.bus.close()
 
 
-def test_the_arrays(client: TestClient) -> None:
+def test_the_map_in_numbers_and_arrays_and_cleared(client: TestClient) -> None:
+    info = client.get("/v1/map").json()
+    assert info["revision"] == 7
+    assert info["bounds_m"] == pytest.approx([-1.0, -0.5, 3.0, 2.5])
     answer = client.get("/v1/map.npz?text=sofa")
     assert "map.npz" in answer.headers["Content-Disposition"]
     with np.load(io.BytesIO(answer.content), allow_pickle=False) as archive:
         assert archive["occupancy"].shape == archive["similarity"].shape == (40, 30)
-
-
-def test_the_numbers(client: TestClient) -> None:
-    info = client.get("/v1/map").json()
-    assert info["revision"] == 7
-    assert info["bounds_m"] == pytest.approx([-1.0, -0.5, 3.0, 2.5])
-
-
-def test_the_map_is_cleared(client: TestClient) -> None:
     assert client.post("/v1/map/clear").json()["cells_observed"] == 315
 
 
@@ -152,12 +146,6 @@ def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRou
     edge = (slice(17, 20), 4)  # rows and column of the corner of the box below its label
     np.testing.assert_allclose(decoded(drawn.content)[edge].mean(axis=0), BOX, atol=60)
     np.testing.assert_allclose(decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30)
-
-
-def test_without_a_camera_the_robot_is_missing(client: TestClient) -> None:
-    answer = client.get("/v1/camera.jpg")
-    assert answer.status_code == 503
-    assert answer.json()["service"] == "robot"
 
 
 def test_objects_are_listed_as_the_mapper_keeps_them(

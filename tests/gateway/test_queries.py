@@ -12,8 +12,7 @@ from typing import Any
 import anyio
 import pytest
 from fastapi.sse import ServerSentEvent
-from starlette.testclient import TestClient, WebSocketTestSession
-from starlette.websockets import WebSocketDisconnect
+from starlette.testclient import TestClient
 from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect
 
@@ -35,6 +34,7 @@ from tests.gateway.fakes import (
     FakeMapper,
     client_of,
     client_on,
+    code_at_the_end,
     gateway_on,
     odometry,
     revision,
@@ -46,8 +46,8 @@ from tests.shared.samples import PNG
 IMAGE = b64encode(PNG).decode()
 
 
-def test_regions_come_back_best_first(client: TestClient) -> None:
-    answer = client.post("/v1/queries", json={"text": "sofa"})
+def test_regions_come_back_best_first_and_a_grid_on_request(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa", "include_grid": True})
     assert answer.status_code == 200
     reply = answer.json()
     assert [region["rank"] for region in reply["regions"]] == [1, 2]
@@ -55,7 +55,11 @@ def test_regions_come_back_best_first(client: TestClient) -> None:
     assert reply["regions"][1]["variance"] is None  # infinite: JSON has no such number
     assert reply["revision"] == 7
     assert reply["age_s"] > 0
-    assert reply["grid"] is None
+    grid = reply["grid"]
+    assert grid["shape"] == list(GRID.shape)
+    assert grid["origin_m"] == pytest.approx([-1.0, -0.5])
+    assert grid["scores"][0][0] is None  # not seen
+    assert grid["scores"][13][16] == pytest.approx(0.9)
 
 
 def test_what_is_not_there_gets_a_sentence_instead_of_regions(client: TestClient) -> None:
@@ -71,22 +75,6 @@ def test_what_is_not_there_gets_a_sentence_instead_of_regions(client: TestClient
     assert reply["did_you_mean"] == ["ball", "fan"]
 
 
-def test_the_grid_comes_on_request_with_null_for_unseen(client: TestClient) -> None:
-    answer = client.post("/v1/queries", json={"text": "sofa", "include_grid": True})
-    grid = answer.json()["grid"]
-    assert grid["shape"] == list(GRID.shape)
-    assert grid["origin_m"] == pytest.approx([-1.0, -0.5])
-    assert grid["scores"][0][0] is None
-    assert grid["scores"][13][16] == pytest.approx(0.9)
-
-
-def test_an_unknown_word_is_the_clients_to_change(client: TestClient) -> None:
-    answer = client.post("/v1/queries", json={"text": "flurb"})
-    assert answer.status_code == 422
-    assert "flurb" in answer.json()["detail"]
-    assert answer.json()["type"].endswith("unknown_word")
-
-
 def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: MemoryRouter) -> None:
     mapper = FakeMapper(router)
     with client_on(router) as client:
@@ -98,13 +86,6 @@ def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: Memor
         mapper = FakeMapper(router)
         assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
         mapper.bus.close()
-
-
-def test_several_texts_get_an_answer_each_in_their_order(client: TestClient) -> None:
-    answer = client.post("/v1/queries", json={"texts": ["kite", "sofa", "kettle"]})
-    answers = answer.json()["answers"]
-    assert [each["text"] for each in answers] == ["kite", "sofa", "kettle"]
-    assert [each["verdict"] for each in answers] == ["not_looked_yet", "found", "found"]
 
 
 def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRouter) -> None:
@@ -124,18 +105,14 @@ def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRout
     [
         ({}, "exactly one of 'text'"),
         ({"text": "sofa", "texts": ["bed"]}, "exactly one of 'text'"),
-        ({"texts": []}, "texts"),
         ({"texts": ["sofa"] * 21}, "texts"),
         ({"text": "sofa", "negatives": ["bed"] * 11}, "negatives"),
-        ({"text": "sofa", "negatives": [""]}, "empty"),
-        ({"text": "sofa", "area_m": [0, 0, 1]}, "area_m"),
         ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
         ({"text": "sofa", "area_m": [0, 0, 1, 1e9]}, "area_m"),
         ({"text": "sofa", "image": IMAGE}, "exactly one of 'text'"),
         ({"image": IMAGE, "negatives": ["bed"]}, "negatives"),
         ({"image": 5}, "must be a string"),
         ({"image": "söfa"}, "no base64"),
-        ({"image": "/9j/4AAQ"}, "no PNG and no JPEG"),
         ({"image": b64encode(b"GIF89a").decode()}, "no PNG and no JPEG"),
         ({"image": b64encode(PNG.replace(b"\x40", b"\x08")).decode()}, "8 x 48 pixels"),
         ({"image": b64encode(bytes(MAX_IMAGE_BYTES + 1)).decode()}, "the limit is 524288"),
@@ -164,18 +141,6 @@ def test_an_image_is_asked_for_as_a_text_is(router: MemoryRouter, written: str) 
     mapper.bus.close()
 
 
-@pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
-def test_an_image_that_perception_refuses_is_the_clients_to_change(
-    router: MemoryRouter, code: str
-) -> None:
-    mapper = FakeMapper(router, image_problem=RequestRejected(code, "why: do this"))
-    with client_on(router) as client:
-        answer = client.post("/v1/queries", json={"image": IMAGE})
-    assert (answer.status_code, answer.json()["type"]) == (422, f"/docs#problem-{code}")
-    assert "do this" in answer.json()["detail"]
-    mapper.bus.close()
-
-
 def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
     mapper = FakeMapper(router)
     image = PNG + bytes(MAX_IMAGE_BYTES - len(PNG))
@@ -186,7 +151,6 @@ def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
     mapper.bus.close()
 
 
-BODY: dict[str, Any] = {"image": b64encode(PNG).decode()}
 Events = AsyncIterator[ServerSentEvent]
 
 
@@ -262,48 +226,21 @@ def test_an_empty_map_is_a_problem_that_passes(router: MemoryRouter) -> None:
     listen(router, ["sofa"], scenario)
 
 
-def test_an_unknown_word_ends_the_stream(router: MemoryRouter) -> None:
-    FakeMapper(router)
-
-    async def scenario(_gateway: GatewayContext, events: Events) -> None:
-        name, problem = await next_event(events)
-        assert (name, problem["status"]) == ("problem", 422)
-        with pytest.raises(StopAsyncIteration):
-            await next_event(events)
-
-    listen(router, ["flurb"], scenario)
-
-
 @pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
 def test_an_image_that_perception_refuses_frees_its_place(router: MemoryRouter, code: str) -> None:
     FakeMapper(router, image_problem=RequestRejected(code, "why: do this"))
     with gateway_on(router) as gateway:
-        answer = client_of(gateway).post("/v1/queries/events", json=BODY)
+        answer = client_of(gateway).post("/v1/queries/events", json={"image": IMAGE})
         assert (answer.status_code, answer.json()["type"]) == (422, f"/docs#problem-{code}")
+        assert "do this" in answer.json()["detail"]
         assert gateway.image_streams.open == 0
-
-
-def test_a_stream_with_an_image_holds_a_place_until_it_ends(router: MemoryRouter) -> None:
-    held: list[int] = []
-    refusals = iter([("empty_map", "nothing has been seen yet"), ("bad_image", "one colour only")])
-    with gateway_on(router) as gateway:
-
-        def similarity(_request: m.ImageSimilarityRequest) -> m.SimilarityReply:
-            held.append(gateway.image_streams.open)
-            raise RequestRejected(*next(refusals))
-
-        router.bus("mapper").serve(keys.MAP_IMAGE_SIMILARITY, similarity)
-        answer = client_of(gateway).post("/v1/queries/events", json=BODY)
-        assert (answer.status_code, answer.text.count("event: problem")) == (200, 1)
-        assert "#problem-bad_image" in answer.text
-        assert (held, gateway.image_streams.open) == ([1, 1], 0)
 
 
 def test_one_stream_too_many_with_an_image_is_refused(router: MemoryRouter) -> None:
     FakeMapper(router)
     with gateway_on(router) as gateway:
         gateway.image_streams.open = MAX_IMAGE_STREAMS
-        refused = client_of(gateway).post("/v1/queries/events", json=BODY)
+        refused = client_of(gateway).post("/v1/queries/events", json={"image": IMAGE})
     assert (refused.status_code, refused.headers["Retry-After"]) == (503, "2")
     assert "close one of them" in refused.json()["detail"]
 
@@ -312,9 +249,7 @@ def test_one_stream_too_many_with_an_image_is_refused(router: MemoryRouter) -> N
     ("asked", "reason"),
     [
         ("", "text"),
-        ("text=", "empty"),
         ("text=flurb", "flurb"),
-        ("text=sofa&area_m=1,2", "area_m"),
         ("text=sofa&area_m=here", "area_m"),
         ("text=sofa&area_m=1,0,0,1", "x_min < x_max"),
         ("text=sofa&max_regions=0", "max_regions"),
@@ -330,20 +265,6 @@ def test_what_cannot_be_followed_is_refused_before_the_stream(
 
 
 LIVE = "ws://localhost:8080/v1/queries/live"
-TOKEN = "a-token-for-looking-1"
-IMAGE = b64encode(PNG).decode()
-
-
-def drain(socket: WebSocketTestSession) -> None:
-    while True:
-        socket.receive_json()
-
-
-def code_at_the_end(socket: WebSocketTestSession) -> int:
-    """The code with which the gateway closes the socket."""
-    with pytest.raises(WebSocketDisconnect) as end:
-        drain(socket)
-    return end.value.code
 
 
 @pytest.mark.parametrize("binary", [False, True])
@@ -371,12 +292,9 @@ def test_an_image_is_asked_for_in_the_first_message(router: MemoryRouter, binary
 @pytest.mark.parametrize(
     ("body", "status", "reason"),
     [
-        ("", 400, "not valid JSON"),
         ("{not json", 400, "not valid JSON"),
-        ("[]", 422, "object"),
         ("{}", 422, "exactly one of 'text'"),
         ('{"text": "flurb"}', 422, "flurb"),
-        ('{"image": "R0lGODlh"}', 422, "no PNG and no JPEG"),
         ('{"text": "sofa", "include_grid": true}', 422, "'include_grid' is for"),
         ('{"text": "sofa", "speed": 3}', 422, "'speed' is no field"),
     ],
