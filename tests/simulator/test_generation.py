@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 
 import numpy as np
 import pytest
 
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.generation import mesh
+from onemap_simulator.generation import mesh, structure
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.floor_plan import (
     FloorPlan,
@@ -18,31 +18,26 @@ from onemap_simulator.generation.floor_plan import (
     Space,
     sample_floor_plan,
 )
-from onemap_simulator.generation.model import Model
-from onemap_simulator.generation.room_layout import PlacedModel
-from onemap_simulator.generation.sampler import Sampler
-from onemap_simulator.generation.stairwell import with_stairwell
-from onemap_simulator.generation.structure import (
-    doors_and_windows,
-    room_surfaces,
+from onemap_simulator.generation.furniture import (
+    bathroom,
+    decor,
+    electronics,
+    kitchen,
+    seats_and_tables,
+    storage,
 )
-from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
-from onemap_simulator.parts import scene_truth
-from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.generation.mesh import Model
+from onemap_simulator.generation.placement import PlacedModel
+from onemap_simulator.generation.stairwell import with_stairwell
+from onemap_simulator.generation.structure import doors_and_windows, room_surfaces
+from onemap_simulator.generation.style import HELD_OUT, TRAINING, ModelFactory, Sampler, Style
+from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.scene.cell_masks import clearance_m, connected_part
 from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
-from tests.simulator.furniture import FACTORIES
-from tests.simulator.scenes import box_room, object_vertices
+from tests.simulator.scenes import WALL_SIDES, SceneBuilder, object_vertices
 
-CASES = [
-    (1, TRAINING),
-    (2, TRAINING),
-    (3, TRAINING),
-    (901, TRAINING),
-    (1003, TRAINING),
-    (4, HELD_OUT),
-]
+CASES = [(1, TRAINING), (3, TRAINING), (901, TRAINING), (4, HELD_OUT)]
 ROBOT_CLEARANCE_M = 0.25
 FIXED = {"wall", "floor", "ceiling", "door", "window"}
 PLAN = FloorPlan(
@@ -147,18 +142,15 @@ def test_objects_stay_inside_the_apartment(seed: int, style: Style) -> None:
     assert scene.vertices[:, 2].min() >= -0.03
 
 
-def test_the_same_seed_gives_the_same_scene() -> None:
-    first, second = generate_apartment(7), generate_apartment(7)
+def test_the_same_seed_gives_the_same_scene_and_another_seed_or_style_another() -> None:
+    first, second = apartment(4, HELD_OUT), generate_apartment(4, HELD_OUT)
     assert first.objects == second.objects
     assert first.start == second.start
     np.testing.assert_array_equal(first.vertices, second.vertices)
     for a, b in zip(first.textures, second.textures, strict=True):
         np.testing.assert_array_equal(a, b)
-
-
-def test_seeds_and_styles_differ() -> None:
-    scenes = [apartment(1, TRAINING), apartment(2, TRAINING), generate_apartment(1, HELD_OUT)]
-    assert len({scene.vertices.tobytes() for scene in scenes}) == len(scenes)
+    others = [apartment(1, TRAINING), apartment(3, TRAINING), generate_apartment(4, TRAINING)]
+    assert len({scene.vertices.tobytes() for scene in (first, *others)}) == 4
 
 
 def test_colour_is_not_the_class() -> None:
@@ -173,6 +165,44 @@ def test_colour_is_not_the_class() -> None:
     assert (np.std(colours, axis=0) > 30).all()
 
 
+def look(make: Callable[[Sampler, float, kitchen.KitchenLook], Model]) -> ModelFactory:
+    """The factory with a kitchen's look of its own."""
+    return lambda draw: make(draw, draw.size(0.5, 0.8), kitchen.kitchen_look(draw))
+
+
+# By category, but walls, floors and ceilings; of several factories any is chosen.
+FACTORIES: dict[str, tuple[ModelFactory, ...]] = {
+    "door": (lambda draw: structure.door(draw, draw.size(0.95, 1.1), ("left", 0.0)),),
+    "window": (lambda draw: structure.window(draw, draw.size(1.0, 1.7), draw.size(1.0, 1.3)),),
+    "curtain": (lambda draw: decor.curtain(draw, draw.size(0.35, 0.6), 2.0),),
+    "rug": (lambda draw: decor.rug(draw, draw.size(1.2, 2.2), draw.size(0.8, 1.4)),),
+    "kitchen cabinet": (look(kitchen.kitchen_cabinet), look(kitchen.wall_cabinet)),
+    "sink": (look(kitchen.kitchen_sink), bathroom.bathroom_sink),
+    "dishwasher": (lambda draw: kitchen.dishwasher(draw, kitchen.kitchen_look(draw)[1]),),
+    "television": (
+        partial(electronics.television, hanging=False),
+        partial(electronics.television, hanging=True),
+    ),
+    "lamp": (electronics.table_lamp, electronics.floor_lamp),
+    "fan": (electronics.standing_fan, electronics.table_fan),
+    "potted plant": (decor.floor_plant, decor.small_plant),
+    "box": (storage.cardboard_box,),
+    **{
+        name.replace("_", " "): (getattr(module, name),)
+        for module, names in (
+            (
+                seats_and_tables,
+                "sofa armchair chair stool bench table coffee_table desk bed pillow",
+            ),
+            (storage, "bookcase wardrobe dresser nightstand shelf basket trash_can suitcase"),
+            (kitchen, "refrigerator oven microwave kettle toaster bottle cup bowl book"),
+            (bathroom, "toilet bathtub shower washing_machine towel"),
+            (electronics, "laptop radiator"),
+            (decor, "mirror vase clock picture bicycle guitar teddy_bear ball"),
+        )
+        for name in names.split()
+    },
+}
 EVERY = sorted(FACTORIES)
 
 
@@ -188,7 +218,7 @@ def outline(model: Model) -> tuple[float, ...]:
 @pytest.mark.parametrize("category", EVERY)
 @pytest.mark.parametrize("style", [TRAINING, HELD_OUT], ids=lambda style: style.name)
 def test_models_are_sound(category: str, style: Style) -> None:
-    for seed in range(6):
+    for seed in range(4):
         model = draw(category, seed, style)
         assert model.category == category
         size = model.upper - model.lower
@@ -221,7 +251,7 @@ def plan_of(seed: int) -> FloorPlan:
     return sample_floor_plan(Sampler(np.random.default_rng(seed), style))
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_plans_are_sound(seed: int) -> None:
     plan = plan_of(seed)
     assert 5 <= len(plan.spaces) <= 7
@@ -240,7 +270,7 @@ def test_plans_are_sound(seed: int) -> None:
         assert 0 < window.sill < window.top < plan.height_m
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_windows_lie_in_outer_walls_and_do_not_overlap(seed: int) -> None:
     plan = plan_of(seed)
     rects = np.array([space.rect for space in plan.spaces])
@@ -340,22 +370,16 @@ def test_every_opening_is_filled_and_passages_stay_clear() -> None:
                 assert not (in_wall & low & inside).any()
 
 
-OPENING = (1.5, 1.0, 2.2, 2.0)
-
-
-def test_floor_is_missing_in_the_opening_alone() -> None:
-    floor = MissingFloor.of(with_stairwell(box_room(), OPENING), 1.1)
-    assert floor.touches(1.85, 1.5, 0.01)
-    assert not floor.touches(1.25, 1.5, 0.2)
-
-
 def test_the_shortest_way_leads_around_an_opening() -> None:
-    scene, config = generate_apartment(2), SimulatorConfig(seed=2)
-    opened = with_stairwell(scene, (4.5, 4.9, 5.2, 5.9))
-    before, after = (scene_truth(each, config) for each in (scene, opened))
-    way = before.shortest_path("sofa", 2.3, 5.43)
-    inside = (way >= (4.5, 4.9)).all(axis=1) & (way <= (5.2, 5.9)).all(axis=1)
-    assert inside.any()
-    around = after.shortest_path("sofa", 2.3, 5.43)
-    assert not ((around >= (4.35, 4.75)).all(axis=1) & (around <= (5.35, 6.05)).all(axis=1)).any()
-    assert after.distances("sofa", 2.3, 5.43).path_m > before.distances("sofa", 2.3, 5.43).path_m
+    builder = SceneBuilder().add("floor", (0, 0, -0.02), (6, 4, 0))
+    builder.add("wall", (0, 0, 0), (6, 4, 2.5), sides=WALL_SIDES)
+    scene = builder.add("sofa", (5, 1.5, 0), (6, 2.5, 0.8)).build()
+    opened = with_stairwell(scene, (2.0, 1.5, 2.7, 2.5))
+    before, after = (
+        SceneTruth(each, radius_m=0.2, height_m=1.1, eye_height_m=1.0) for each in (scene, opened)
+    )
+    way = before.shortest_path("sofa", 0.5, 2.0)
+    assert ((way >= (2.0, 1.5)) & (way <= (2.7, 2.5))).all(axis=1).any()
+    around = after.shortest_path("sofa", 0.5, 2.0)
+    assert not ((around >= (1.9, 1.4)) & (around <= (2.8, 2.6))).all(axis=1).any()
+    assert after.distances("sofa", 0.5, 2.0).path_m > before.distances("sofa", 0.5, 2.0).path_m

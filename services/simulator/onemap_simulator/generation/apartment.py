@@ -7,16 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.geometry import F64, U8
-from onemap_simulator.generation.clutter import add_missing, hang_curtains
 from onemap_simulator.generation.floor_plan import FloorPlan, sample_floor_plan
-from onemap_simulator.generation.mesh import rotation
-from onemap_simulator.generation.model import Material
-from onemap_simulator.generation.placement import Placer
-from onemap_simulator.generation.room_layout import PlacedModel, RoomLayout
-from onemap_simulator.generation.rooms import furnish
-from onemap_simulator.generation.sampler import Sampler
+from onemap_simulator.generation.mesh import Material, rotation
+from onemap_simulator.generation.placement import PlacedModel, Placer, RoomLayout
+from onemap_simulator.generation.rooms import add_missing, furnish, hang_curtains
 from onemap_simulator.generation.structure import doors_and_windows, room_surfaces
-from onemap_simulator.generation.style import TRAINING, Style
+from onemap_simulator.generation.style import TRAINING, Sampler, Style
 from onemap_simulator.scene.scene import PointLight, Room, Scene, SceneObject
 
 
@@ -43,46 +39,46 @@ def generate_apartment(seed: int, style: Style = TRAINING) -> Scene:
 
 def furnish_apartment(seed: int, style: Style = TRAINING) -> FurnishedApartment:
     """The same apartment as models, for what changes them before they become a scene."""
-    sampler = Sampler(np.random.default_rng(seed), style)
-    plan = sample_floor_plan(sampler)
+    draw = Sampler(np.random.default_rng(seed), style)
+    plan = sample_floor_plan(draw)
     layout = RoomLayout(plan)
-    fittings = doors_and_windows(plan, sampler)
+    fittings = doors_and_windows(plan, draw)
     layout.add_fixed(fittings)
     for index in range(len(plan.spaces)):
-        furnish(Placer(layout, sampler, index))
-    add_missing(layout, sampler)
-    hang_curtains(layout, sampler)
-    items = (*room_surfaces(plan, sampler), *fittings, *layout.placed)
-    lights, ambient = _light(sampler, plan)
+        furnish(Placer(layout, draw, index))
+    add_missing(layout, draw)
+    hang_curtains(layout, draw)
+    items = (*room_surfaces(plan, draw), *fittings, *layout.placed)
+    lights, ambient = _light(draw, plan)
     rooms = tuple(Room(space.kind, space.inner) for space in plan.spaces)
     name = f"apartment {seed} ({style.name})"
     return FurnishedApartment(name, items, rooms, lights, ambient, _start(layout))
 
 
 def _light(
-    sampler: Sampler, plan: FloorPlan
+    draw: Sampler, plan: FloorPlan
 ) -> tuple[tuple[PointLight, ...], tuple[float, float, float]]:
     """One or two lamps under each ceiling, warm or cold, and the ambient light."""
     lights = []
     for space in plan.spaces:
         x0, y0, x1, y1 = space.inner
         count = 2 if max(x1 - x0, y1 - y0) > 4.5 else 1
-        warm = sampler.uniform(-0.12, 0.12)
+        warm = draw.uniform(-0.12, 0.12)
         for index in range(count):
             share = (index + 0.5) / count
-            x = x0 + (x1 - x0) * (share if x1 - x0 > y1 - y0 else sampler.uniform(0.4, 0.6))
-            y = y0 + (y1 - y0) * (share if x1 - x0 <= y1 - y0 else sampler.uniform(0.4, 0.6))
-            power = sampler.uniform(*sampler.style.light)
+            x = x0 + (x1 - x0) * (share if x1 - x0 > y1 - y0 else draw.uniform(0.4, 0.6))
+            y = y0 + (y1 - y0) * (share if x1 - x0 <= y1 - y0 else draw.uniform(0.4, 0.6))
+            power = draw.uniform(*draw.style.light)
             colour = (power * (1 + warm), power, power * (1 - warm))
             lights.append(PointLight((x, y, plan.height_m - 0.3), colour))
-    level, tone = sampler.uniform(*sampler.style.ambient), sampler.uniform(-0.04, 0.04)
+    level, tone = draw.uniform(*draw.style.ambient), draw.uniform(-0.04, 0.04)
     return tuple(lights), (level * (1 + tone), level, level * (1 - tone))
 
 
 def _start(layout: RoomLayout) -> tuple[float, float, float]:
     """x, y, yaw: the place of largest clearance in the hub, facing along its longer side."""
     x0, y0, x1, y1 = layout.plan.spaces[0].inner
-    clearance = np.where(layout.reachable_cells(), layout.clearance(), 0.0)
+    clearance = layout.clearance()
     cells = np.stack(np.meshgrid(*map(np.arange, layout.grid.shape), indexing="ij"), axis=-1)
     centres = layout.grid.centres(cells)
     x, y = centres[..., 0], centres[..., 1]

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from onemap_simulator.generation.sampler import Sampler
+from onemap_simulator.generation.style import Sampler
 
 Rect = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max in metres
 
@@ -80,23 +80,23 @@ class FloorPlan:
     height_m: float
 
 
-def sample_floor_plan(sampler: Sampler) -> FloorPlan:
+def sample_floor_plan(draw: Sampler) -> FloorPlan:
     """A floor plan of five to seven rooms, about 70 to 120 square metres."""
-    rects = sampler.choice([_along_corridor, _beside_living_room, _around_living_room])(sampler)
-    if sampler.chance(0.5):
+    rects = draw.choice([_along_corridor, _beside_living_room, _around_living_room])(draw)
+    if draw.chance(0.5):
         rects = [(y0, x0, y1, x1) for x0, y0, x1, y1 in rects]
-    spaces = _name(sampler, rects)
-    hub_doors = [_door(sampler, spaces, 0, other) for other in range(1, len(spaces))]
-    doors = (*hub_doors, *_passages(sampler, spaces))
-    entrance, windows = _outer_openings(sampler, spaces)
-    return FloorPlan(spaces, doors, entrance, windows, sampler.uniform(2.45, 2.8))
+    spaces = _name(draw, rects)
+    hub_doors = [_door(draw, spaces, 0, other) for other in range(1, len(spaces))]
+    doors = (*hub_doors, *_passages(draw, spaces))
+    entrance, windows = _outer_openings(draw, spaces)
+    return FloorPlan(spaces, doors, entrance, windows, draw.uniform(2.45, 2.8))
 
 
-def _split(sampler: Sampler, start: float, total: float, count: int, small: float) -> list[float]:
+def _split(draw: Sampler, start: float, total: float, count: int, small: float) -> list[float]:
     """Borders (count + 1) of ``count`` rooms in a row; ``small`` > 0 sets one of them to it."""
-    shares = np.array([sampler.uniform(0.85, 1.2) for _ in range(count)])
+    shares = np.array([draw.uniform(0.85, 1.2) for _ in range(count)])
     if small > 0 and count > 1:
-        index = sampler.integer(0, count - 1)
+        index = draw.integer(0, count - 1)
         others = np.arange(count) != index
         shares[others] *= (total - small) / shares[others].sum()
         shares[index] = small
@@ -109,15 +109,15 @@ def _row(borders: list[float], y0: float, y1: float) -> list[Rect]:
     return [(a, y0, b, y1) for a, b in pairwise(borders)]
 
 
-def _along_corridor(sampler: Sampler) -> list[Rect]:
+def _along_corridor(draw: Sampler) -> list[Rect]:
     """A corridor along x with rooms on both sides."""
-    width, hall = sampler.uniform(9.2, 10.4), sampler.uniform(1.5, 1.8)
-    below, above = sampler.uniform(3.3, 3.8), sampler.uniform(3.3, 4.0)
-    counts = sampler.choice([(2, 3), (3, 2), (3, 3)])
-    bath = sampler.uniform(2.1, 2.6)
+    width, hall = draw.uniform(9.2, 10.4), draw.uniform(1.5, 1.8)
+    below, above = draw.uniform(3.3, 3.8), draw.uniform(3.3, 4.0)
+    counts = draw.choice([(2, 3), (3, 2), (3, 3)])
+    bath = draw.uniform(2.1, 2.6)
     smalls = (bath, 0.0) if counts[0] == 3 else (0.0, bath)
-    south = _split(sampler, 0.0, width, counts[0], smalls[0])
-    north = _split(sampler, 0.0, width, counts[1], smalls[1])
+    south = _split(draw, 0.0, width, counts[0], smalls[0])
+    north = _split(draw, 0.0, width, counts[1], smalls[1])
     return [
         (0.0, below, width, below + hall),
         *_row(south, 0.0, below),
@@ -125,18 +125,18 @@ def _along_corridor(sampler: Sampler) -> list[Rect]:
     ]
 
 
-def _beside_living_room(sampler: Sampler) -> list[Rect]:
+def _beside_living_room(draw: Sampler) -> list[Rect]:
     """A living room as deep as the apartment, beside it a corridor between two rows of rooms."""
-    living, width = sampler.uniform(4.0, 4.6), sampler.uniform(6.0, 7.0)
+    living, width = draw.uniform(4.0, 4.6), draw.uniform(6.0, 7.0)
     hall, below, above = (
-        sampler.uniform(1.5, 1.8),
-        sampler.uniform(3.0, 3.6),
-        sampler.uniform(3.0, 3.6),
+        draw.uniform(1.5, 1.8),
+        draw.uniform(3.0, 3.6),
+        draw.uniform(3.0, 3.6),
     )
-    bath = sampler.uniform(2.1, 2.6)
+    bath = draw.uniform(2.1, 2.6)
     depth = below + hall + above
-    south = _split(sampler, living, width, 2, bath)
-    north = _split(sampler, living, width, 2, 0.0)
+    south = _split(draw, living, width, 2, bath)
+    north = _split(draw, living, width, 2, 0.0)
     return [
         (living, below, living + width, below + hall),
         (0.0, 0.0, living, depth),
@@ -145,16 +145,16 @@ def _beside_living_room(sampler: Sampler) -> list[Rect]:
     ]
 
 
-def _around_living_room(sampler: Sampler) -> list[Rect]:
+def _around_living_room(draw: Sampler) -> list[Rect]:
     """A living room in the middle, with rooms to the west and to the east."""
     west, hub, east = (
-        sampler.uniform(3.0, 3.5),
-        sampler.uniform(4.0, 4.6),
-        sampler.uniform(3.0, 3.5),
+        draw.uniform(3.0, 3.5),
+        draw.uniform(4.0, 4.6),
+        draw.uniform(3.0, 3.5),
     )
-    depth, bath = sampler.uniform(7.2, 8.2), sampler.uniform(2.1, 2.5)
-    left = _split(sampler, 0.0, depth, 2, 0.0)
-    right = _split(sampler, 0.0, depth, 3 if depth > 7.7 else 2, bath)
+    depth, bath = draw.uniform(7.2, 8.2), draw.uniform(2.1, 2.5)
+    left = _split(draw, 0.0, depth, 2, 0.0)
+    right = _split(draw, 0.0, depth, 3 if depth > 7.7 else 2, bath)
     return [
         (west, 0.0, west + hub, depth),
         *[(0.0, a, west, b) for a, b in pairwise(left)],
@@ -162,7 +162,7 @@ def _around_living_room(sampler: Sampler) -> list[Rect]:
     ]
 
 
-def _name(sampler: Sampler, rects: list[Rect]) -> tuple[Space, ...]:
+def _name(draw: Sampler, rects: list[Rect]) -> tuple[Space, ...]:
     """Kinds for the rooms: the smallest is the bathroom, the largest the living room."""
     areas = [(x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in rects]
     kinds = [""] * len(rects)
@@ -174,8 +174,8 @@ def _name(sampler: Sampler, rects: list[Rect]) -> tuple[Space, ...]:
     else:
         kinds[0] = "living room"
     kinds[others.pop(0)] = "bathroom"
-    rest = ["kitchen", "bedroom", *sampler.rng.permutation(["study", "dining room", "bedroom"])]
-    order = sampler.rng.permutation(len(others))
+    rest = ["kitchen", "bedroom", *draw.rng.permutation(["study", "dining room", "bedroom"])]
+    order = draw.rng.permutation(len(others))
     for index, kind in zip(order, rest, strict=False):
         kinds[others[index]] = str(kind)
     return tuple(Space(kind, rect) for kind, rect in zip(kinds, rects, strict=True))
@@ -192,36 +192,36 @@ def _shared(first: Space, second: Space) -> tuple[int, float, float, float] | No
     return None
 
 
-def _door(sampler: Sampler, spaces: tuple[Space, ...], first: int, second: int) -> Opening:
+def _door(draw: Sampler, spaces: tuple[Space, ...], first: int, second: int) -> Opening:
     """A door near one end of the wall between two rooms."""
     wall = _shared(spaces[first], spaces[second])
     if wall is None:
         raise ValueError(f"rooms {first} and {second} share no wall")
     axis, line, start, end = wall
-    width = min(sampler.uniform(0.95, 1.1), end - start - 2 * (HALF_WALL_M + CORNER_GAP_M))
+    width = min(draw.uniform(0.95, 1.1), end - start - 2 * (HALF_WALL_M + CORNER_GAP_M))
     low, high = start + HALF_WALL_M + CORNER_GAP_M, end - HALF_WALL_M - CORNER_GAP_M - width
-    begin = sampler.choice([low, high, sampler.uniform(low, high)])
+    begin = draw.choice([low, high, draw.uniform(low, high)])
     return Opening(axis, line, begin, begin + width, 0.0, DOOR_HEIGHT_M, (first, second))
 
 
-def _passages(sampler: Sampler, spaces: tuple[Space, ...]) -> list[Opening]:
+def _passages(draw: Sampler, spaces: tuple[Space, ...]) -> list[Opening]:
     """In most cases a wide passage between the kitchen and a neighbouring living or dining room."""
     kitchen = next(i for i, space in enumerate(spaces) if space.kind == "kitchen")
     for other in range(1, len(spaces)):
-        if spaces[other].kind not in ("living room", "dining room") or sampler.chance(0.3):
+        if spaces[other].kind not in ("living room", "dining room") or draw.chance(0.3):
             continue
         wall = _shared(spaces[kitchen], spaces[other])
         if wall is not None and wall[3] - wall[2] > 2.6:
             axis, line, start, end = wall
-            width = sampler.uniform(1.2, 1.6)
-            begin = sampler.uniform(start + 0.4, end - 0.4 - width)
+            width = draw.uniform(1.2, 1.6)
+            begin = draw.uniform(start + 0.4, end - 0.4 - width)
             pair = (min(kitchen, other), max(kitchen, other))
             return [Opening(axis, line, begin, begin + width, 0.0, DOOR_HEIGHT_M, pair)]
     return []
 
 
 def _outer_openings(
-    sampler: Sampler, spaces: tuple[Space, ...]
+    draw: Sampler, spaces: tuple[Space, ...]
 ) -> tuple[Opening, tuple[Opening, ...]]:
     """The entrance in an outer wall of the hub, and windows in the other outer walls."""
     x_min, y_min = np.min([space.rect[:2] for space in spaces], axis=0)
@@ -235,22 +235,22 @@ def _outer_openings(
             if abs(line - outer[name]) > 1e-6:
                 continue
             if index == 0 and entrance is None:
-                middle = sampler.uniform(start + 0.7, end - 0.7)
+                middle = draw.uniform(start + 0.7, end - 0.7)
                 ends = (middle - 0.48, middle + 0.48)
                 entrance = Opening(axis, line, *ends, 0.0, DOOR_HEIGHT_M, (0,))
-            elif space.kind != "hallway" and sampler.chance(0.85):
-                windows.append(_window(sampler, index, space, name))
+            elif space.kind != "hallway" and draw.chance(0.85):
+                windows.append(_window(draw, index, space, name))
     if entrance is None:
         raise ValueError("the hub has no outer wall")
     return entrance, tuple(windows)
 
 
-def _window(sampler: Sampler, index: int, space: Space, side: str) -> Opening:
+def _window(draw: Sampler, index: int, space: Space, side: str) -> Opening:
     axis, line, start, end = space.side(side)
     if space.kind == "bathroom":
-        width, sill = sampler.uniform(0.6, 0.8), 1.3
+        width, sill = draw.uniform(0.6, 0.8), 1.3
     else:
-        width = min(sampler.uniform(1.0, 1.7), end - start - 0.8)
-        sill = sampler.choice([0.9, 0.9, 0.6]) if space.kind != "kitchen" else 1.1
-    begin = sampler.uniform(start + 0.4, end - 0.4 - width)
-    return Opening(axis, line, begin, begin + width, sill, sampler.uniform(2.0, 2.2), (index,))
+        width = min(draw.uniform(1.0, 1.7), end - start - 0.8)
+        sill = draw.choice([0.9, 0.9, 0.6]) if space.kind != "kitchen" else 1.1
+    begin = draw.uniform(start + 0.4, end - 0.4 - width)
+    return Opening(axis, line, begin, begin + width, sill, draw.uniform(2.0, 2.2), (index,))

@@ -1,18 +1,20 @@
-"""Parametric primitives: boxes, rounded boxes, lathed and swept bodies, flat panels.
+"""Meshes, the primitives they are made of, and models: the meshes and materials of one object.
 
-Metres, z up. Bodies stand on ``at``, the centre of their lowest face, unless said
-otherwise. Faces wind counter-clockwise seen from outside.
+Metres, z up. Bodies stand on ``at``, the centre of their lowest face, unless said otherwise; faces
+wind counter-clockwise seen from outside. A model's base is at z = 0, its width along x, its front
+towards -y and its back towards +y, where a wall would be.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from onemap_shared.geometry import F64, I64
+from onemap_shared.geometry import F64, I64, U8
 
 Vec = tuple[float, float, float]
 ORIGIN: Vec = (0.0, 0.0, 0.0)
@@ -122,6 +124,11 @@ def cylinder(radius: float, height: float, at: Vec = ORIGIN, segments: int = 14)
     return lathe([(radius, 0.0), (radius, height)], at, segments)
 
 
+def knob(radius: float, length: float, at: Vec, segments: int = 10, *, axis: str = "x") -> Mesh:
+    """A cylinder from ``at`` towards -y, or towards +x if it is turned about y."""
+    return cylinder(radius, length, segments=segments).rotated(axis, 90).translated(*at)
+
+
 def cone(radii: tuple[float, float], height: float, at: Vec = ORIGIN, segments: int = 14) -> Mesh:
     """An upright truncated cone with (lower, upper) radius."""
     return lathe([(radii[0], 0.0), (radii[1], height)], at, segments)
@@ -189,6 +196,79 @@ def front_panel(width: float, height: float, at: Vec) -> Mesh:
     """An upright panel that faces -y; ``at`` is the middle of its lower edge."""
     x, y, z = at
     return panel((x - width / 2, y, z + height), (width, 0.0, 0.0), (0.0, 0.0, -height))
+
+
+def corners(x: float, y: float) -> list[tuple[float, float]]:
+    """The four places (+-x, +-y)."""
+    return [(-x, -y), (-x, y), (x, -y), (x, y)]
+
+
+def spread(count: int, pitch: float) -> list[float]:
+    """``count`` places ``pitch`` apart, around 0."""
+    return [(index - (count - 1) / 2) * pitch for index in range(count)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """An albedo texture (h, w, 3) uint8 RGB that repeats every ``tile_m`` metres.
+
+    A panel's uv runs from 0 to 1, so its material has ``tile_m`` 1. Compared by identity.
+    """
+
+    texture: U8
+    tile_m: float = 1.0
+
+
+class Part(NamedTuple):
+    """A mesh and its material."""
+
+    mesh: Mesh
+    material: Material
+
+
+class Top(NamedTuple):
+    """A horizontal rectangle in the local frame, metres, on which small objects may stand."""
+
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
+    z: float
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """One object in its local frame; small objects may stand on its tops."""
+
+    category: str
+    parts: tuple[Part, ...]
+    tops: tuple[Top, ...] = ()
+
+    @property
+    def lower(self) -> F64:
+        """The smallest x, y, z (3,) in metres."""
+        least: F64 = np.min([part.mesh.vertices.min(axis=0) for part in self.parts], axis=0)
+        return least
+
+    @property
+    def upper(self) -> F64:
+        """The largest x, y, z (3,) in metres."""
+        most: F64 = np.max([part.mesh.vertices.max(axis=0) for part in self.parts], axis=0)
+        return most
+
+
+def assemble(
+    category: str, *groups: tuple[Material, list[Mesh]], tops: Sequence[Top] = ()
+) -> Model:
+    """A model from groups of meshes that share a material."""
+    parts = tuple(Part(mesh, material) for material, meshes in groups for mesh in meshes)
+    return Model(category, parts, tuple(tops))
+
+
+def top(width: float, depth: float, z: float, margin: float = 0.04) -> Top:
+    """A top centred on the local origin, with a margin to its edges."""
+    x, y = max(width / 2 - margin, 0.01), max(depth / 2 - margin, 0.01)
+    return Top(-x, -y, x, y, z)
 
 
 def _split(quads: I64) -> I64:
