@@ -263,13 +263,7 @@ def test_glass_and_black_surfaces_give_no_return() -> None:
     builder.add("television", (3.9, 0.5, 0.5), (3.95, 2, 1.5), texture=black)
     scene = builder.build()
     params = DepthErrorParams(dark_below=25.0, glass=True)
-    camera = RgbdCamera.of(
-        scene,
-        LabelRenderer(scene),
-        CAMERA,
-        np.random.default_rng(0),
-        params,
-    )
+    camera = RgbdCamera.of(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0), params)
     image = camera.capture(RobotState(0.0, 0.0, 0.0).pose)
     labels = (
         LabelRenderer(scene).render(CAMERA.mount, CAMERA.intrinsics, width=160, height=120).labels
@@ -336,13 +330,7 @@ def test_whom_the_robot_stopped_goes_elsewhere(seed: int) -> None:
 def test_without_people_or_floor_nobody_is_there() -> None:
     assert People.of(ROOM, 0, np.random.default_rng(0), robot_radius_m=0.2) is None
     nowhere = WalkableFloor(FLOOR.grid, np.zeros_like(FLOOR.cells))
-    nobody = People(
-        nowhere,
-        2,
-        np.random.default_rng(0),
-        robot_xy=(1.0, 1.0),
-        robot_radius_m=0.2,
-    )
+    nobody = People(nowhere, 2, np.random.default_rng(0), robot_xy=(1.0, 1.0), robot_radius_m=0.2)
     nobody.advance(0.02, (1.0, 1.0))
     assert nobody.bystanders.places.shape == (0, 2)
     assert nobody.distance_m(1.0, 1.0) == np.inf
@@ -355,11 +343,7 @@ class Statue(People):
 
     def __init__(self) -> None:
         super().__init__(
-            FLOOR,
-            1,
-            np.random.default_rng(0),
-            robot_xy=(9.0, 9.0),
-            robot_radius_m=0.2,
+            FLOOR, 1, np.random.default_rng(0), robot_xy=(9.0, 9.0), robot_radius_m=0.2
         )
         self._walkers[0].place = (2.0, 1.5)
 

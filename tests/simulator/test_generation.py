@@ -12,12 +12,7 @@ from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.generation import mesh, structure
 from onemap_simulator.generation.apartment import generate_apartment
-from onemap_simulator.generation.floor_plan import (
-    FloorPlan,
-    Opening,
-    Space,
-    sample_floor_plan,
-)
+from onemap_simulator.generation.floor_plan import FloorPlan, Opening, Space, sample_floor_plan
 from onemap_simulator.generation.furniture import (
     bathroom,
     decor,

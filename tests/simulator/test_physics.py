@@ -13,13 +13,7 @@ from onemap_shared.geometry import Velocity2d
 from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.physics.robot import (
-    STOP,
-    Deadman,
-    RobotParams,
-    RobotState,
-    step,
-)
+from onemap_simulator.physics.robot import STOP, Deadman, RobotParams, RobotState, step
 from onemap_simulator.physics.simulation import Simulation, SimulationCounts
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room
 
@@ -156,12 +150,7 @@ COLLISION = CollisionMap.of(SCENE, 1.1)
 
 
 def simulation(start: RobotState | None = None) -> Simulation:
-    return Simulation(
-        COLLISION,
-        RobotParams(),
-        start or RobotState(1.0, 1.5, 0.0),
-        now_s=100.0,
-    )
+    return Simulation(COLLISION, RobotParams(), start or RobotState(1.0, 1.5, 0.0), now_s=100.0)
 
 
 def test_the_result_depends_on_time_and_not_on_how_often_it_is_asked() -> None:

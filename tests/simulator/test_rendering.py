@@ -144,8 +144,7 @@ def test_a_hit_gives_object_distance_and_barycentric_weights() -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "blocked"),
-    [((3.6, 1.5, 0.5), False), ((3.6, 2.4, 0.5), True), ((4.5, 1.5, 0.5), True)],
+    ("end", "blocked"), [((3.6, 1.5, 0.5), False), ((3.6, 2.4, 0.5), True), ((4.5, 1.5, 0.5), True)]
 )
 def test_occlusion_between_two_points(end: tuple[float, float, float], blocked: bool) -> None:
     assert TRACER.occluded(rays((1.0, 2.4, 0.5)), rays(end)).tolist() == [blocked]

@@ -15,19 +15,13 @@ from PIL import Image
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
 from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.scene.cell_masks import (
-    connected_part,
-)
+from onemap_simulator.scene.cell_masks import connected_part
 from onemap_simulator.scene.corrections import read_corrections
 from onemap_simulator.scene.loading import floor_height, load_scene
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import Scene, SceneObject
 from onemap_simulator.scene.scene_file import category_of, check_file, read_scene_file
-from onemap_simulator.scene.spawn import (
-    ROBOT_CLEARANCE_M,
-    free_space,
-    start_pose,
-)
+from onemap_simulator.scene.spawn import ROBOT_CLEARANCE_M, free_space, start_pose
 from tests.reference.occupancy_raster import touched_cells
 from tests.simulator.scene_files import RED, room_of, write_two_materials
 from tests.simulator.scenes import SceneBuilder, box_room, object_vertices

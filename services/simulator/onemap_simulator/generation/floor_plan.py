@@ -10,6 +10,7 @@ import numpy as np
 from onemap_simulator.generation.style import Sampler
 
 Rect = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max in metres
+Wall = tuple[int, float, float, float]  # axis along it, coordinate across it, start, end
 
 HALF_WALL_M = 0.06
 DOOR_HEIGHT_M = 2.05
@@ -30,8 +31,8 @@ class Space:
         x0, y0, x1, y1 = self.rect
         return (x0 + HALF_WALL_M, y0 + HALF_WALL_M, x1 - HALF_WALL_M, y1 - HALF_WALL_M)
 
-    def side(self, name: str) -> tuple[int, float, float, float]:
-        """(axis along the wall, coordinate across it, start, end) of its centre line."""
+    def side(self, name: str) -> Wall:
+        """The centre line of one of its walls."""
         x0, y0, x1, y1 = self.rect
         return {
             "west": (1, x0, y0, y1),
@@ -86,7 +87,7 @@ def sample_floor_plan(draw: Sampler) -> FloorPlan:
     if draw.chance(0.5):
         rects = [(y0, x0, y1, x1) for x0, y0, x1, y1 in rects]
     spaces = _name(draw, rects)
-    hub_doors = [_door(draw, spaces, 0, other) for other in range(1, len(spaces))]
+    hub_doors = [_door(draw, spaces, other) for other in range(1, len(spaces))]
     doors = (*hub_doors, *_passages(draw, spaces))
     entrance, windows = _outer_openings(draw, spaces)
     return FloorPlan(spaces, doors, entrance, windows, draw.uniform(2.45, 2.8))
@@ -113,11 +114,10 @@ def _along_corridor(draw: Sampler) -> list[Rect]:
     """A corridor along x with rooms on both sides."""
     width, hall = draw.uniform(9.2, 10.4), draw.uniform(1.5, 1.8)
     below, above = draw.uniform(3.3, 3.8), draw.uniform(3.3, 4.0)
-    counts = draw.choice([(2, 3), (3, 2), (3, 3)])
+    first, second = draw.choice([(2, 3), (3, 2), (3, 3)])
     bath = draw.uniform(2.1, 2.6)
-    smalls = (bath, 0.0) if counts[0] == 3 else (0.0, bath)
-    south = _split(draw, 0.0, width, counts[0], smalls[0])
-    north = _split(draw, 0.0, width, counts[1], smalls[1])
+    south = _split(draw, 0.0, width, first, bath if first == 3 else 0.0)
+    north = _split(draw, 0.0, width, second, 0.0 if first == 3 else bath)
     return [
         (0.0, below, width, below + hall),
         *_row(south, 0.0, below),
@@ -128,11 +128,7 @@ def _along_corridor(draw: Sampler) -> list[Rect]:
 def _beside_living_room(draw: Sampler) -> list[Rect]:
     """A living room as deep as the apartment, beside it a corridor between two rows of rooms."""
     living, width = draw.uniform(4.0, 4.6), draw.uniform(6.0, 7.0)
-    hall, below, above = (
-        draw.uniform(1.5, 1.8),
-        draw.uniform(3.0, 3.6),
-        draw.uniform(3.0, 3.6),
-    )
+    hall, below, above = (draw.uniform(1.5, 1.8), draw.uniform(3.0, 3.6), draw.uniform(3.0, 3.6))
     bath = draw.uniform(2.1, 2.6)
     depth = below + hall + above
     south = _split(draw, living, width, 2, bath)
@@ -147,11 +143,7 @@ def _beside_living_room(draw: Sampler) -> list[Rect]:
 
 def _around_living_room(draw: Sampler) -> list[Rect]:
     """A living room in the middle, with rooms to the west and to the east."""
-    west, hub, east = (
-        draw.uniform(3.0, 3.5),
-        draw.uniform(4.0, 4.6),
-        draw.uniform(3.0, 3.5),
-    )
+    west, hub, east = (draw.uniform(3.0, 3.5), draw.uniform(4.0, 4.6), draw.uniform(3.0, 3.5))
     depth, bath = draw.uniform(7.2, 8.2), draw.uniform(2.1, 2.5)
     left = _split(draw, 0.0, depth, 2, 0.0)
     right = _split(draw, 0.0, depth, 3 if depth > 7.7 else 2, bath)
@@ -181,8 +173,8 @@ def _name(draw: Sampler, rects: list[Rect]) -> tuple[Space, ...]:
     return tuple(Space(kind, rect) for kind, rect in zip(kinds, rects, strict=True))
 
 
-def _shared(first: Space, second: Space) -> tuple[int, float, float, float] | None:
-    """(axis, line, start, end) of the wall between two rooms, or None."""
+def _shared(first: Space, second: Space) -> Wall | None:
+    """The wall between two rooms, if they share one."""
     a, b = first.rect, second.rect
     for axis, across in ((0, 1), (1, 0)):
         start, end = max(a[axis], b[axis]), min(a[axis + 2], b[axis + 2])
@@ -192,16 +184,20 @@ def _shared(first: Space, second: Space) -> tuple[int, float, float, float] | No
     return None
 
 
-def _door(draw: Sampler, spaces: tuple[Space, ...], first: int, second: int) -> Opening:
-    """A door near one end of the wall between two rooms."""
-    wall = _shared(spaces[first], spaces[second])
+def _doorway(wall: Wall, begin: float, width: float, spaces: tuple[int, ...]) -> Opening:
+    axis, line, _, _ = wall
+    return Opening(axis, line, begin, begin + width, 0.0, DOOR_HEIGHT_M, spaces)
+
+
+def _door(draw: Sampler, spaces: tuple[Space, ...], other: int) -> Opening:
+    """A door near one end of the wall between the hub and another room."""
+    wall = _shared(spaces[0], spaces[other])
     if wall is None:
-        raise ValueError(f"rooms {first} and {second} share no wall")
-    axis, line, start, end = wall
-    width = min(draw.uniform(0.95, 1.1), end - start - 2 * (HALF_WALL_M + CORNER_GAP_M))
-    low, high = start + HALF_WALL_M + CORNER_GAP_M, end - HALF_WALL_M - CORNER_GAP_M - width
-    begin = draw.choice([low, high, draw.uniform(low, high)])
-    return Opening(axis, line, begin, begin + width, 0.0, DOOR_HEIGHT_M, (first, second))
+        raise ValueError(f"room {other} shares no wall with the hub")
+    low, end = wall[2] + HALF_WALL_M + CORNER_GAP_M, wall[3]
+    width = min(draw.uniform(0.95, 1.1), end - wall[2] - 2 * (HALF_WALL_M + CORNER_GAP_M))
+    high = end - HALF_WALL_M - CORNER_GAP_M - width
+    return _doorway(wall, draw.choice([low, high, draw.uniform(low, high)]), width, (0, other))
 
 
 def _passages(draw: Sampler, spaces: tuple[Space, ...]) -> list[Opening]:
@@ -212,11 +208,9 @@ def _passages(draw: Sampler, spaces: tuple[Space, ...]) -> list[Opening]:
             continue
         wall = _shared(spaces[kitchen], spaces[other])
         if wall is not None and wall[3] - wall[2] > 2.6:
-            axis, line, start, end = wall
             width = draw.uniform(1.2, 1.6)
-            begin = draw.uniform(start + 0.4, end - 0.4 - width)
-            pair = (min(kitchen, other), max(kitchen, other))
-            return [Opening(axis, line, begin, begin + width, 0.0, DOOR_HEIGHT_M, pair)]
+            begin = draw.uniform(wall[2] + 0.4, wall[3] - 0.4 - width)
+            return [_doorway(wall, begin, width, (min(kitchen, other), max(kitchen, other)))]
     return []
 
 

@@ -252,9 +252,7 @@ class Placer:
         return row[0] if row else None
 
     def _first(
-        self,
-        places: list[tuple[str, float]],
-        placed_at: Callable[[str, float], list[PlacedModel]],
+        self, places: list[tuple[str, float]], placed_at: Callable[[str, float], list[PlacedModel]]
     ) -> list[PlacedModel] | None:
         """What fits at the first of the places, in random order, at which something does."""
         for index in self.draw.rng.permutation(len(places)):

@@ -115,12 +115,7 @@ class People:
 
     @classmethod
     def of(
-        cls,
-        scene: Scene,
-        count: int,
-        rng: np.random.Generator,
-        *,
-        robot_radius_m: float,
+        cls, scene: Scene, count: int, rng: np.random.Generator, *, robot_radius_m: float
     ) -> People | None:
         """The people of a scene, away from the robot's start; None if there are none."""
         if count == 0:

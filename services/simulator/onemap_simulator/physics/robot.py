@@ -64,12 +64,7 @@ class RobotState:
 
 
 def step(
-    state: RobotState,
-    command: Velocity2d,
-    dt_s: float,
-    *,
-    params: RobotParams,
-    collides: Collides,
+    state: RobotState, command: Velocity2d, dt_s: float, *, params: RobotParams, collides: Collides
 ) -> RobotState:
     """The state ``dt_s`` seconds later, while the command stays as it is.
 

@@ -9,12 +9,7 @@ from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.people import NOBODY, Bystanders, People
-from onemap_simulator.physics.robot import (
-    Deadman,
-    RobotParams,
-    RobotState,
-    step,
-)
+from onemap_simulator.physics.robot import Deadman, RobotParams, RobotState, step
 
 MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
 IMPACT_MPS = 0.05  # below this speed, contact is not counted as a new collision
