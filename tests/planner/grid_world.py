@@ -18,8 +18,7 @@ from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
-from onemap_planner.search.phases import Destination, EventStamp, Search
-from onemap_planner.search.state_machine import new_search
+from onemap_planner.search.state_machine import Destination, EventStamp, Search, new_search
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView

@@ -13,8 +13,7 @@ from onemap_planner.policy.goals import Goal, GoalCandidates
 from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.step import Exploration
-from onemap_planner.search.phases import Event, EventStamp
-from onemap_planner.search.state_machine import new_search
+from onemap_planner.search.state_machine import Event, EventStamp, new_search
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import Detections
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of

@@ -10,7 +10,7 @@ import numpy as np
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.policy.memory import TargetMemory
-from onemap_planner.search.phases import Confirming
+from onemap_planner.search.state_machine import Confirming
 from onemap_planner.service import Planner
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared import keys

@@ -41,7 +41,7 @@ def test_nothing_imports_upwards() -> None:
     [
         ("motion.path", "from onemap_planner.policy.goals import Goal"),
         ("world.costmap", "from onemap_planner.motion import path"),
-        ("search.phases", "def f():\n    import onemap_planner.policy.goals"),
+        ("search.state_machine", "def f():\n    import onemap_planner.policy.goals"),
         ("policy.goals", "from onemap_planner.service import Planner"),
         ("policy.goals", "from onemap_planner import registry"),
     ],

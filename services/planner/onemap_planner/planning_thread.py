@@ -25,17 +25,17 @@ from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import PlannerParams, step
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Approaching,
     Confirming,
     Driving,
+    Ending,
     EventStamp,
     Exploring,
     Search,
     Starting,
-    TargetFailed,
+    transition,
 )
-from onemap_planner.search.state_machine import transition
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.world.map_view import (
     AssembledView,
@@ -53,6 +53,7 @@ from onemap_shared.messages import (
     ObjectFind,
     PlannedPath,
     SearchReset,
+    SearchState,
     SearchViewRequest,
     ViewChangesRequest,
     ViewKey,
@@ -451,7 +452,7 @@ class PlanningThread:
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
-        search = transition(state.search, TargetFailed(reason, code), stamp)
+        search = transition(state.search, Ending(SearchState.FAILED, reason, code), stamp)
         next_state = state.copy()
         next_state.turn_to(search.index, keep=False)
         next_state.search = search

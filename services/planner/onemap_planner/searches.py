@@ -14,21 +14,23 @@ from itertools import accumulate
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.evidence import synonyms_of
 from onemap_planner.policy.memory import NO_SYNONYMS, PlannerState, Synonyms
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
+    CANCELLED,
     Budget,
-    Cancelled,
     Destination,
+    Ending,
     EventStamp,
-    Interrupted,
     Search,
+    new_search,
+    transition,
 )
-from onemap_planner.search.state_machine import new_search, transition
 from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
     SearchList,
     SearchListRequest,
     SearchRequest,
+    SearchState,
     SearchStatus,
     TextEmbeddings,
 )
@@ -102,7 +104,7 @@ class SearchRegistry:
         with self._lock:
             search = self._find(search_id)
             if self._state is not None and search is self._state.search:
-                search = self._stamped(transition(search, Cancelled(), stamp))
+                search = self._stamped(transition(search, CANCELLED, stamp))
                 self._state = replace(self._state, search=search)
             return search
 
@@ -110,7 +112,8 @@ class SearchRegistry:
         """End the active search, if there is one, as interrupted at ``ended_ns``."""
         with self._lock:
             if self._state is not None and self._state.search.active:
-                search = transition(self._state.search, Interrupted(reason), stamp)
+                ending = Ending(SearchState.INTERRUPTED, reason, whole=True)
+                search = transition(self._state.search, ending, stamp)
                 self._state = replace(self._state, search=replace(search, ended_ns=ended_ns))
 
     def find(self, search_id: str) -> Search:

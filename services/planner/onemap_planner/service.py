@@ -29,8 +29,7 @@ from onemap_planner.search.journal import (
     interrupted_reason,
     interruption,
 )
-from onemap_planner.search.phases import EventStamp, Search
-from onemap_planner.search.state_machine import status
+from onemap_planner.search.state_machine import EventStamp, Search, status
 from onemap_planner.searches import SearchCommands, SearchRegistry
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d

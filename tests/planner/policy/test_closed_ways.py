@@ -12,7 +12,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.memory import MAX_LOOKS, PlannerState
 from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
-from onemap_planner.search.phases import Exhausted
+from onemap_planner.search.state_machine import Ending
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import SEARCH, explored, without
 
@@ -55,11 +55,11 @@ def test_a_search_looks_there_before_it_gives_up() -> None:
     for step in range(200):
         state, _, event, _ = explored(state, here)
         goal = state.memory.active_goal
-        if isinstance(event, Exhausted):
+        if isinstance(event, Ending):
             break
         if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:
             looks.append(goal.goal.viewpoint_xy)
             state = without(state, goal.goal)  # seen, and still closed
         state = replace(state, active_time_s=float(step))
-    assert isinstance(event, Exhausted)
+    assert isinstance(event, Ending)
     assert len(set(looks)) == len(looks) == MAX_LOOKS

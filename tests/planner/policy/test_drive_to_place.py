@@ -9,7 +9,7 @@ import pytest
 
 from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
 from onemap_planner.policy.goals import GoalKind
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Destination,
     Driving,
     Finished,

@@ -10,7 +10,7 @@ from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.memory import MAX_LOOKS, Doubt, FoundObject, PlannerState, TargetMemory
 from onemap_planner.policy.step import handle_stuck
-from onemap_planner.search.phases import Approaching
+from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.one_room import POSE, SEARCH, context, having_seen, rejecting

@@ -14,7 +14,7 @@ from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
+from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
 from onemap_planner.world.candidates import ViewpointTally
 from onemap_planner.world.regions import UndetectedViews
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
@@ -110,7 +110,7 @@ def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, aga
     assert isinstance(motion, Drive) is again
     state = rejecting(state, thing)
     _, event = given_up(state, here)
-    assert isinstance(event, Exhausted)  # one more look, not one after the other
+    assert isinstance(event, Ending)  # one more look, not one after the other
 
 
 def facing(goal: Goal) -> float:
@@ -204,7 +204,7 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
     assert state.memory.reconsidered
     state, *_ = explored(state, room)
     _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), room)
-    assert isinstance(event, Exhausted)
+    assert isinstance(event, Ending)
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
 
@@ -256,7 +256,7 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
     assert state.visited_frontiers == ()
     state, *_ = explored(state, two_rooms)
     _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
-    assert isinstance(event, Exhausted)
+    assert isinstance(event, Ending)
     assert "m² of floor seen that no way leads to" in event.reason
 
 

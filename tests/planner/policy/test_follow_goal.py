@@ -13,7 +13,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
 from onemap_planner.policy.memory import ActiveGoal
 from onemap_planner.policy.outcome import Observation
-from onemap_planner.search.phases import Exploring, Finished
+from onemap_planner.search.state_machine import Exploring, Finished
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import SearchState
 from tests.planner.grid_world import SimulatedSearch, in_four_rooms, in_two_rooms, start

@@ -10,15 +10,13 @@ from onemap_planner.motion.motions import STOP
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import limit_reached
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Budget,
-    Exhausted,
+    Ending,
     Exploring,
     Finished,
-    SearchFailed,
-    TargetFailed,
+    transition,
 )
-from onemap_planner.search.state_machine import transition
 from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.grid_world import in_two_rooms, start
 from tests.planner.one_room import POSE, SEARCH
@@ -39,25 +37,30 @@ def test_without_a_budget_only_the_time_for_an_object_counts() -> None:
     state = with_budget()
     assert limit_reached(state, observed(1e4, 1e4), LIMIT_S) is None
     event = limit_reached(replace(state, active_time_s=LIMIT_S + 1), observed(0.0, 0.0), LIMIT_S)
-    assert isinstance(event, TargetFailed)
+    assert isinstance(event, Ending)
+    assert not event.whole
     assert event.code is FailureCode.TIME_LIMIT
 
 
 def test_the_distance_is_that_of_the_search() -> None:
     assert limit_reached(with_budget(5.0), observed(9.0, 4.9), LIMIT_S) is None
     event = limit_reached(with_budget(5.0), observed(9.0, 5.0), LIMIT_S)
-    assert event == SearchFailed(
-        "drove 5.0 m, and this search may drive 5 m", FailureCode.DISTANCE_LIMIT
+    assert event == Ending(
+        SearchState.FAILED,
+        "drove 5.0 m, and this search may drive 5 m",
+        FailureCode.DISTANCE_LIMIT,
+        whole=True,
     )
 
 
 def test_the_time_is_that_of_all_objects() -> None:
     search = replace(SEARCH, objects=("sofa", "bed"), phase=Exploring(), budget=Budget(0.0, 12.0))
-    search = transition(search, Exhausted("no sofa"), NOW)  # after 9 s
+    search = transition(search, Ending(SearchState.NOT_FOUND, "no sofa"), NOW)  # after 9 s
     state = PlannerState(search)
     assert limit_reached(state, observed(11.9, 0.0), LIMIT_S) is None
     event = limit_reached(state, observed(12.0, 0.0), LIMIT_S)
-    assert isinstance(event, SearchFailed)
+    assert isinstance(event, Ending)
+    assert event.whole
     assert event.code is FailureCode.TIME_LIMIT
 
 

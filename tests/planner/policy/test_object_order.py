@@ -19,8 +19,14 @@ from onemap_planner.policy.object_order import (
     name_to_ask,
     revise_order,
 )
-from onemap_planner.search.phases import EventStamp, Exploring, Finished, Reordered
-from onemap_planner.search.state_machine import new_search, transition
+from onemap_planner.search.state_machine import (
+    EventStamp,
+    Exploring,
+    Finished,
+    Reordered,
+    new_search,
+    transition,
+)
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of

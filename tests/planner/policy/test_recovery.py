@@ -10,13 +10,13 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import ActiveGoal, PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import handle_stuck, is_trapped, step
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Approaching,
+    Ending,
     Exploring,
     Finished,
     Phase,
     Rejected,
-    SearchFailed,
 )
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import FailureCode, SearchState
@@ -74,7 +74,8 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
 
 def test_at_twice_the_limit_the_search_fails() -> None:
     events = handle_stuck(monitored(2 * LIMIT, Exploring()))
-    assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)", FailureCode.STUCK),)
+    reason = "the robot is stuck at (1.0, 1.0)"
+    assert events == (Ending(SearchState.FAILED, reason, FailureCode.STUCK, whole=True),)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
-from onemap_planner.search.phases import Approaching, Exploring, Finished, LookingAround
+from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
 from tests.planner.grid_world import (
     FloorPlan,

@@ -20,7 +20,7 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Approaching,
     CandidateSelected,
     Confirmed,

@@ -27,7 +27,7 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.search.phases import Approaching
+from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.candidates import SAME_SIDE_M, Sighting
 from onemap_shared.geometry import I64, camera_mount
 from onemap_shared.messages import CameraView, MapRevision

@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from onemap_planner.search.turns import (
+from onemap_planner.policy.object_order import (
     MAX_EXACT,
     OrderCosts,
     cheapest_order,

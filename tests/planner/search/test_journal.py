@@ -19,24 +19,26 @@ from onemap_planner.search.journal import (
     mark_interrupted,
     set_aside,
 )
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
+    CANCELLED,
     Budget,
-    Cancelled,
     Destination,
     Driving,
+    Ending,
     EventStamp,
-    Exhausted,
     Exploring,
-    Interrupted,
     Search,
     Starting,
     TargetStart,
+    new_search,
+    status,
+    transition,
 )
-from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_shared.messages import Coverage, SearchKind, SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
+ENDED = Ending(SearchState.INTERRUPTED, "x", whole=True)
 AROUND = Surroundings("r1", "b1", 50.0, "ros2 i1", "m1", 7, (1.0, 2.0))
 
 
@@ -56,7 +58,7 @@ def test_what_a_search_rests_on_and_why_it_has_ended_are_kept(tmp_path: Path) ->
     assert recorded is not None
     assert (recorded.around, recorded.written_ns, recorded.interrupted) == (AROUND, 10**18, "")
     mark_interrupted(tmp_path, "the planner was stopped")
-    save(tmp_path, transition(search, Interrupted("x"), NOW), now_s=9.0, odometer_m=14.0)
+    save(tmp_path, transition(search, ENDED, NOW), now_s=9.0, odometer_m=14.0)
     recorded = journal.load(tmp_path, now_s=1000.0)
     assert recorded is not None
     assert (recorded.search.active, recorded.interrupted) == (True, "the planner was stopped")
@@ -66,7 +68,9 @@ def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     search = replace(new_search("id", ("cup", "bed"), THEN, 7), phase=Exploring())
     search = replace(search, budget=Budget(40.0, 300.0))
     coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
-    search = transition(search, Exhausted("nothing left", coverage), NOW)
+    search = transition(
+        search, Ending(SearchState.NOT_FOUND, "nothing left", coverage=coverage), NOW
+    )
     save(tmp_path, search, now_s=19.0, odometer_m=17.0)
     restored = load(tmp_path, now_s=1000.0)
     assert restored is not None
@@ -101,7 +105,7 @@ def test_a_journal_of_an_earlier_release_is_read(tmp_path: Path) -> None:
 def test_a_search_that_is_over_leaves_no_journal(tmp_path: Path) -> None:
     search = new_search("id", ("cup",), THEN, 7)
     save(tmp_path / "new", search, now_s=6.0, odometer_m=11.0)
-    save(tmp_path / "new", transition(search, Cancelled(), NOW), now_s=9.0, odometer_m=14.0)
+    save(tmp_path / "new", transition(search, CANCELLED, NOW), now_s=9.0, odometer_m=14.0)
     assert load(tmp_path / "new", 0.0) is None
     assert list((tmp_path / "new").iterdir()) == []
 
@@ -137,7 +141,7 @@ def test_a_drive_goes_on_to_its_place(tmp_path: Path) -> None:
     assert restored is not None
     assert (restored.destination, restored.phase, restored.objects) == (there, Starting(), ())
     assert restored.kind is SearchKind.LOOK_AT
-    save(tmp_path, transition(search, Cancelled(), NOW), now_s=9.0, odometer_m=14.0)
+    save(tmp_path, transition(search, CANCELLED, NOW), now_s=9.0, odometer_m=14.0)
     assert load(tmp_path, 0.0) is None
 
 

@@ -5,19 +5,18 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
+    CANCELLED,
     Approaching,
     Arrived,
-    Cancelled,
     CandidateSelected,
     Confirmed,
     Confirming,
     Destination,
-    DestinationReached,
     Driving,
+    Ending,
     Event,
     EventStamp,
-    Exhausted,
     Exploring,
     Finished,
     LookingAround,
@@ -27,11 +26,11 @@ from onemap_planner.search.phases import (
     Rejected,
     Rotated,
     Search,
-    SearchFailed,
     Starting,
-    TargetFailed,
+    new_search,
+    status,
+    transition,
 )
-from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
 
@@ -59,11 +58,9 @@ EVENTS: tuple[Event, ...] = (
     Arrived(CUP),
     Confirmed(CUP),
     Rejected(),
-    DestinationReached("there"),
-    Exhausted("nothing left"),
-    TargetFailed("no such word", FailureCode.UNKNOWN_WORD),
-    SearchFailed("stuck", FailureCode.STUCK),
-    Cancelled(),
+    Ending(SearchState.NOT_FOUND, "nothing left"),
+    Ending(SearchState.FAILED, "stuck", FailureCode.STUCK, whole=True),
+    CANCELLED,
 )
 TABLE: dict[tuple[type, Event], Phase] = {
     (Starting, MapReady(look_around=True)): LookingAround(),
@@ -73,7 +70,6 @@ TABLE: dict[tuple[type, Event], Phase] = {
     (LookingAround, CandidateSelected(CUP)): Approaching(CUP),
     (Exploring, CandidateSelected(CUP)): Approaching(CUP),
     (Exploring, MapRestarted()): LookingAround(),
-    (Exploring, Exhausted("nothing left")): Finished(SearchState.NOT_FOUND),
     (Approaching, MapRestarted()): LookingAround(),
     (Approaching, Arrived(CUP)): Confirming(CUP, NOW.active_time_s),
     (Approaching, Rejected()): Exploring(),
@@ -82,8 +78,6 @@ TABLE: dict[tuple[type, Event], Phase] = {
     (Confirming, Rejected()): Exploring(),
     (Confirming, Confirmed(CUP)): Finished(SearchState.FOUND),
     (Driving, MapRestarted()): LookingAround(),
-    (Driving, Exhausted("nothing left")): Finished(SearchState.FAILED),
-    (Driving, DestinationReached("there")): Finished(SearchState.ARRIVED),
 }
 
 
@@ -96,10 +90,10 @@ def at(phase: Phase, *objects: str) -> Search:
 def expected(phase: Phase, event: Event) -> Phase:
     if isinstance(phase, Finished):
         return phase
-    if isinstance(event, TargetFailed | SearchFailed):
-        return Finished(SearchState.FAILED)
-    if isinstance(event, Cancelled):
-        return Finished(SearchState.CANCELLED)
+    if isinstance(event, Ending) and (event.whole or isinstance(phase, Driving)):
+        return Finished(event.outcome)
+    if isinstance(event, Ending):
+        return Finished(SearchState.NOT_FOUND)
     return TABLE.get((type(phase), event), phase)
 
 
@@ -115,7 +109,7 @@ def test_every_event_in_every_phase(phase: Phase, event: Event) -> None:
 
 def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
     search = at(Exploring(), "cup", "bed", "sofa")
-    search = transition(search, Exhausted("searched everything"), NOW)
+    search = transition(search, Ending(SearchState.NOT_FOUND, "searched everything"), NOW)
     assert (search.target, search.phase) == ("bed", Starting())
     search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
     assert search.target == "sofa"
@@ -131,11 +125,15 @@ def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
 
 def test_every_end_has_its_code_coverage_and_evidence() -> None:
     coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
-    missed = transition(at(Exploring()), Exhausted("nothing left", coverage), NOW).results[0]
+    missed = transition(
+        at(Exploring()), Ending(SearchState.NOT_FOUND, "nothing left", coverage=coverage), NOW
+    ).results[0]
     assert (missed.coverage, missed.reason_code) == (coverage, FailureCode.NONE)
-    blocked = transition(at(Driving(THERE)), Exhausted("no way"), NOW)
+    blocked = transition(
+        at(Driving(THERE)), Ending(SearchState.FAILED, "no way", FailureCode.UNREACHABLE), NOW
+    )
     assert status(blocked, odometer_m=0.0, now_ns=1).reason_code is FailureCode.UNREACHABLE
-    cancelled = transition(at(Exploring()), Cancelled(), NOW)
+    cancelled = transition(at(Exploring()), CANCELLED, NOW)
     assert status(cancelled, odometer_m=0.0, now_ns=1).reason_code is FailureCode.NONE
     view = PictureOfObject(0.9, 123, (1.0, 2.0, 3.0, 4.0), b"")
     found = transition(at(Confirming(CUP, 0.0)), Confirmed(replace(CUP, best_view=view)), NOW)
@@ -193,7 +191,7 @@ def test_a_drive_begins_when_the_map_is_there(kind: SearchKind, reason: str) -> 
 
 def test_a_drive_has_one_result_and_its_reason() -> None:
     search = replace(new_search("id", (), THEN, 7, THERE), phase=Driving(THERE))
-    search = transition(search, DestinationReached("standing 0.10 m from it"), NOW)
+    search = transition(search, Ending(SearchState.ARRIVED, "standing 0.10 m from it"), NOW)
     assert search.reason == "standing 0.10 m from it"
     (result,) = search.results
     assert (result.name, result.outcome, result.position_m) == ("", SearchState.ARRIVED, ())

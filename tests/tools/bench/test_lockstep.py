@@ -9,8 +9,7 @@ import pytest
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.pure_pursuit import DriveParams
-from onemap_planner.search.phases import Cancelled, EventStamp
-from onemap_planner.search.state_machine import transition
+from onemap_planner.search.state_machine import CANCELLED, EventStamp, transition
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState
 from onemap_simulator.config import SimulatorConfig
@@ -76,7 +75,7 @@ def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[flo
     state, truth = simulation.state, robot.simulation
     speed, began_s, began_xy = truth.state.velocity.linear_mps, simulation.now_s, simulation.xy
     stamp = EventStamp(simulation.now_s, state.active_time_s, began_xy, 0.0)
-    simulation.state = replace(state, search=transition(state.search, Cancelled(), stamp))
+    simulation.state = replace(state, search=transition(state.search, CANCELLED, stamp))
     while truth.state.velocity.linear_mps > 0.0:
         simulation.step(simulation.state)
     away_m = float(np.hypot(*np.subtract(simulation.xy, began_xy)))

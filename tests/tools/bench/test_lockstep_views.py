@@ -149,13 +149,6 @@ class World:
         self.kept[request] = view = after(kept, changes)
         whole = search_view(self.scores.of(queries), text=request.text)
         assert_same(view.whole(), whole)
-        known = (whole.occupancy > 0) | (whole.layers > 0)
-        box = view.known_box()
-        assert (box is None) == (not known.any())
-        if box is not None:
-            at = np.argwhere(known)
-            np.testing.assert_array_equal(box, [at.min(axis=0), at.max(axis=0) + 1])
-        assert view.known_occupancy_cells == np.count_nonzero(whole.occupancy)
         fresh = search_view(MapScores(self.belief).of(queries), text=request.text)
         np.testing.assert_allclose(view.whole().similarity, fresh.similarity, atol=1e-5)
 

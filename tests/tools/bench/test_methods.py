@@ -12,7 +12,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalUtility
 from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
-from onemap_planner.search.phases import Exhausted
+from onemap_planner.search.state_machine import Ending
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.grid import GridSpec
@@ -85,7 +85,7 @@ def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> No
     state, *_ = explored(state, context(), NEAREST_FRONTIER)
     late = replace(state, active_time_s=2 * settle_s + 0.2)
     _, _, event, _ = explored(late, context(), NEAREST_FRONTIER)
-    assert isinstance(event, Exhausted)
+    assert isinstance(event, Ending)
     assert "no frontier is left on" in event.reason
 
 

@@ -35,8 +35,7 @@ from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
-from onemap_planner.search.phases import EventStamp, Search, Starting
-from onemap_planner.search.state_machine import new_search
+from onemap_planner.search.state_machine import EventStamp, Search, Starting, new_search
 from onemap_planner.world.map_view import AssembledView, PlanningView, after
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of

@@ -23,7 +23,7 @@ from onemap_planner.policy.memory import (
     TargetMemory,
 )
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
-from onemap_planner.search.phases import Confirmed, Event, Search
+from onemap_planner.search.state_machine import Confirmed, Event, Search
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,

@@ -38,7 +38,7 @@ from onemap_planner.policy.ways import (
     visit_counts,
     ways_to_unreached,
 )
-from onemap_planner.search.phases import CandidateSelected, Destination, Exploring
+from onemap_planner.search.state_machine import CandidateSelected, Destination, Exploring
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components

@@ -19,7 +19,7 @@ from onemap_planner.policy.viewpoints import (
     reachable,
     viewpoints_around,
 )
-from onemap_planner.search.phases import Search
+from onemap_planner.search.state_machine import Search
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier

@@ -13,9 +13,9 @@ from onemap_planner.policy.context import PlanningContext, across_gaps, coverage
 from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
 from onemap_planner.policy.memory import SETTLE_S, PlannerState
 from onemap_planner.policy.outcome import Move
-from onemap_planner.search.phases import Exhausted
+from onemap_planner.search.state_machine import Ending
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
-from onemap_shared.messages import Coverage
+from onemap_shared.messages import Coverage, SearchState
 
 # Square metres of free floor that no path leads to, from which on all frontiers are visited once
 # more before the object counts as not found: a small room.
@@ -89,7 +89,8 @@ def give_up(state: PlannerState, context: PlanningContext) -> Move:
     """The object counts as not found; the reason says what was looked at."""
     coverage, doubtful = coverage_of(context), _doubtful(state, context)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""
-    return Move(event=Exhausted(_covered(state, context, coverage) + named, coverage))
+    outcome, reason = SearchState.NOT_FOUND, _covered(state, context, coverage) + named
+    return Move(event=Ending(outcome, reason, coverage=coverage))
 
 
 def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:

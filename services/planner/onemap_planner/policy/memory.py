@@ -22,7 +22,7 @@ from onemap_planner.policy.goals import (
     successor,
 )
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.phases import Search
+from onemap_planner.search.state_machine import Search
 from onemap_planner.world.candidates import MERGE_M, VIEWS_PER_VIEWPOINT, ObjectCandidate
 from onemap_planner.world.costmap import NOTHING, Appeared
 from onemap_planner.world.map_view import MapView, WorldCells

@@ -43,15 +43,15 @@ from onemap_planner.policy.object_order import count_turn, revise_order, take_in
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.ways import drive_to_place
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Approaching,
     CandidateSelected,
     Confirmed,
     Confirming,
     Driving,
+    Ending,
     Event,
     EventStamp,
-    Exhausted,
     Exploring,
     LookingAround,
     MapReady,
@@ -59,16 +59,16 @@ from onemap_planner.search.phases import (
     Rejected,
     Reordered,
     Rotated,
-    SearchFailed,
     Starting,
-    TargetFailed,
+    driven_m,
+    elapsed_s,
+    transition,
 )
-from onemap_planner.search.state_machine import driven_m, elapsed_s, transition
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
-from onemap_shared.messages import FailureCode
+from onemap_shared.messages import FailureCode, SearchState
 from onemap_shared.params import Params
 
 
@@ -192,7 +192,7 @@ def _wait_for_inputs(state: PlannerState, observation: Observation) -> None:
     patient_s = observation.now_s - max(state.stale_since_s, observation.patience_from_s)
     if patient_s > PATIENCE_S or waited_s > MAX_WAIT_S:
         reason = f"waited {waited_s:.0f} s: {observation.stale_reason}"
-        _apply(state, SearchFailed(reason, FailureCode.NO_INPUT), observation)
+        _apply(state, _failed(reason, FailureCode.NO_INPUT), observation)
 
 
 def _context(
@@ -257,7 +257,8 @@ def _run_phase(
         case Driving(destination):
             move = drive_to_place(state, destination, context)
     event = move.event
-    if isinstance(event, Exhausted) and is_trapped(state, context.pose):
+    exhausted = isinstance(event, Ending) and event.outcome is not SearchState.ARRIVED
+    if exhausted and is_trapped(state, context.pose):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
     if isinstance(event, CandidateSelected):
         explain_selection(state, event.candidate, context)
@@ -322,11 +323,15 @@ def is_trapped(state: PlannerState, pose: Pose2d) -> bool:
     )
 
 
-def stuck_failure(state: PlannerState) -> SearchFailed:
+def _failed(reason: str, code: FailureCode) -> Ending:
+    return Ending(SearchState.FAILED, reason, code, whole=True)
+
+
+def stuck_failure(state: PlannerState) -> Ending:
     """The event that ends the search of a robot that is stuck."""
     assert state.progress is not None
     x, y = state.progress.moved_at.xy
-    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
+    return _failed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
 
 
 def limit_reached(state: PlannerState, observation: Observation, limit_s: float) -> Event | None:
@@ -338,12 +343,12 @@ def limit_reached(state: PlannerState, observation: Observation, limit_s: float)
     driven = driven_m(search, observation.odometer_m)
     if budget.max_distance_m and driven >= budget.max_distance_m:
         reason = f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m"
-        return SearchFailed(reason, FailureCode.DISTANCE_LIMIT)
+        return _failed(reason, FailureCode.DISTANCE_LIMIT)
     if budget.max_time_s and elapsed_s(search, observation.now_s) >= budget.max_time_s:
         reason = f"not done within {budget.max_time_s:g} s, the limit for this search"
-        return SearchFailed(reason, FailureCode.TIME_LIMIT)
+        return _failed(reason, FailureCode.TIME_LIMIT)
     if state.active_time_s - search.target_start.since_active_time_s > limit_s:
         missed = "not found" if search.target else "not reached"
         reason = f"{missed} within {limit_s:.0f} s, the limit for one object"
-        return TargetFailed(reason, FailureCode.TIME_LIMIT)
+        return Ending(SearchState.FAILED, reason, FailureCode.TIME_LIMIT)
     return None

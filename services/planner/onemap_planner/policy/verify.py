@@ -18,7 +18,7 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
-from onemap_planner.search.phases import (
+from onemap_planner.search.state_machine import (
     Approaching,
     Arrived,
     CandidateSelected,

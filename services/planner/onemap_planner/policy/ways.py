@@ -25,11 +25,11 @@ from onemap_planner.policy.viewpoints import (
     reachable,
     viewpoints_around,
 )
-from onemap_planner.search.phases import Destination, DestinationReached, Exhausted
+from onemap_planner.search.state_machine import Destination, Ending
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import Occupancy, SearchKind, subject_of
+from onemap_shared.messages import FailureCode, Occupancy, SearchKind, SearchState, subject_of
 
 # Metres from a place where the robot cannot stand that still count as there: from its centre to
 # what an arm or a voice reaches.
@@ -422,7 +422,7 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
     if goal is None:
         memory.active_goal = None
         waits = now_s - memory.idle_from_s(now_s) < SETTLE_S
-        return Move(event=None if waits else Exhausted(_failure(destination, context)))
+        return Move(event=None if waits else _failure(destination, context))
     motion = context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose))
     active = _activated(state, goal)
     if memory.is_new(active):
@@ -431,7 +431,7 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
     final = there and goal.kind is not GoalKind.FRONTIER
     memory.active_goal = active.at(now_s, arrived=there and not final)
     memory.idle_since_s = None
-    event = DestinationReached(_arrival(destination, context.pose)) if final else None
+    event = _arrival(destination, context.pose) if final else None
     return Move(motion, event)
 
 
@@ -459,14 +459,14 @@ def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
     return state.new_goal(goal)
 
 
-def _arrival(destination: Destination, pose: Pose2d) -> str:
+def _arrival(destination: Destination, pose: Pose2d) -> Ending:
     away_m, place = pose.distance_to(destination.xy), subject_of("", destination.xy)
-    if destination.kind is SearchKind.LOOK_AT:
-        return f"looking at {place} from {away_m:.2f} m"
-    return f"standing {away_m:.2f} m from {place}"
+    look = destination.kind is SearchKind.LOOK_AT
+    told = f"looking at {place} from {away_m:.2f} m"
+    return Ending(SearchState.ARRIVED, told if look else f"standing {away_m:.2f} m from {place}")
 
 
-def _failure(destination: Destination, context: PlanningContext) -> str:
+def _failure(destination: Destination, context: PlanningContext) -> Ending:
     away_m = nearest_reachable_m(destination.xy, context)
     done = "seen" if destination.kind is SearchKind.LOOK_AT else "reached"
     nearest = (
@@ -474,4 +474,6 @@ def _failure(destination: Destination, context: PlanningContext) -> str:
         if np.isfinite(away_m)
         else "no floor around the robot is known to be free"
     )
-    return f"{subject_of('', destination.xy)} cannot be {done}: no way leads there; {nearest}"
+    place = subject_of("", destination.xy)
+    reason = f"{place} cannot be {done}: no way leads there; {nearest}"
+    return Ending(SearchState.FAILED, reason, FailureCode.UNREACHABLE)

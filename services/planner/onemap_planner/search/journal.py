@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import json
 import os
-import re
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from math import dist
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
-from onemap_planner.search.phases import (
+from pydantic import ConfigDict, Field, TypeAdapter
+
+from onemap_planner.search.state_machine import (
     Budget,
     Destination,
     EventStamp,
@@ -24,11 +25,10 @@ from onemap_planner.search.phases import (
     PausedTarget,
     Search,
     TargetStart,
+    new_search,
+    status,
 )
-from onemap_planner.search.state_machine import new_search, status
 from onemap_shared.messages import (
-    Coverage,
-    FailureCode,
     ObjectResult,
     SearchKind,
     SearchOrder,
@@ -95,16 +95,17 @@ def interrupted_reason(search: Search, why: str, at_ns: int) -> str:
     return f"interrupted at {at:%Y-%m-%d %H:%M:%S} UTC: {why}{what}"
 
 
-SCHEMA = 1
+SCHEMA: Literal[1] = 1
 FILE_NAME = "search.json"
 SET_ASIDE = "search.json.unreadable"
 MAX_FILE_BYTES = 1_000_000  # a search for 20 objects takes 20 kB
 MAX_REASON_CHARS = 200
 MAX_NS = 4_000_000_000 * 10**9  # since 1970: dates up to 2096 can be told
 MAX_NUMBER = 1e12  # of seconds and metres: no sum of them becomes infinite
-SEARCH_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")  # it becomes the name of a file
 # What reading a file of any content raises.
-UNUSABLE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+UNUSABLE = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
+
+Nanoseconds = Annotated[int, Field(ge=0, lt=MAX_NS)]
 
 
 class JournalError(Exception):
@@ -126,6 +127,39 @@ class Recorded:
     interrupted: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class _Document:
+    """The file. Those of earlier releases lack what has a default here.
+
+    search_id: it becomes the name of a file; elapsed_s and path_length_m: of the present object.
+    """
+
+    __pydantic_config__ = ConfigDict(strict=True)
+
+    schema: Literal[1]
+    search_id: Annotated[str, Field(pattern="^[A-Za-z0-9_-]{1,64}$")]
+    objects: tuple[str, ...]
+    results: tuple[ObjectResult, ...]
+    started_ns: Nanoseconds
+    elapsed_s: float
+    path_length_m: float
+    start_xy_m: tuple[float, float] | None
+    kind: SearchKind = SearchKind.FIND
+    place_m: tuple[float, ...] = ()
+    order: SearchOrder = SearchOrder.GIVEN
+    index: int | None = None
+    done: tuple[int, ...] | None = None
+    paused: tuple[PausedTarget, ...] = ()
+    max_distance_m: float = 0.0
+    max_time_s: float = 0.0
+    around: Surroundings = Surroundings()
+    written_ns: Nanoseconds | None = None
+    interrupted: str = ""
+
+
+FILE = TypeAdapter(_Document)
+
+
 def save(
     folder: Path,
     search: Search,
@@ -142,40 +176,40 @@ def save(
             path.unlink(missing_ok=True)
         return
     folder.mkdir(parents=True, exist_ok=True)
-    document = {
-        "schema": SCHEMA,
-        "search_id": search.search_id,
-        "objects": search.objects,
-        "kind": search.kind.value,
-        "place_m": search.destination.xy if search.destination else (),
-        "order": search.order.value,
-        "index": search.index,
-        "done": search.done,
-        "paused": [asdict(paused) for paused in search.paused],
-        "max_distance_m": search.budget.max_distance_m,
-        "max_time_s": search.budget.max_time_s,
-        "results": [asdict(result) for result in search.results],
-        "started_ns": search.started_ns,
-        "elapsed_s": now_s - search.target_start.since_s,
-        "path_length_m": odometer_m - search.target_start.odometer_m,
-        "start_xy_m": search.target_start.xy,
-        "around": asdict(around),
-        "written_ns": now_ns,
-    }
-    _replace_file(path, document)
+    document = _Document(
+        schema=SCHEMA,
+        search_id=search.search_id,
+        objects=search.objects,
+        results=search.results,
+        started_ns=search.started_ns,
+        elapsed_s=now_s - search.target_start.since_s,
+        path_length_m=odometer_m - search.target_start.odometer_m,
+        start_xy_m=search.target_start.xy,
+        kind=search.kind,
+        place_m=search.destination.xy if search.destination else (),
+        order=search.order,
+        index=search.index,
+        done=search.done,
+        paused=search.paused,
+        max_distance_m=search.budget.max_distance_m,
+        max_time_s=search.budget.max_time_s,
+        around=around,
+        written_ns=now_ns,
+    )
+    _replace_file(path, FILE.dump_json(document))
 
 
 def mark_interrupted(folder: Path, why: str) -> None:
     """Record that the search of the file has ended: no later planner goes on with it."""
     path = folder / FILE_NAME
     document = json.loads(path.read_text(encoding="utf-8"))
-    _replace_file(path, {**document, "interrupted": why})
+    _replace_file(path, json.dumps({**document, "interrupted": why}).encode())
 
 
-def _replace_file(path: Path, document: dict[str, Any]) -> None:
+def _replace_file(path: Path, content: bytes) -> None:
     draft = path.with_suffix(".draft")
-    with draft.open("w", encoding="utf-8") as file:
-        json.dump(document, file)
+    with draft.open("wb") as file:
+        file.write(content)
         file.flush()
         os.fsync(file.fileno())
     os.replace(draft, path)
@@ -192,12 +226,12 @@ def load(folder: Path, now_s: float) -> Recorded | None:
         size = path.stat().st_size
         if size > MAX_FILE_BYTES:
             raise JournalError(f"{path} has {size} bytes, more than {MAX_FILE_BYTES}")
-        document = json.loads(
-            path.read_text(encoding="utf-8"), parse_float=_finite, parse_constant=_finite
-        )
-        search = _search(document, now_s)
-        recorded = _recorded(document, search, now_s)
-        said = replace(search, reason=recorded.interrupted or search.reason)
+        text = path.read_text(encoding="utf-8")
+        number = _limited(float, MAX_NUMBER)
+        json.loads(text, parse_float=number, parse_constant=number, parse_int=_limited(int, MAX_NS))
+        document = FILE.validate_json(text)
+        search, why = _search(document, now_s), document.interrupted[:MAX_REASON_CHARS]
+        said = replace(search, reason=why or search.reason)
         decode(SearchStatus, encode(status(said, odometer_m=0.0, now_ns=0)))  # can be published
     except FileNotFoundError:
         return None
@@ -206,7 +240,8 @@ def load(folder: Path, now_s: float) -> Recorded | None:
     except UNUSABLE as problem:
         reason = repr(problem)[:MAX_REASON_CHARS]
         raise JournalError(f"{path} is not a search of schema {SCHEMA}: {reason}") from problem
-    return recorded
+    written_ns = search.started_ns if document.written_ns is None else document.written_ns
+    return Recorded(search, document.around, written_ns, now_s, why)
 
 
 def set_aside(folder: Path) -> str:
@@ -219,143 +254,51 @@ def set_aside(folder: Path) -> str:
     return f"{path} is now {SET_ASIDE}"
 
 
-def _search(document: Any, now_s: float) -> Search:
-    """The search of a journal, whose elapsed seconds end at ``now_s``.
-
-    Raises one of ``UNUSABLE`` for a document that no planner wrote.
-    """
-    if document["schema"] != SCHEMA:
-        raise ValueError(f"schema {document['schema']}")
-    request = _request(document)
-    objects = request.objects
-    results = tuple(_result(entry) for entry in document["results"])
-    index, done = _progress(document, len(results), max(len(objects), 1))
-    search_id, started_ns = str(document["search_id"]), int(document["started_ns"])
-    if not SEARCH_ID.fullmatch(search_id) or not 0 <= started_ns < MAX_NS:
-        raise ValueError(f"search_id is {search_id[:80]!r}, started_ns is {started_ns}")
-    start = new_search(
-        search_id,
+def _search(document: _Document, now_s: float) -> Search:
+    """The search of a file, whose elapsed seconds end at ``now_s``; ValueError if it is none."""
+    request = SearchRequest(
+        document.objects,
+        kind=document.kind,
+        place_m=document.place_m,
+        order=document.order,
+        max_distance_m=document.max_distance_m,
+        max_time_s=document.max_time_s,
+    )
+    objects, count = request.objects, len(document.results)
+    index = count if document.index is None else document.index
+    done = tuple(range(count)) if document.done is None else document.done
+    known, every = {*done, index}, set(range(max(len(objects), 1)))
+    if len(known) != count + 1 or not known <= every:
+        raise ValueError(f"object {index} is sought and {done} are done")
+    if not {paused.index for paused in document.paused} <= every:
+        raise ValueError("an object is put aside that the search does not have")
+    search = new_search(
+        document.search_id,
         objects[index : index + 1],
         EventStamp(now_s, 0.0, None, 0.0),
-        started_ns,
+        document.started_ns,
         Destination.of(request),
-        order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
+        order=request.order,
     )
-    target_start = TargetStart(
-        since_s=now_s - _number(document["elapsed_s"]),
-        since_active_time_s=0.0,
-        xy=_pair(document["start_xy_m"]),
-        odometer_m=-_number(document["path_length_m"]),
-    )
+    since_s, odometer_m = now_s - document.elapsed_s, -document.path_length_m
     return replace(
-        start,
+        search,
         budget=Budget.of(request),
         objects=objects,
         index=index,
-        results=results,
-        target_start=target_start,
+        results=document.results,
+        target_start=TargetStart(since_s, 0.0, document.start_xy_m, odometer_m),
         done=done,
-        paused=tuple(_paused(entry, len(objects)) for entry in document.get("paused", ())),
+        paused=document.paused,
     )
 
 
-def _recorded(document: Any, search: Search, now_s: float) -> Recorded:
-    """With the surroundings, which journals of earlier releases lack."""
-    around = document.get("around", {})
-    written_ns = int(document.get("written_ns", search.started_ns))
-    if not 0 <= written_ns < MAX_NS:
-        raise ValueError(f"written_ns is {written_ns}")
-    texts = {
-        name: str(around.get(name, "")) for name in ("namespace", "boot_id", "robot", "map_id")
-    }
-    return Recorded(
-        search,
-        Surroundings(
-            **texts,
-            boot_s=_number(around.get("boot_s", 0.0)),
-            odometry=int(around.get("odometry", -1)),
-            xy_m=_pair(around.get("xy_m")),
-        ),
-        written_ns,
-        now_s,
-        str(document.get("interrupted", ""))[:MAX_REASON_CHARS],
-    )
+def _limited(kind: Callable[[str], float], limit: float) -> Callable[[str], float]:
+    """Reads a number of a JSON text: one that no search has is refused wherever it stands."""
 
+    def number(text: str) -> float:
+        if not abs(kind(text)) <= limit:  # also refuses NaN
+            raise ValueError(f"{text[:20]} is larger than {limit:g}")
+        return 0.0
 
-def _request(document: Any) -> SearchRequest:
-    """What was asked for. Journals of earlier releases lack kind, place and limits."""
-    return SearchRequest(
-        tuple(document["objects"]),
-        kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
-        place_m=_floats(document.get("place_m", ())),
-        max_distance_m=_number(document.get("max_distance_m", 0.0)),
-        max_time_s=_number(document.get("max_time_s", 0.0)),
-    )
-
-
-def _progress(document: Any, results: int, objects: int) -> tuple[int, tuple[int, ...]]:
-    """Which object is sought now, and which are done, by their indices.
-
-    Journals of earlier releases have neither: there the objects were sought in their order.
-    ValueError unless each result is of one object and another one is left.
-    """
-    if results >= objects:
-        raise ValueError("all its objects are done")
-    done = tuple(int(index) for index in document.get("done", range(results)))
-    index = int(document.get("index", results))
-    known = {*done, index}
-    if len(known) != results + 1 or not known <= set(range(objects)):
-        raise ValueError(f"object {index} is sought and {done} are done")
-    return index, done
-
-
-def _pair(xy: Any) -> tuple[float, float] | None:
-    return None if xy is None else (_number(xy[0]), _number(xy[1]))
-
-
-def _paused(entry: dict[str, Any], objects: int) -> PausedTarget:
-    paused = PausedTarget(
-        index=int(entry["index"]),
-        spent_s=_number(entry["spent_s"]),
-        spent_active_time_s=_number(entry["spent_active_time_s"]),
-        driven_m=_number(entry["driven_m"]),
-        xy=_pair(entry["xy"]),
-    )
-    if not 0 <= paused.index < objects:
-        raise ValueError(f"object {paused.index} of {objects} is put aside")
-    return paused
-
-
-def _result(entry: dict[str, Any]) -> ObjectResult:
-    places = ("position_m", "start_xy_m", "end_xy_m")
-    tuples = {name: _floats(entry[name]) for name in places}
-    coverage = dict(entry.get("coverage", {}))
-    coverage["best_match_m"] = _floats(coverage.get("best_match_m", ()))
-    return ObjectResult(
-        **{**entry, **tuples, "outcome": SearchState(entry["outcome"])}
-        | {
-            "reason_code": FailureCode(entry.get("reason_code", "")),
-            "coverage": Coverage(**coverage),
-            "box_px": _floats(entry.get("box_px", ())),
-        }
-    )
-
-
-def _floats(values: Iterable[Any]) -> tuple[float, ...]:
-    return tuple(_number(value) for value in values)
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r} is no number")
-    if abs(value) > MAX_NUMBER:
-        raise ValueError(f"{value:g} is larger than {MAX_NUMBER:g}")
-    return float(value)
-
-
-def _finite(text: str) -> float:
-    """A number of a JSON text: one that no search has is refused wherever it stands."""
-    value = float(text)
-    if not abs(value) <= MAX_NUMBER:  # also refuses NaN
-        raise ValueError(f"{text[:20]} is larger than {MAX_NUMBER:g}")
-    return value
+    return number

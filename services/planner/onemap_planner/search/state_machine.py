@@ -1,6 +1,6 @@
-"""State machine of a search: one transition function over named phases and events.
+"""A search: its phases, the events that move it from one to the next, and the transitions.
 
-Time, position and odometer come in with the ``EventStamp``.
+Plain values; time, position and odometer come in with the ``EventStamp``.
 """
 
 from __future__ import annotations
@@ -8,37 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from onemap_planner.search.phases import (
-    Approaching,
-    Arrived,
-    Cancelled,
-    CandidateSelected,
-    Confirmed,
-    Confirming,
-    Destination,
-    DestinationReached,
-    Driving,
-    Event,
-    EventStamp,
-    Exhausted,
-    Exploring,
-    Finished,
-    Interrupted,
-    LookingAround,
-    MapReady,
-    MapRestarted,
-    Phase,
-    Rejected,
-    Reordered,
-    Rotated,
-    Search,
-    SearchFailed,
-    Starting,
-    TargetFailed,
-)
-from onemap_planner.search.turns import begun, next_index, reordered, starting, target_start
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
+    NO_CHOICE,
     NO_COVERAGE,
     Coverage,
     FailureCode,
@@ -46,8 +18,264 @@ from onemap_shared.messages import (
     ObjectResult,
     SearchKind,
     SearchOrder,
+    SearchRequest,
     SearchState,
     SearchStatus,
+    subject_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Starting:
+    """Waiting for the first view of the map for this object."""
+
+
+@dataclass(frozen=True, slots=True)
+class LookingAround:
+    """Turning in place by a full circle, because the camera sees only a part of it."""
+
+    turned_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Exploring:
+    """Driving to frontiers, regions and uncertain detections."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approaching:
+    """Driving to a viewpoint of the candidate."""
+
+    candidate: ObjectCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class Confirming:
+    """At the viewpoint, counting detections that agree.
+
+    candidate: as it was known on arrival; since_s: active time at arrival, seconds.
+    """
+
+    candidate: ObjectCandidate
+    since_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Destination:
+    """A place, xy metres, to drive to or (kind ``LOOK_AT``) to look at."""
+
+    kind: SearchKind
+    xy: tuple[float, float]
+
+    @classmethod
+    def of(cls, request: SearchRequest) -> Destination | None:
+        """The destination of a request; None if it is for objects."""
+        if request.kind is SearchKind.FIND:
+            return None
+        x, y = request.place_m
+        return cls(request.kind, (x, y))
+
+
+@dataclass(frozen=True, slots=True)
+class Driving:
+    """Driving to the destination, exploring what is unknown on the way."""
+
+    destination: Destination
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """The search has ended as ``state``."""
+
+    state: SearchState
+
+
+Phase = Starting | LookingAround | Exploring | Approaching | Confirming | Driving | Finished
+
+
+@dataclass(frozen=True, slots=True)
+class TargetStart:
+    """Where and when the search for the present object began; xy None: no odometry yet."""
+
+    since_s: float
+    since_active_time_s: float
+    xy: tuple[float, float] | None
+    odometer_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class PausedTarget:
+    """What was spent on an object that another one was preferred to.
+
+    index: of the object; spent_s and spent_active_time_s: seconds; driven_m: metres; xy: where
+    the search for it began, None if that is not known.
+    """
+
+    index: int
+    spent_s: float
+    spent_active_time_s: float
+    driven_m: float
+    xy: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How far a search may drive and how long it may take, with all its objects; 0: no limit."""
+
+    max_distance_m: float = 0.0
+    max_time_s: float = 0.0
+
+    @classmethod
+    def of(cls, request: SearchRequest) -> Budget:
+        """The budget of a request."""
+        return cls(request.max_distance_m, request.max_time_s)
+
+
+NO_BUDGET = Budget()
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """One search: its objects, the index and phase of the present one, the results so far.
+
+    done: indices of the objects of the results; planned: indices of those still sought in the
+    cheapest order known, empty until there is one; paused: those that were begun and put aside.
+    destination: of a drive to a place, which has no objects; None for a search for objects.
+    started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
+    last decision where to drive, without options when it is over.
+    """
+
+    search_id: str
+    objects: tuple[str, ...]
+    index: int
+    phase: Phase
+    target_start: TargetStart
+    results: tuple[ObjectResult, ...]
+    reason: str
+    started_ns: int
+    ended_ns: int | None = None
+    destination: Destination | None = None
+    order: SearchOrder = SearchOrder.GIVEN
+    done: tuple[int, ...] = ()
+    planned: tuple[int, ...] = ()
+    paused: tuple[PausedTarget, ...] = ()
+    choice: GoalChoice = NO_CHOICE
+    budget: Budget = NO_BUDGET
+
+    @property
+    def active(self) -> bool:
+        """Whether the search has not ended."""
+        return not isinstance(self.phase, Finished)
+
+    @property
+    def target(self) -> str:
+        """The object now searched for, empty when the search is over or for a place."""
+        return self.objects[self.index] if self.active and self.objects else ""
+
+    @property
+    def kind(self) -> SearchKind:
+        """What the search is for."""
+        return SearchKind.FIND if self.destination is None else self.destination.kind
+
+    @property
+    def subject(self) -> str:
+        """What the search is for, in words: the present object or the place."""
+        return subject_of(self.target, self.destination.xy if self.destination else ())
+
+
+@dataclass(frozen=True, slots=True)
+class EventStamp:
+    """When and where an event happened.
+
+    now_s: the planner's monotonic clock; active_time_s: seconds with fresh inputs, so that no
+    time limit runs while a service is away; xy metres, None without odometry.
+    """
+
+    now_s: float
+    active_time_s: float
+    xy: tuple[float, float] | None
+    odometer_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class MapReady:
+    """The map has answered; look_around: too little of the surroundings is known."""
+
+    look_around: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Rotated:
+    """The robot has turned left by this angle."""
+
+    by_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class MapRestarted:
+    """The map was cleared or its mapper restarted."""
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateSelected:
+    """A candidate was detected often enough and has a reachable viewpoint."""
+
+    candidate: ObjectCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """The robot has reached the viewpoint of the candidate, as it is known now."""
+
+    candidate: ObjectCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class Confirmed:
+    """Enough new detections agree with the candidate."""
+
+    candidate: ObjectCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """The candidate is not the object, or cannot be reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reordered:
+    """The cheapest order of the objects still sought, by their indices, has changed."""
+
+    indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """The search for the present object, or the drive, ends.
+
+    coverage: what was looked at; candidate: what was found; whole: no other object is searched for.
+    """
+
+    outcome: SearchState
+    reason: str
+    code: FailureCode = FailureCode.NONE
+    coverage: Coverage = NO_COVERAGE
+    candidate: ObjectCandidate | None = None
+    whole: bool = False
+
+
+CANCELLED = Ending(SearchState.CANCELLED, "cancelled", whole=True)
+
+Event = (
+    MapReady
+    | Rotated
+    | MapRestarted
+    | CandidateSelected
+    | Arrived
+    | Confirmed
+    | Rejected
+    | Reordered
+    | Ending
 )
 
 
@@ -61,27 +289,18 @@ def new_search(
     order: SearchOrder = SearchOrder.GIVEN,
 ) -> Search:
     """A new search at its first object, or without objects a drive to the destination."""
-    start = target_start(stamp)
-    search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns)
-    search = replace(search, destination=destination, order=order)
-    return replace(search, reason=starting(search))
+    start, end = _start(stamp), destination
+    search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns, None, end, order)
+    return replace(search, reason=_starting(search))
 
 
-def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
-    search: Search, event: Event, stamp: EventStamp
-) -> Search:
+def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # noqa: PLR0911
     """The search after the event; an event without a row for its phase changes nothing."""
     match search.phase, event:
         case (Finished(), _):
             return search
-        case (_, Cancelled()):
-            return _end_search(search, Ending(SearchState.CANCELLED, "cancelled"), stamp)
-        case (_, Interrupted(reason)):
-            return _end_search(search, Ending(SearchState.INTERRUPTED, reason), stamp)
-        case (_, SearchFailed(reason, code)):
-            return _end_search(search, Ending(SearchState.FAILED, reason, code), stamp)
-        case (_, TargetFailed(reason, code)):
-            return _finish_target(search, Ending(SearchState.FAILED, reason, code), stamp)
+        case (_, Ending()):
+            return _ended(search, event, stamp)
         case (Starting(), MapReady(look_around)):
             start = search.target_start
             if start.xy is None:
@@ -96,21 +315,13 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
         case (LookingAround() | Exploring() | Confirming(), CandidateSelected(candidate)):
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
         case (Exploring(), Reordered(indices)):
-            return reordered(search, indices, stamp)
-        case (Driving(), DestinationReached(reason)):
-            return _finish_target(search, Ending(SearchState.ARRIVED, reason), stamp)
-        case (Driving(), Exhausted(reason)):
-            ending = Ending(SearchState.FAILED, reason, FailureCode.UNREACHABLE)
-            return _finish_target(search, ending, stamp)
-        case (Exploring(), Exhausted(reason, coverage)):
-            ending = Ending(SearchState.NOT_FOUND, reason, coverage=coverage)
-            return _finish_target(search, ending, stamp)
+            return _reordered(search, indices, stamp)
         case (Approaching(), Arrived(candidate)):
             reason = f"standing before {search.target!r}, making sure"
             return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
         case (Confirming(), Confirmed(candidate)):
             ending = Ending(SearchState.FOUND, _found(candidate), candidate=candidate)
-            return _finish_target(search, ending, stamp)
+            return _ended(search, ending, stamp)
         case (Approaching() | Confirming(), Rejected()):
             return _set_out(search)
         case _:
@@ -151,6 +362,54 @@ def elapsed_s(search: Search, now_s: float) -> float:
     return now_s - search.target_start.since_s + sum(r.duration_s for r in search.results)
 
 
+def waiting(search: Search) -> tuple[int, ...]:
+    """Indices of the objects that are neither done nor sought now, in the order of the request."""
+    known = {*search.done, search.index}
+    return tuple(index for index in range(len(search.objects)) if index not in known)
+
+
+def _reordered(search: Search, indices: tuple[int, ...], stamp: EventStamp) -> Search:
+    """With this order of what is still sought; another first object begins now.
+
+    The present object is put aside with the time and the way that were spent on it.
+    """
+    search, start = replace(search, planned=indices), search.target_start
+    if indices[0] == search.index:
+        return search
+    paused = PausedTarget(
+        search.index,
+        spent_s=stamp.now_s - start.since_s,
+        spent_active_time_s=stamp.active_time_s - start.since_active_time_s,
+        driven_m=stamp.odometer_m - start.odometer_m,
+        xy=start.xy,
+    )
+    return _begun(replace(search, paused=(*search.paused, paused)), indices[0], stamp)
+
+
+def _begun(search: Search, index: int, stamp: EventStamp) -> Search:
+    """At the start of an object, which goes on where it was put aside: times and ways add up."""
+    start = _start(stamp)
+    for before in search.paused:
+        if before.index == index:
+            start = TargetStart(
+                since_s=stamp.now_s - before.spent_s,
+                since_active_time_s=stamp.active_time_s - before.spent_active_time_s,
+                xy=before.xy,
+                odometer_m=stamp.odometer_m - before.driven_m,
+            )
+    paused = tuple(each for each in search.paused if each.index != index)
+    search = replace(search, index=index, phase=Starting(), target_start=start, paused=paused)
+    return replace(search, reason=_starting(search))
+
+
+def _start(stamp: EventStamp) -> TargetStart:
+    return TargetStart(stamp.now_s, stamp.active_time_s, stamp.xy, stamp.odometer_m)
+
+
+def _starting(search: Search) -> str:
+    return f"asking the map about {search.subject}"
+
+
 def _wire_state(phase: Phase) -> SearchState:
     match phase:
         case Finished(state):
@@ -161,17 +420,6 @@ def _wire_state(phase: Phase) -> SearchState:
             return SearchState.CONFIRMING
         case _:
             return SearchState.EXPLORING
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
-    """How the search for an object ends; candidate: what was found."""
-
-    outcome: SearchState
-    reason: str
-    code: FailureCode = FailureCode.NONE
-    coverage: Coverage = NO_COVERAGE
-    candidate: ObjectCandidate | None = None
 
 
 def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
@@ -195,40 +443,21 @@ def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
     )
 
 
-def _finish_target(search: Search, ending: Ending, stamp: EventStamp) -> Search:
-    """The present object is done; start the next or end the search."""
+def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
+    """The present object is done; the next begins, or the search ends."""
     results = (*search.results, _result(search, ending, stamp))
-    search = replace(search, choice=_no_goal(search))
-    if len(results) < len(search.objects):
-        index = next_index(search)
+    search = replace(search, choice=GoalChoice(search.choice.number))
+    if not ending.whole and len(results) < len(search.objects):
+        left = waiting(search)
+        index = next((index for index in search.planned if index in left), left[0])
         search = replace(search, results=results, done=(*search.done, search.index))
-        return begun(search, index, stamp)
-    if search.destination is not None:
-        return replace(
-            search, phase=Finished(ending.outcome), results=results, reason=ending.reason
-        )
-    outcomes = {result.outcome for result in results}
-    overall = next(
-        state
-        for state in (SearchState.FAILED, SearchState.NOT_FOUND, SearchState.FOUND)
-        if state in outcomes
-    )
-    return replace(search, phase=Finished(overall), results=results, reason=_summary(results))
-
-
-def _end_search(search: Search, ending: Ending, stamp: EventStamp) -> Search:
-    """The whole search ends now, with the present object's outcome."""
-    return replace(
-        search,
-        phase=Finished(ending.outcome),
-        results=(*search.results, _result(search, ending, stamp)),
-        reason=ending.reason,
-        choice=_no_goal(search),
-    )
-
-
-def _no_goal(search: Search) -> GoalChoice:
-    return GoalChoice(search.choice.number)
+        return _begun(search, index, stamp)
+    outcome, reason = ending.outcome, ending.reason
+    if not ending.whole and search.destination is None:
+        outcomes = {result.outcome for result in results}
+        states = (SearchState.FAILED, SearchState.NOT_FOUND, SearchState.FOUND)
+        outcome, reason = next(s for s in states if s in outcomes), _summary(results)
+    return replace(search, phase=Finished(outcome), results=results, reason=reason)
 
 
 def _summary(results: tuple[ObjectResult, ...]) -> str:
@@ -252,8 +481,8 @@ def _set_out(search: Search) -> Search:
 
 
 def _look_around(search: Search, what: str) -> Search:
-    reason = f"{what} for {search.subject}"
-    return replace(search, phase=LookingAround(), reason=reason, choice=_no_goal(search))
+    reason, choice = f"{what} for {search.subject}", GoalChoice(search.choice.number)
+    return replace(search, phase=LookingAround(), reason=reason, choice=choice)
 
 
 def _approaching(candidate: ObjectCandidate) -> str:

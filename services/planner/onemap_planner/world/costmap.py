@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
-from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
+from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, onto
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -285,12 +284,12 @@ class Appeared:
         have been seen to stand.
         """
         grid = _around(map_view.grid, robot_xy)
-        occupied = _onto(grid, map_view.grid, map_view.occupancy == Occupancy.OCCUPIED)
+        occupied = onto(grid, map_view.grid, map_view.occupancy == Occupancy.OCCUPIED)
         seen = (map_view.occupancy == Occupancy.FREE) & ~map_view.assumed
-        since_s = _onto(grid, self.grid, self.since_s, NEVER)
-        since_s[_onto(grid, self.grid, self.free)] = seen_s
+        since_s = onto(grid, self.grid, self.since_s, NEVER)
+        since_s[onto(grid, self.grid, self.free)] = seen_s
         since_s[~occupied | (np.abs(seen_s - since_s) > LASTS_S)] = NEVER
-        return Appeared(grid, _onto(grid, map_view.grid, seen), since_s)
+        return Appeared(grid, onto(grid, map_view.grid, seen), since_s)
 
 
 NOTHING = Appeared(GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), bool), np.zeros((0, 0)))
@@ -301,16 +300,3 @@ def _around(grid: GridSpec, robot_xy: F64) -> GridSpec:
     reach = int(np.ceil(AROUND_M / grid.cell_size_m))
     x, y = (int(index) for index in grid.cells(robot_xy) + np.asarray(grid.origin_cell) - reach)
     return GridSpec(grid.cell_size_m, (x, y), (2 * reach + 1, 2 * reach + 1))
-
-
-def _onto(grid: GridSpec, source: GridSpec, layer: NDArray, fill: float = 0) -> NDArray:
-    """A layer on ``source`` as it is on ``grid``; ``fill`` where the source has no cells."""
-    moved = np.full(grid.shape, fill, layer.dtype)
-    shift = np.subtract(source.origin_cell, grid.origin_cell)
-    low = np.maximum(shift, 0)
-    high = np.minimum(shift + source.shape, grid.shape)
-    if (high > low).all():
-        (x0, y0), (x1, y1) = low, high
-        dx, dy = shift
-        moved[x0:x1, y0:y1] = layer[x0 - dx : x1 - dx, y0 - dy : y1 - dy]
-    return moved

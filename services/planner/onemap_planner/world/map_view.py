@@ -1,13 +1,8 @@
-"""The view of the map for one object: kept up to date tile by tile, and as layers in a window.
-
-A state of the view never changes: the next one shares the tiles that did not change with it, so
-that taking in a reply costs what changed, whatever the size of the map.
-"""
+"""The view of the map for one object: kept up to date by its changes; its layers in a window."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -39,11 +34,7 @@ def components(mask: Bool) -> list[I64]:
     return np.split(cells[np.argsort(label, kind="stable")], np.cumsum(sizes))[:count]
 
 
-SHAPE = (TILE_CELLS, TILE_CELLS)
-SIMILARITY, COSINE, RIVAL = range(3)  # rows of the values of a message and of a tile
-NO_LIMITS: F32 = np.zeros(0, np.float32)
-
-Tile = tuple[int, int]  # world cell // 64 along x and y
+SIMILARITY, COSINE, RIVAL = range(3)  # rows of the values of a message
 
 
 class ChangesDoNotFit(ValueError):
@@ -51,23 +42,12 @@ class ChangesDoNotFit(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class ViewTile:
-    """One tile (64, 64): occupancy and layers uint8, values (p, 64, 64), NaN where not observed.
-
-    known_cells: free or occupied; known_box: lowest and one past the highest world cell, x0, y0,
-    x1, y1, of those that anything is known of, empty without any.
-    """
-
-    occupancy: U8
-    layers: U8
-    values: F32
-    known_cells: int
-    known_box: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class AssembledView:
-    """One state of a view, with the meaning of ``SearchView``; ``cropped`` makes parts of it."""
+    """One state of a view, with the meaning of ``SearchView``.
+
+    occupancy and layers (nx, ny) uint8; values (p, nx, ny) float32, NaN where not observed, and
+    rank_limits as in ``ViewChanges``.
+    """
 
     text: str
     key: ViewKey
@@ -75,138 +55,72 @@ class AssembledView:
     sequence: int
     stamp_ns: int
     grid: GridSpec
-    tiles: Mapping[Tile, ViewTile] = field(default_factory=dict)
-    planes: int = 0  # of the values of its tiles
-    rank_limits: F32 = field(default_factory=lambda: NO_LIMITS)
+    occupancy: U8
+    layers: U8
+    values: F32
+    rank_limits: F32
     calibrated: bool = True
-
-    @property
-    def known_occupancy_cells(self) -> int:
-        """Cells that are free or occupied."""
-        return sum(tile.known_cells for tile in self.tiles.values())
-
-    def known_box(self) -> I64 | None:
-        """First and one past the last index (2, 2) of the cells that anything is known of."""
-        boxes = [tile.known_box for tile in self.tiles.values() if tile.known_box]
-        if not boxes:
-            return None
-        x0, y0, x1, y1 = zip(*boxes, strict=True)  # lists: quicker than arrays of a few hundred
-        box = np.array([[min(x0), min(y0)], [max(x1), max(y1)]])
-        indices: I64 = box - np.asarray(self.grid.origin_cell)
-        return indices
 
     def whole(self) -> SearchView:
         """The whole view, as the mapper replies to ``SearchViewRequest``."""
-        return self.cropped(np.zeros(2, np.int64), np.array(self.grid.shape))
-
-    def cropped(self, low: I64, high: I64) -> SearchView:
-        """The part of the view from index ``low`` (2,) up to, without, ``high`` (2,)."""
-        origin = np.asarray(low) + np.asarray(self.grid.origin_cell)
-        nx, ny = (int(n) for n in np.maximum(np.asarray(high) - low, 0))
-        grid = GridSpec(self.grid.cell_size_m, (int(origin[0]), int(origin[1])), (nx, ny))
-        occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
-        layers = np.zeros(grid.shape, np.uint8)
-        values = np.full((self.planes, nx, ny), np.nan, np.float32)
-        for tile, into, out_of in _overlaps(grid):
-            content = self.tiles.get(tile)
-            if content is not None:
-                occupancy[into] = content.occupancy[out_of]
-                layers[into] = content.layers[out_of]
-                values[:, into[0], into[1]] = content.values[:, out_of[0], out_of[1]]
-        nothing = np.zeros((0, 0), np.float32)
-        none = np.full(grid.shape if self.text else (0, 0), np.nan, np.float32)
+        planes, nothing = len(self.values), np.zeros((0, 0), np.float32)
+        guidance, unseen = nothing.astype(np.uint8), nothing
+        if planes:
+            ranks = ranked(self.values[COSINE], self.rank_limits)
+            guidance = np.where(np.isnan(self.values[COSINE]), 0, ranks).astype(np.uint8)
+        elif self.text:
+            unseen = np.full(self.grid.shape, np.nan, np.float32)
         return SearchView(
             text=self.text,
             revision=self.revision,
             sequence=self.sequence,
             stamp_ns=self.stamp_ns,
-            grid=grid,
-            occupancy=occupancy,
-            layers=layers,
-            similarity=values[SIMILARITY] if self.planes else none,
-            rival=values[RIVAL] if self.planes > RIVAL else nothing,
-            guidance=self._guidance(values[COSINE]) if self.planes else nothing.astype(np.uint8),
+            grid=self.grid,
+            occupancy=self.occupancy,
+            layers=self.layers,
+            similarity=self.values[SIMILARITY] if planes else unseen,
+            rival=self.values[RIVAL] if planes > RIVAL else nothing,
+            guidance=guidance,
             calibrated=self.calibrated,
         )
-
-    def _guidance(self, cosines: F32) -> U8:
-        """Rank of each cosine, 0 where it is NaN."""
-        guidance: U8 = np.where(np.isnan(cosines), 0, ranked(cosines, self.rank_limits))
-        return guidance.astype(np.uint8, copy=False)
 
 
 def after(view: AssembledView | None, changes: ViewChanges) -> AssembledView:
     """The view with these changes. Raises ``ChangesDoNotFit`` if they lead on from another one."""
-    tiles: dict[Tile, ViewTile] = {}
+    grid, planes = changes.grid, len(changes.values)
+    occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
+    layers = np.zeros(grid.shape, np.uint8)
+    values = np.full((planes, *grid.shape), np.nan, np.float32)
     if changes.base != NO_VIEW:
         if view is None or (view.key, view.text) != (changes.base, changes.text):
             raise ChangesDoNotFit("the changes of the map's view lead on from another view")
-        if view.planes != len(changes.values) or not _holds(changes.grid, view.grid):
+        if len(view.values) != planes or not _holds(grid, view.grid):
             raise ChangesDoNotFit("the changes of the map's view do not fit the view")
-        tiles.update(view.tiles)
-    for tile, changed, part in _parts(changes):
-        tiles[tile] = _with_changes(tiles.get(tile), changed, part, tile)
+        occupancy = onto(grid, view.grid, view.occupancy, Occupancy.UNKNOWN)
+        layers = onto(grid, view.grid, view.layers)
+        for plane, before in zip(values, view.values, strict=True):
+            plane[:] = onto(grid, view.grid, before, np.nan)
+    tile, cell = np.nonzero(np.unpackbits(changes.cells, axis=1))
+    first = TILE_CELLS * changes.tiles[tile] - np.asarray(grid.origin_cell)
+    x, y = first[:, 0] + cell // TILE_CELLS, first[:, 1] + cell % TILE_CELLS
+    occupancy[x, y], layers[x, y] = changes.occupancy, changes.layers
+    observed = (changes.layers & Layer.OBSERVED) > 0
+    if planes:
+        values[:, x, y] = np.nan
+        values[:, x[observed], y[observed]] = changes.values
     return AssembledView(
         changes.text,
         changes.key,
         changes.revision,
         changes.sequence,
         changes.stamp_ns,
-        changes.grid,
-        tiles,
-        len(changes.values),
+        grid,
+        occupancy,
+        layers,
+        values,
         changes.rank_limits,
         changes.calibrated,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """The changed cells (n,) of one tile, with values (p, m) of the observed ones."""
-
-    occupancy: U8
-    layers: U8
-    values: F32
-
-
-def _parts(changes: ViewChanges) -> Iterator[tuple[Tile, Bool, _Part]]:
-    """Each tile with changes: where it is, which cells (64, 64) changed, and what they are."""
-    bits = np.unpackbits(changes.cells, axis=1).astype(bool)
-    ends = np.cumsum(bits.sum(axis=1))
-    observed = np.append(0, np.cumsum((changes.layers & Layer.OBSERVED) > 0))
-    first = 0
-    for (x, y), mask, end in zip(changes.tiles.tolist(), bits, ends.tolist(), strict=True):
-        values = changes.values[:, observed[first] : observed[end]]
-        part = _Part(changes.occupancy[first:end], changes.layers[first:end], values)
-        yield (x, y), mask.reshape(SHAPE), part
-        first = end
-
-
-def _with_changes(tile: ViewTile | None, changed: Bool, part: _Part, at: Tile) -> ViewTile:
-    """A new tile with the changed cells (64, 64)."""
-    if tile is None:
-        occupancy = np.full(SHAPE, Occupancy.UNKNOWN, np.uint8)
-        layers = np.zeros(SHAPE, np.uint8)
-        values = np.full((len(part.values), *SHAPE), np.nan, np.float32)
-    else:
-        occupancy, layers, values = tile.occupancy.copy(), tile.layers.copy(), tile.values.copy()
-    occupancy[changed] = part.occupancy
-    layers[changed] = part.layers
-    if len(values):
-        values[:, changed] = np.nan
-        values[:, changed & ((layers & Layer.OBSERVED) > 0)] = part.values
-    known = (occupancy != Occupancy.UNKNOWN) | (layers > 0)
-    return ViewTile(occupancy, layers, values, int(np.count_nonzero(occupancy)), _box(known, at))
-
-
-def _box(known: Bool, at: Tile) -> tuple[int, ...]:
-    """The box of the known cells (64, 64) of a tile, as in ``ViewTile``."""
-    x, y = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    if len(x) == 0:
-        return ()
-    first_x, first_y = at[0] * TILE_CELLS, at[1] * TILE_CELLS
-    box = (first_x + x[0], first_y + y[0], first_x + x[-1] + 1, first_y + y[-1] + 1)
-    return tuple(map(int, box))
 
 
 def _holds(grid: GridSpec, smaller: GridSpec) -> bool:
@@ -217,21 +131,17 @@ def _holds(grid: GridSpec, smaller: GridSpec) -> bool:
     return inside and grid.cell_size_m == smaller.cell_size_m
 
 
-def _overlaps(grid: GridSpec) -> Iterator[tuple[Tile, tuple[slice, slice], tuple[slice, slice]]]:
-    """Each tile that a grid touches: where it lies in the grid, and which part of it does."""
-    ranges = [
-        range(origin // TILE_CELLS, -(-(origin + n) // TILE_CELLS)) if n else range(0)
-        for origin, n in zip(grid.origin_cell, grid.shape, strict=True)
-    ]
-    for x in ranges[0]:
-        for y in ranges[1]:
-            into, out_of = [], []
-            for tile, origin, n in zip((x, y), grid.origin_cell, grid.shape, strict=True):
-                first = tile * TILE_CELLS
-                start, end = max(first, origin), min(first + TILE_CELLS, origin + n)
-                into.append(slice(start - origin, end - origin))
-                out_of.append(slice(start - first, end - first))
-            yield (x, y), (into[0], into[1]), (out_of[0], out_of[1])
+def onto(grid: GridSpec, source: GridSpec, layer: NDArray, fill: float = 0) -> NDArray:
+    """A layer on ``source`` as it is on ``grid``; ``fill`` where the source has no cells."""
+    moved = np.full(grid.shape, fill, layer.dtype)
+    shift = np.subtract(source.origin_cell, grid.origin_cell)
+    low = np.maximum(shift, 0)
+    high = np.minimum(shift + source.shape, grid.shape)
+    if (high > low).all():
+        (x0, y0), (x1, y1) = low, high
+        dx, dy = shift
+        moved[x0:x1, y0:y1] = layer[x0 - dx : x1 - dx, y0 - dy : y1 - dy]
+    return moved
 
 
 # Cells counted from the origin of the map frame: they mean the same place in every window.
@@ -293,8 +203,6 @@ class MapView:
 
 def known_area_m2(view: PlanningView) -> float:
     """Known area in square metres."""
-    if not isinstance(view, SearchView):
-        return view.known_occupancy_cells * view.grid.cell_size_m**2
     known = int(np.count_nonzero(view.occupancy != Occupancy.UNKNOWN))
     return known * view.grid.cell_size_m**2
 
@@ -321,29 +229,30 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
     Maps come in tiles with many unknown cells; planning time depends on the known area only.
     """
     robot = view.grid.cells(robot_xy)
-    source = _needed_box(view, robot, window_xy)
-    lower = np.minimum(source[0], robot) - BORDER_CELLS
-    upper = np.maximum(source[1], robot + 1) + BORDER_CELLS
+    box = _known_box(view, robot)
+    if window_xy is not None:
+        low, high = view.grid.cells(window_xy)
+        first = np.maximum(box[0], low)
+        box = np.stack([first, np.maximum(first, np.minimum(box[1], high + 1))])
+    lower = np.minimum(box[0], robot) - BORDER_CELLS
+    upper = np.maximum(box[1], robot + 1) + BORDER_CELLS
     grid = _grid_of(view.grid, lower, upper - lower)
-    inside = _slices(source - lower)
-    part = _cropped(view, source)
+    part = _cropped(view, box)
 
-    occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
-    occupancy[inside] = part.occupancy
-    layers = np.zeros(grid.shape, np.uint8)
-    layers[inside] = part.layers
-    similarity = np.full(grid.shape, np.nan, np.float32)
-    if part.similarity.shape == part.grid.shape:
-        similarity[inside] = part.similarity
+    def layer(of: NDArray, fill: float) -> NDArray:
+        known = of.shape == part.grid.shape
+        return onto(grid, part.grid, of, fill) if known else np.full(grid.shape, fill, of.dtype)
+
+    layers, similarity = layer(part.layers, 0), layer(part.similarity, np.nan)
     margin = np.full(grid.shape, np.inf, np.float32)
     if part.rival.shape == part.grid.shape:
-        margin[inside] = similarity[inside] - np.nan_to_num(part.rival, nan=-np.inf)
-    guidance = np.full(grid.shape, np.nan, np.float32)
-    if part.guidance.shape == part.grid.shape:
-        guidance[inside] = _ranks(part.guidance)
+        rival = layer(np.nan_to_num(part.rival, nan=-np.inf), np.nan)
+        margin = np.where(np.isnan(rival), margin, similarity - rival)
+    ranks = layer(part.guidance, 0)
+    guidance = np.where(ranks > 0, (ranks - np.float32(1.0)) / 254, np.nan).astype(np.float32)
     return MapView(
         grid=grid,
-        occupancy=occupancy,
+        occupancy=layer(part.occupancy, Occupancy.UNKNOWN),
         observed=(layers & Layer.OBSERVED) > 0,
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
@@ -356,33 +265,11 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
     )
 
 
-def _needed_box(view: PlanningView, robot: I64, window_xy: F64 | None) -> I64:
-    """(2, 2): first and one-past-last index of what is known, and inside of the window if any."""
-    box = _known_box(view, robot)
-    if window_xy is None:
-        return box
-    low, high = view.grid.cells(window_xy)
-    first = np.maximum(box[0], low)
-    needed: I64 = np.stack([first, np.maximum(first, np.minimum(box[1], high + 1))])
-    return needed
-
-
 def _grid_of(grid: GridSpec, first: I64, shape: I64) -> GridSpec:
     """The grid of ``shape`` (2,) cells whose first one has the index ``first`` (2,) in ``grid``."""
     ix, iy = (int(index) for index in first + np.asarray(grid.origin_cell))
     nx, ny = (int(length) for length in shape)
     return GridSpec(grid.cell_size_m, (ix, iy), (nx, ny))
-
-
-def _slices(box: I64) -> tuple[slice, ...]:
-    """The index expression of a box (2, 2): first and one-past-last index."""
-    return tuple(slice(int(first), int(end)) for first, end in zip(*box, strict=True))
-
-
-def _ranks(guidance: U8) -> F32:
-    """Ranks in [0, 1] from those of a message, 1 to 255; 0, not observed, becomes NaN."""
-    ranks: F32 = np.where(guidance > 0, (guidance - np.float32(1.0)) / 254, np.nan)
-    return ranks
 
 
 def _top_tenth(guidance: F32) -> F32:
@@ -397,30 +284,22 @@ def _top_tenth(guidance: F32) -> F32:
 
 def _cropped(view: PlanningView, box: I64) -> SearchView:
     """The part of a view in a box (2, 2) of indices inside of it: first and one past the last."""
-    if not isinstance(view, SearchView):
-        return view.cropped(*box)
-    out_of = _slices(box)
-    grid = _grid_of(view.grid, box[0], box[1] - box[0])
-
-    def part(layer: NDArray) -> NDArray:
-        return layer[out_of] if layer.shape == view.grid.shape else layer
-
-    return replace(
-        view,
-        grid=grid,
-        occupancy=part(view.occupancy),
-        layers=part(view.layers),
-        similarity=part(view.similarity),
-        rival=part(view.rival),
-        guidance=part(view.guidance),
-    )
+    (x0, y0), (x1, y1) = box.tolist()
+    grid, part = _grid_of(view.grid, box[0], box[1] - box[0]), np.s_[..., x0:x1, y0:y1]
+    occupancy, layers = view.occupancy[part], view.layers[part]
+    if isinstance(view, AssembledView):
+        values = view.values[part]
+        return replace(view, grid=grid, occupancy=occupancy, layers=layers, values=values).whole()
+    scores = {
+        name: layer[part]
+        for name in ("similarity", "rival", "guidance")
+        if (layer := getattr(view, name)).shape == view.grid.shape
+    }
+    return replace(view, grid=grid, occupancy=occupancy, layers=layers, **scores)
 
 
 def _known_box(view: PlanningView, robot: I64) -> I64:
     """(2, 2): first and one-past-last known index on both axes; empty at the robot if none is."""
-    if not isinstance(view, SearchView):
-        box = view.known_box()
-        return np.stack([robot, robot]) if box is None else box
     known = (view.occupancy != Occupancy.UNKNOWN) | (view.layers > 0)
     if not known.any():
         return np.stack([robot, robot])

@@ -32,14 +32,14 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.step import Exploration
-from onemap_planner.search.phases import Event, Exhausted
+from onemap_planner.search.state_machine import Ending, Event
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
+from onemap_shared.messages import FeatureField, SearchState, SearchView, TextEmbeddings
 from onemap_tools.bench.options import MethodName
 
 VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
@@ -178,7 +178,7 @@ def _idle(state: PlannerState) -> Event | None:
     if not memory.reconsidered:
         state.memory, state.visited_frontiers = TargetMemory(reconsidered=True), ()
         return None
-    return Exhausted(f"no frontier is left on {state.known_m2:.0f} m²")
+    return Ending(SearchState.NOT_FOUND, f"no frontier is left on {state.known_m2:.0f} m²")
 
 
 class ConfidenceValueMap:
