@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from onemap_planner.motion.path import CostToGo, cost_to_go_from
 from onemap_planner.policy.step import PlannerParams
 from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Layer, Occupancy, SearchView
+from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
 
 CELL_M = 0.1
 NO_POINTS = np.zeros((0, 2))
@@ -76,13 +77,27 @@ def costmap_of(
     )
 
 
-def costmap_and_cost_to_go(
-    map_view: MapView, robot_xy: tuple[float, float], params: CostmapParams = POINT_ROBOT
-) -> tuple[Costmap, CostToGo]:
-    """Terrain and ways for a robot at this place."""
-    costmap = costmap_of(map_view, robot_xy, params)
-    x, y = costmap.grid.cells(np.array(robot_xy))
-    return costmap, cost_to_go_from(costmap.cost, (int(x), int(y)), cell_size_m=CELL_M)
+def detections_of(
+    points_of: Mapping[str, Sequence[Sequence[float]]],
+    *,
+    score: float = 0.8,
+    independent: bool = False,
+) -> Detections:
+    """One frame with a detection of each name, with its points in metres."""
+    points = [np.array(each, np.float32).reshape(-1, 3) for each in points_of.values()]
+    owner = np.repeat(np.arange(len(points)), [len(each) for each in points])
+    count = len(points)
+    return Detections(
+        sequence=1,
+        stamp_ns=0,
+        detector_id="test",
+        names=tuple(points_of),
+        boxes_px=np.zeros((count, 4), np.float32),
+        scores=np.full(count, score, np.float32),
+        points_map=np.concatenate([np.zeros((0, 3), np.float32), *points]),
+        point_owner=owner.astype(np.int32),
+        independent=independent,
+    )
 
 
 def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from onemap_planner.motion.motions import Motion, Pose2d
+from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.evidence import found_under_other_names, update_memory
 from onemap_planner.policy.explore import explore
@@ -15,8 +18,16 @@ from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.step import Exploration
 from onemap_planner.search.state_machine import Event, EventStamp, new_search
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import Detections
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from onemap_planner.world.map_view import MapView
+from onemap_shared.messages import Detections, SearchView
+from tests.planner.drawn_maps import (
+    CELL_M,
+    NO_POINTS,
+    PARAMS,
+    costmap_of,
+    drawn_map,
+    search_view_of,
+)
 
 ROOM = search_view_of(drawn_map(*["#" * 8, *["#......#"] * 6, "#" * 8], scale=5))
 POSE = Pose2d(1.0, 1.0, 0.0)
@@ -34,9 +45,23 @@ def planner_state(*candidates: ObjectCandidate, active_time_s: float = 0.0) -> P
     return PlannerState(SEARCH, TargetMemory(candidates=candidates), active_time_s=active_time_s)
 
 
+def context_of(view: SearchView, pose: Pose2d = POSE) -> PlanningContext:
+    """The context of a robot at the pose that came from nowhere and ran into nothing."""
+    return build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def standing(map_view: MapView, robot_xy: tuple[float, float]) -> PlanningContext:
+    """The context of a robot at this place, on the map view as it is drawn."""
+    pose, params = Pose2d(*robot_xy, 0.0), PARAMS.costmap
+    costmap = costmap_of(map_view, robot_xy, params)
+    x, y = costmap.grid.cells(np.array(robot_xy)).tolist()
+    ways = cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M)
+    return PlanningContext(pose, map_view, costmap, ways, params)
+
+
 def context() -> PlanningContext:
-    """The context at the robot's pose."""
-    return build_context(POSE, ROOM, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    """The context at the robot's pose in the room."""
+    return context_of(ROOM)
 
 
 def explored(

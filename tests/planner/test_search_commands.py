@@ -81,15 +81,8 @@ def test_no_search_starts_for_a_caller_that_gave_up(services: SimulatedServices)
 
 
 def test_a_second_search_is_refused_even_without_perception(services: SimulatedServices) -> None:
-    services.start("sofa")
-    services.perception.close()
-    with pytest.raises(RemoteError) as refused:
-        services.start("bed")
-    assert refused.value.code == "conflict"
-
-
-def test_a_second_search_is_refused_with_the_first_one_s_id(services: SimulatedServices) -> None:
     first = services.start("sofa")
+    services.perception.close()
     with pytest.raises(RemoteError, match=first.search_id) as refused:
         services.start("bed")
     assert refused.value.code == "conflict"

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.motion.motions import Drive, Motion, Reverse, Rotate
+from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.evidence import rival_names
-from onemap_planner.policy.goals import GoalKind
+from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
@@ -90,7 +90,7 @@ class ViewRequests:
         try:
             made = self._asked(request, kept)
         except ChangesDoNotFit:
-            made = self._asked_anew(request)
+            made = self._asked(request, None)
         self._kept.pop(request, None)
         self._kept[request] = made
         while len(self._kept) > KEPT_VIEWS:
@@ -98,21 +98,21 @@ class ViewRequests:
         return made
 
     def forget(self) -> None:
-        """Free the memory of all views, 14 bytes for each known cell."""
+        """Free the memory of all views, 14 bytes for each cell."""
         self._kept.clear()
-
-    def _asked_anew(self, request: SearchViewRequest) -> AssembledView:
-        try:
-            return self._asked(request, None)
-        except ChangesDoNotFit as problem:
-            raise RemoteError("internal", f"{problem}, though the whole was asked for") from problem
 
     def _asked(self, request: SearchViewRequest, kept: AssembledView | None) -> AssembledView:
         have: ViewKey = NO_VIEW if kept is None else kept.key
         question = ViewChangesRequest(request.text, request.rivals, have)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
         self.map_id = changes.key.map_id
-        made = after(kept, changes)
+        try:
+            made = after(kept, changes)
+        except ChangesDoNotFit as problem:
+            if kept is not None:
+                raise
+            said = f"{problem}, though the whole was asked for"
+            raise RemoteError("internal", said) from problem
         self.whole += changes.base == NO_VIEW
         self.changed += changes.base != NO_VIEW
         return made
@@ -172,77 +172,44 @@ class FindOutbox:
 
 
 NO_GOAL = "none"
+MOTIONS = {Drive: "drive", Rotate: "rotate", Reverse: "reverse", Rest: "rest"}  # in messages
 
 
 def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
     """The message of a decision; empty without one, or when the search is over."""
-    if decision is None or not search.active:
-        return _message(stamp_ns, NO_GOAL, search.reason, decision=None)
-    match search.phase:
-        case Approaching() | Confirming():
-            return _message(stamp_ns, str(GoalKind.DETECTION), search.reason, decision=decision)
-        case Exploring() if decision.goal is not None:
-            goal = decision.goal
-            return _message(stamp_ns, str(goal.kind), goal.reason, decision=decision)
-        case Driving() if decision.goal is not None:
-            reason = decision.goal.reason
-            return _message(stamp_ns, str(search.kind), reason, decision=decision)
-        case _:
-            return _message(stamp_ns, NO_GOAL, search.reason, decision=decision)
-
-
-def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None) -> PlannedPath:
-    points = np.zeros((0, 2))
+    if not search.active:
+        decision = None
+    motion, goal = (decision.motion, decision.goal) if decision else (None, None)
+    offered = decision.goal_candidates if decision else NO_CANDIDATES
+    kind, reason = NO_GOAL, search.reason
     look: tuple[float, ...] = ()
-    frontiers, frontier_scores = np.zeros((0, 2)), np.zeros(0)
-    regions, region_scores = np.zeros((0, 2)), np.zeros(0)
-    if decision is not None:
-        if isinstance(decision.motion, Drive):
-            points = decision.motion.points_xy
-            look = (float(decision.motion.look_xy[0]), float(decision.motion.look_xy[1]))
-        else:
-            kind = NO_GOAL  # the robot rests, rotates or backs up
-        offered = decision.goal_candidates
-        frontiers = _stack([frontier.beyond_xy for frontier in offered.frontiers])
-        frontier_scores = np.array([frontier.score for frontier in offered.frontiers])
-        regions = _stack([region.peak_xy for region in offered.regions])
-        region_scores = np.array([region.score for region in offered.regions])
+    points = np.zeros((0, 2))
+    if goal is not None and isinstance(search.phase, Exploring | Driving):
+        reason = goal.reason
+    if isinstance(motion, Drive):  # else the robot rests, rotates or backs up
+        points, look = motion.points_xy, motion.look_xy
+        if isinstance(search.phase, Approaching | Confirming):
+            kind = str(GoalKind.DETECTION)
+        elif goal is not None and isinstance(search.phase, Exploring | Driving):
+            kind = str(search.kind if isinstance(search.phase, Driving) else goal.kind)
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,
         goal_reason=reason,
-        points_m=_f32(points),
-        goal_m=_f32(points[-1:] if kind != NO_GOAL else points[:0]),
-        frontiers_m=_f32(frontiers),
-        frontier_scores=_f32(frontier_scores),
-        regions_m=_f32(regions),
-        region_scores=_f32(region_scores),
-        motion=_name(decision.motion) if decision is not None else "",
-        look_m=look,
+        points_m=points.astype(np.float32),
+        goal_m=(points[-1:] if kind != NO_GOAL else points[:0]).astype(np.float32),
+        frontiers_m=_stack([frontier.beyond_xy for frontier in offered.frontiers]),
+        frontier_scores=np.array([f.score for f in offered.frontiers], np.float32),
+        regions_m=_stack([region.peak_xy for region in offered.regions]),
+        region_scores=np.array([region.score for region in offered.regions], np.float32),
+        motion=MOTIONS[type(motion)] if motion is not None else "",
+        look_m=tuple(map(float, look)),
     )
 
 
-def _name(motion: Motion) -> str:
-    """The motion as the message names it."""
-    match motion:
-        case Drive():
-            return "drive"
-        case Rotate():
-            return "rotate"
-        case Reverse():
-            return "reverse"
-    return "rest"
+def _stack(places: list[F64]) -> F32:
+    return np.array(places, dtype=np.float32).reshape(-1, 2)
 
-
-def _stack(places: list[F64]) -> F64:
-    return np.array(places, dtype=np.float64).reshape(-1, 2)
-
-
-def _f32(values: F64) -> F32:
-    return values.astype(np.float32)
-
-
-LOG = logging.getLogger("onemap.planner")
 
 VIEW_TIMEOUT_S = 1.0  # a view of a large flat takes under 0.1 s
 COLLISION_MEMORY_S = 0.3  # one planning period, so that no report in between is missed

@@ -54,7 +54,7 @@ class SearchRegistry:
         self, restored: Search | None = None, clock_ns: Callable[[], int] = time.time_ns
     ) -> None:
         self._clock_ns = clock_ns
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._state = PlannerState(restored) if restored else None
         self._past: dict[str, Search] = {}
 
@@ -66,7 +66,7 @@ class SearchRegistry:
     def start(self, search: Search, synonyms: Synonyms = NO_SYNONYMS) -> Search:
         """Begin a new search; rejected while another is active. Found objects are kept."""
         with self._lock:
-            self._reject_if_active()
+            self.reject_if_active()
             before = self._state
             self._state = PlannerState(search, synonyms=synonyms)
             if before is not None:
@@ -81,7 +81,14 @@ class SearchRegistry:
     def reject_if_active(self) -> None:
         """Raise ``RequestRejected`` if a search is active."""
         with self._lock:
-            self._reject_if_active()
+            if self._state is None or not self._state.search.active:
+                return
+            other = self._state.search
+        raise RequestRejected(
+            "conflict",
+            f"search {other.search_id} for {other.subject} is still active: wait for it or cancel "
+            "it",
+        )
 
     def clear_found_objects(self) -> None:
         """Remove the found objects, because the map is another one."""
@@ -89,20 +96,10 @@ class SearchRegistry:
             if self._state is not None and self._state.found_objects:
                 self._state = replace(self._state, found_objects=())
 
-    def _reject_if_active(self) -> None:
-        if self._state is None or not self._state.search.active:
-            return
-        other = self._state.search
-        raise RequestRejected(
-            "conflict",
-            f"search {other.search_id} for {other.subject} is still active: wait for it or cancel "
-            "it",
-        )
-
     def cancel(self, search_id: str, stamp: EventStamp) -> Search:
         """Cancel a search; one that is over stays as it ended."""
         with self._lock:
-            search = self._find(search_id)
+            search = self.find(search_id)
             if self._state is not None and search is self._state.search:
                 search = self._stamped(transition(search, CANCELLED, stamp))
                 self._state = replace(self._state, search=search)
@@ -119,7 +116,14 @@ class SearchRegistry:
     def find(self, search_id: str) -> Search:
         """The search of this id, the newest for an empty id."""
         with self._lock:
-            return self._find(search_id)
+            if self._state is not None and search_id in ("", self._state.search.search_id):
+                return self._state.search
+            if search_id in self._past:
+                return self._past[search_id]
+        why = "no search has been started yet"
+        if search_id:
+            why = f"there is no search {search_id}; the last {MAX_PAST_SEARCHES} are remembered"
+        raise RequestRejected("unknown_search", why)
 
     def all(self) -> list[Search]:
         """The remembered searches, newest first."""
@@ -139,18 +143,6 @@ class SearchRegistry:
         if search.active or search.ended_ns is not None:
             return search
         return replace(search, ended_ns=self._clock_ns())
-
-    def _find(self, search_id: str) -> Search:
-        if self._state is not None and search_id in ("", self._state.search.search_id):
-            return self._state.search
-        if search_id in self._past:
-            return self._past[search_id]
-        if not search_id:
-            raise RequestRejected("unknown_search", "no search has been started yet")
-        raise RequestRejected(
-            "unknown_search",
-            f"there is no search {search_id}; the last {MAX_PAST_SEARCHES} are remembered",
-        )
 
 
 EMBED_TIMEOUT_S = 1.5  # for all names of a search; the gateway gives the whole call 3 s

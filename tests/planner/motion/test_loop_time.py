@@ -13,7 +13,6 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     CLOCK_STEP_S,
     FRESH_S,
-    MAX_SENT,
     WINDOW_S,
     LoopMonitor,
     OdometryDelay,
@@ -95,11 +94,6 @@ def test_another_planner_s_robot_is_named_as_the_reason() -> None:
     assert nobody.problem(10.7, LIMIT_S) == (
         "a command takes 0.7 s to the robot and back, more than 0.6 s"
     )
-
-
-def test_it_remembers_no_more_than_it_needs() -> None:
-    monitor = sent(LoopMonitor("p"), *((k, 10.0 + k / 20) for k in range(1, 1000)))
-    assert len(monitor.sent) == MAX_SENT
 
 
 def test_the_pose_is_carried_on_by_the_commands_under_way() -> None:

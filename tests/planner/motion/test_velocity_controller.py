@@ -87,15 +87,6 @@ def test_it_stops_at_once_unless_everything_is_fresh(
         assert (after.command == STOP) == (motion == Rest())
 
 
-def test_an_old_plan_and_one_for_another_search_are_not_followed() -> None:
-    controller = VelocityController(command=Velocity2d(0.5, 0.0), at_s=2.0)
-    assert controlled(controller, now_s=1.0 + MAX_PLAN_AGE_S + 0.1).command == STOP
-    assert controlled(controller, search="other").command == STOP
-    inputs = ControllerInputs(1.0, "s", POSE, "")
-    assert updated(controller, None, inputs)[0].command == STOP
-    assert updated(controller, AHEAD, replace(inputs, pose=None))[0].command == STOP
-
-
 def test_after_the_end_it_brakes_and_then_sends_nothing() -> None:
     controller = controlled(VelocityController(at_s=0.95))
     for now_s, sends in ((1.1, True), (1.0 + BRAKE_S, True), (1.2 + BRAKE_S, False)):
@@ -104,33 +95,8 @@ def test_after_the_end_it_brakes_and_then_sends_nothing() -> None:
         assert sent is sends
 
 
-def test_resting_is_commanded_too() -> None:
-    plan = replace(AHEAD, motion=Rest())
-    inputs = ControllerInputs(1.0, "s", POSE, "")
-    controller, sent = updated(VelocityController(at_s=0.95), plan, inputs)
-    assert sent
-    assert controller.command == STOP
-
-
 def test_braking_outlasts_the_robot_s_deadman_timer() -> None:
     assert VelocityCommand(0, 0, 0.0, 0.0).validity_ms / 1e3 < BRAKE_S
-
-
-def test_it_stops_before_what_the_costmap_shows_on_the_way() -> None:
-    rows = ["." * 6] * 2 + ["......"] + ["######"] * 2
-    costmap = costmap_of(drawn_map(*rows, scale=5), (1.3, 1.5), PARAMS.costmap)
-    through = Drive(np.array([[1.3, 1.5], [2.4, 1.5]]), (2.4, 1.5))
-    plan = replace(AHEAD, motion=through, costmap=costmap)
-    inputs = ControllerInputs(1.0, "s", Pose2d(1.3199, 1.5, 0.0), "")
-    before = VelocityController(at_s=0.95)
-    near, _ = updated(before, plan, inputs)
-    assert near.blocked
-    assert near.wanted.linear_mps > 0.0
-    away = replace(inputs, pose=Pose2d(0.6, 1.5, 0.0))
-    free, _ = updated(before, plan, away)
-    assert not free.blocked
-    assert free.command == free.wanted
-    assert (near.monitor.stops, free.monitor.stops) == (1, 0)
 
 
 def test_a_plan_that_drives_at_a_wall_is_slowed_down_and_stopped_once() -> None:

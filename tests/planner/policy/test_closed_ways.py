@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.memory import MAX_LOOKS, PlannerState
 from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.state_machine import Ending
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import SEARCH, explored, without
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import SEARCH, context_of, explored, without
 
 NOWHERE = np.zeros((0, 2))
 
@@ -29,13 +29,7 @@ def two_rooms(door: str, far: str = ".") -> PlanningContext:
         *["#" + far * 7 + "#"] * 7,
         wall,
     ]
-    return build_context(
-        Pose2d(1.5, 2.0, 0.0),
-        search_view_of(drawn_map(*rows, scale=5)),
-        trail=(),
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
-    )
+    return context_of(search_view_of(drawn_map(*rows, scale=5)), Pose2d(1.5, 2.0, 0.0))
 
 
 def test_somebody_in_the_only_door_is_looked_at() -> None:

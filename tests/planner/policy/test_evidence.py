@@ -13,6 +13,7 @@ from onemap_planner.policy.step import handle_stuck
 from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
+from tests.planner.drawn_maps import detections_of
 from tests.planner.one_room import POSE, SEARCH, context, having_seen, rejecting
 
 SOFA: WorldCells = frozenset((x, y) for x in range(20, 24) for y in range(20, 24))
@@ -39,34 +40,8 @@ def doubtful() -> PlanningContext:
 
 
 def frame(name: str = "sofa") -> Detections:
-    points = np.array([[(x + 0.5) / 10, (y + 0.5) / 10, 0.5] for x, y in sorted(SOFA)], np.float32)
-    return Detections(
-        sequence=1,
-        stamp_ns=0,
-        detector_id="test",
-        names=(name,),
-        boxes_px=np.zeros((1, 4), np.float32),
-        scores=np.array([0.8], np.float32),
-        points_map=points,
-        point_owner=np.zeros(len(points), np.int32),
-        independent=True,
-    )
-
-
-def test_the_frames_of_a_step_are_merged() -> None:
-    after = having_seen(PlannerState(SEARCH), (frame(), frame()), similar_to_sofa())
-    (candidate,) = after.memory.candidates
-    assert candidate.sightings == 2
-    assert candidate.cells == SOFA
-    assert candidate.xyz == pytest.approx((2.2, 2.2, 0.5))
-
-
-def test_a_rejected_candidate_does_not_come_back() -> None:
-    seen = similar_to_sofa()
-    state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    rejected = TargetMemory(rejected=state.memory.candidates)
-    after = having_seen(replace(state, memory=rejected), (frame(),), seen)
-    assert after.memory.candidates == ()
+    points = [[(x + 0.5) / 10, (y + 0.5) / 10, 0.5] for x, y in sorted(SOFA)]
+    return detections_of({name: points}, independent=True)
 
 
 @pytest.mark.parametrize(
@@ -118,17 +93,7 @@ def test_a_found_object_is_not_a_candidate_where_its_name_fits_better(
 
 
 def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> None:
-    empty = Detections(
-        sequence=2,
-        stamp_ns=0,
-        detector_id="test",
-        names=(),
-        boxes_px=np.zeros((0, 4), np.float32),
-        scores=np.zeros(0, np.float32),
-        points_map=np.zeros((0, 3), np.float32),
-        point_owner=np.zeros(0, np.int32),
-        independent=True,
-    )
+    empty = detections_of({}, independent=True)
     after = having_seen(PlannerState(SEARCH), (frame(), empty, frame()), doubtful())
     assert after.memory.candidates == ()
     (candidate,) = after.memory.disputed

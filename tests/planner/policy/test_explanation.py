@@ -3,18 +3,14 @@
 from dataclasses import replace
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.policy.context import build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import SEARCH, explored, without
+from tests.planner.drawn_maps import drawn_map, search_view_of
+from tests.planner.one_room import SEARCH, context_of, explored, without
 
-TWO_OPENINGS = build_context(
-    Pose2d(1.0, 2.5, 0.0),
+TWO_OPENINGS = context_of(
     search_view_of(drawn_map(*["......    "] * 4, *["####......"], *["......    "] * 5, scale=5)),
-    trail=(),
-    obstacles_xy=NO_POINTS,
-    params=PARAMS.costmap,
+    Pose2d(1.0, 2.5, 0.0),
 )
 
 

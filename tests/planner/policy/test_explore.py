@@ -8,8 +8,8 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
-from onemap_planner.policy import last_resorts
-from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
+from onemap_planner.policy import explore as module
+from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
@@ -17,34 +17,22 @@ from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
 from onemap_planner.world.candidates import ViewpointTally
 from onemap_planner.world.regions import UndetectedViews
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import (
-    POSE,
     SEARCH,
     candidate,
     context,
+    context_of,
     explored,
     planner_state,
     rejecting,
     without,
 )
 
-HALF_KNOWN = build_context(
-    POSE,
-    search_view_of(drawn_map(*["......    "] * 10, scale=5)),
-    trail=(),
-    obstacles_xy=NO_POINTS,
-    params=PARAMS.costmap,
-)
+HALF_KNOWN = context_of(search_view_of(drawn_map(*["......    "] * 10, scale=5)))
 BEYOND = (4.25, 5.25)  # of a thing that was seen 2 m beyond the known floor
 ROWS = ["#######", *["#......     "] * 7, "#......   # ", *["#......     "] * 2, "#######"]
-SEEN_BEYOND = build_context(
-    POSE,
-    search_view_of(drawn_map(*[row.ljust(12) for row in ROWS], scale=5)),
-    trail=(),
-    obstacles_xy=NO_POINTS,
-    params=PARAMS.costmap,
-)
+SEEN_BEYOND = context_of(search_view_of(drawn_map(*[row.ljust(12) for row in ROWS], scale=5)))
 GIVE_UP_S = SETTLE_S + 2 * np.pi / LOOK_AROUND_RADPS + 0.1
 
 
@@ -170,13 +158,7 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     def corridor(known_m: float) -> PlanningContext:
         known = int(known_m / 0.1)
         rows = ["#" * 160, *["#" + "." * known + " " * (159 - known)] * 14, "#" * 160]
-        return build_context(
-            Pose2d(0.8, 0.8, 0.0),
-            search_view_of(drawn_map(*rows)),
-            trail=(),
-            obstacles_xy=NO_POINTS,
-            params=PARAMS.costmap,
-        )
+        return context_of(search_view_of(drawn_map(*rows)), Pose2d(0.8, 0.8, 0.0))
 
     state = PlannerState(SEARCH)
     since_s = []
@@ -238,17 +220,13 @@ def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
 def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    two_rooms = build_context(
-        POSE,
+    two_rooms = context_of(
         search_view_of(
             drawn_map("#####", "#...#", "#...#", "#####", *["#...#"] * 3, "#####", scale=5)
-        ),
-        trail=(),
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
+        )
     )
     assert two_rooms.unreachable_m2() > 1.0
-    monkeypatch.setattr(last_resorts, "CUT_OFF_M2", 1.0)
+    monkeypatch.setattr(module, "CUT_OFF_M2", 1.0)
     state = replace(planner_state(), visited_frontiers=((1.9, 1.0),))
     state, *_ = explored(state, two_rooms)
     state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), two_rooms)
@@ -265,13 +243,7 @@ def two_halves() -> PlanningContext:
     wall = "#" + "." * 28 + "##" + "." * 28 + "#"
     door = "#" + "." * 28 + "  " + "." * 28 + "#"
     view = drawn_map("#" * 60, *[wall] * 5, *[door] * 7, *[wall] * 4, "#" * 60)
-    return build_context(
-        Pose2d(0.9, 0.9, 0.0),
-        search_view_of(view),
-        trail=(),
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
-    )
+    return context_of(search_view_of(view), Pose2d(0.9, 0.9, 0.0))
 
 
 def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import pytest
-
 from onemap_planner.motion.motions import STOP
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
@@ -64,18 +62,11 @@ def test_the_time_is_that_of_all_objects() -> None:
     assert event.code is FailureCode.TIME_LIMIT
 
 
-@pytest.mark.parametrize(
-    ("budget", "code"),
-    [(Budget(1.5, 0.0), FailureCode.DISTANCE_LIMIT), (Budget(0.0, 12.0), FailureCode.TIME_LIMIT)],
-)
-def test_a_search_over_its_budget_has_failed_with_the_code(
-    budget: Budget, code: FailureCode
-) -> None:
+def test_a_search_over_its_budget_has_failed_with_the_code() -> None:
     run = start(in_two_rooms(), "bed")
-    run.state = replace(run.state, search=replace(run.state.search, budget=budget))
+    run.state = replace(run.state, search=replace(run.state.search, budget=Budget(1.5, 0.0)))
     search = run.until_over(60.0)
     assert search.phase == Finished(SearchState.FAILED)
     (result,) = search.results
-    assert result.reason_code is code
-    assert result.path_length_m < 2.0 or code is FailureCode.TIME_LIMIT
-    assert result.duration_s < 13.0 or code is FailureCode.DISTANCE_LIMIT
+    assert result.reason_code is FailureCode.DISTANCE_LIMIT
+    assert 1.5 <= result.path_length_m < 2.0

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy import object_order
-from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.object_order import (
@@ -29,8 +28,9 @@ from onemap_planner.search.state_machine import (
 )
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import detections_of, drawn_map, search_view_of
 from tests.planner.grid_world import in_four_rooms, start
+from tests.planner.one_room import context_of
 
 STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
 HALL = drawn_map(*["#" * 8, *["#......#"] * 26, "#" * 8], scale=5)  # 14 x 4 m, all of it searched
@@ -47,7 +47,7 @@ def view_of(text: str, *peaks: tuple[float, float, float]) -> SearchView:
 
 
 def context(view: SearchView) -> PlanningContext:
-    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    return context_of(view, POSE)
 
 
 def state_of(*names: str, order: SearchOrder = SearchOrder.ANY) -> PlannerState:
@@ -143,22 +143,9 @@ def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:
     assert probabilities == [0.9, 0.45, 0.225, 0.0]
 
 
-def detections_of(name: str, x: float, y: float) -> Detections:
-    return Detections(
-        sequence=1,
-        stamp_ns=0,
-        detector_id="test",
-        names=(name,),
-        boxes_px=np.zeros((1, 4), np.float32),
-        scores=np.array([0.9], np.float32),
-        points_map=np.array([[x, y, 0.5]], np.float32),
-        point_owner=np.zeros(1, np.int32),
-    )
-
-
 def test_detections_of_a_waiting_object_are_kept_for_it() -> None:
     state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.7))
-    frames = (detections_of("bed", 8.0, 2.0),) * 3
+    frames = (detections_of({"bed": [(8.0, 2.0, 0.5)]}),) * 3
     state = take_in_view(state, bed, frames, context(bed))
     best = state.places[1][0]
     assert best.probability == SIGHTED_PROBABILITY

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
+from onemap_planner.motion.motions import STOP, Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
 from tests.planner.grid_world import (
@@ -21,9 +21,8 @@ def results(run: SimulatedSearch) -> list[SearchState]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0)])
-def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -> None:
-    world = in_four_rooms(x, y, yaw)
+def test_three_objects_in_four_rooms_are_found() -> None:
+    world = in_four_rooms()
     run = start(world, "sofa", "vase", "bed")
     search = run.until_over(300.0)
     assert search.phase == Finished(SearchState.FOUND), run.reasons
@@ -41,7 +40,7 @@ def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -
 
 @pytest.mark.slow
 def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
-    world = in_four_rooms()
+    world = in_two_rooms()
     run = start(world, "unicorn", "table")
     run.until_over(400.0)
     assert results(run) == [SearchState.NOT_FOUND, SearchState.FOUND]
@@ -50,16 +49,6 @@ def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
     floor = ~world.floor_plan.solid
     assert (world.occupancy[floor] == Occupancy.FREE).mean() > 0.97
     assert not world.entered_solid
-
-
-@pytest.mark.slow
-def test_the_same_world_gives_the_same_search() -> None:
-    traces = []
-    for _ in range(2):
-        run = start(in_four_rooms(), "sofa")
-        run.until_over(20.0)
-        traces.append(run.trace)
-    assert traces[0] == traces[1]
 
 
 @pytest.mark.slow
@@ -159,18 +148,3 @@ def test_the_time_limit_of_an_object() -> None:
     run.until_over(60.0)
     assert results(run)[0] is SearchState.FAILED
     assert "limit" in run.state.search.results[0].reason
-
-
-@pytest.mark.slow
-def test_plans_lead_through_free_cells_only() -> None:
-    run = start(in_four_rooms(), "sofa")
-    drives = 0
-    while run.state.search.active and run.now_s < 60.0:
-        run.step()
-        decision = run.decision
-        if decision is None or not isinstance(decision.motion, Drive):
-            continue
-        cells = decision.costmap.grid.cells(decision.motion.points_xy)
-        assert decision.costmap.passable[cells[:, 0], cells[:, 1]].all()
-        drives += 1
-    assert drives > 20

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
-from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.memory import (
     DEAD_END_RETURNS,
@@ -34,8 +34,8 @@ from onemap_planner.world.candidates import (
     Sighting,
     ViewpointTally,
 )
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import POSE, candidate, context, decided, planner_state
+from tests.planner.drawn_maps import drawn_map, search_view_of
+from tests.planner.one_room import POSE, candidate, context, context_of, decided, planner_state
 
 
 def given_up(state: PlannerState, there: ObjectCandidate, here: PlanningContext) -> PlannerState:
@@ -53,7 +53,7 @@ def in_next_room(door: str) -> PlanningContext:
     """Two rooms of 2 x 1.5 m, the robot in one of them; door: "." open, "#" closed."""
     rows = ["#" * 9, "#...#...#", f"#...{door}...#", f"#...{door}...#", "#...#...#", "#" * 9]
     view = search_view_of(drawn_map(*rows, scale=5))
-    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    return context_of(view)
 
 
 def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:

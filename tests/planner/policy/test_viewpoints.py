@@ -14,7 +14,6 @@ from onemap_planner.policy.context import (
     APPROACH_NEAREST_M,
     USUAL_CAMERA,
     Bands,
-    build_context,
 )
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
@@ -34,13 +33,19 @@ from onemap_shared.messages import CameraView, MapRevision
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.mapper import scenes
 from tests.planner.drawn_maps import (
-    NO_POINTS,
     PARAMS,
-    costmap_and_cost_to_go,
     drawn_map,
     search_view_of,
 )
-from tests.planner.one_room import POSE, ROOM, candidate, context, planner_state
+from tests.planner.one_room import (
+    POSE,
+    ROOM,
+    candidate,
+    context,
+    context_of,
+    planner_state,
+    standing,
+)
 
 
 def around(
@@ -50,11 +55,10 @@ def around(
 ) -> Viewpoints:
     """Viewpoints left of a wall (cells 30 to 39), for a target in it or right of it."""
     map_view = drawn_map(*["......##......"] * 4, scale=5)
-    costmap, cost_to_go = costmap_and_cost_to_go(map_view, (0.5, 0.5), PARAMS.costmap)
+    here = standing(map_view, (0.5, 0.5))
     vain, seen = (np.array(cells or [], np.int64).reshape(-1, 2) for cells in (tried, seen_from))
-    return viewpoints_around(
-        SightTarget(np.array(target), seen), costmap, cost_to_go, band_m=(0.5, 1.4), tried=vain
-    )
+    target_seen = SightTarget(np.array(target), seen)
+    return viewpoints_around(target_seen, here, (0.5, 1.4), tried=vain)
 
 
 def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
@@ -74,16 +78,10 @@ def beside_a_wall(target: list[int], seen_from: list[list[int]]) -> I64 | None:
     The robot stands in the room behind the wall, which a door connects with the counter's.
     """
     rows = [*["." * 60] * 20, *["#" * 40 + "." * 20] * 7, *["." * 60] * 20]
-    costmap, cost_to_go = costmap_and_cost_to_go(drawn_map(*rows), (3.5, 1.0), PARAMS.costmap)
+    here = standing(drawn_map(*rows), (3.5, 1.0))
     seen = np.array(seen_from, np.int64).reshape(-1, 2)
-    viewpoints = viewpoints_around(
-        SightTarget(np.array([target]), seen),
-        costmap,
-        cost_to_go,
-        band_m=(0.5, 1.5),
-        tried=seen[:0],
-    )
-    return first_visible(viewpoints)
+    there = SightTarget(np.array([target]), seen)
+    return first_visible(viewpoints_around(there, here, (0.5, 1.5)))
 
 
 @pytest.mark.parametrize(
@@ -109,12 +107,10 @@ def test_what_was_seen_over_the_unknown_is_not_looked_at_through_a_wall(
     """A thing at a thin wall, in a room of which the map has no floor yet but far from it."""
     rows = [*["." * 60] * 4, *[" " * 40 + "." * 20] * 18, *["#" * 40 + "." * 20] * 5]
     rows += ["." * 60] * 20
-    costmap, cost_to_go = costmap_and_cost_to_go(drawn_map(*rows), (3.5, 1.0), PARAMS.costmap)
+    here = standing(drawn_map(*rows), (3.5, 1.0))
     seen = np.array(seen_from, np.int64).reshape(-1, 2)
     target = SightTarget(np.array([[22, 10]]), seen)
-    around = viewpoints_around(
-        target, costmap, cost_to_go, band_m=(0.5, 1.5), tried=target.cells[:0]
-    )
+    around = viewpoints_around(target, here, (0.5, 1.5))
     assert bool(len(around.cells)) is behind
 
 
@@ -144,13 +140,7 @@ def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> Non
 def test_beyond_the_bands_there_is_another_view_too() -> None:
     """A long thing at the wall behind 1.2 m that nobody can stand on."""
     room = drawn_map("#" * 8, *["#....  #"] * 6, "#" * 8, scale=5)
-    here = build_context(
-        Pose2d(1.0, 1.0, 0.0),
-        search_view_of(room),
-        trail=(),
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
-    )
+    here = context_of(search_view_of(room), Pose2d(1.0, 1.0, 0.0))
     cells = frozenset((x, 37) for x in range(8, 32))
     recent = (Sighting((2.0, 3.6, 0.5), cells, 0.9, 0.8, (2.0, 2.0)),)
     seen = replace(candidate(2.0, 3.6), cells=cells, recent=recent)
@@ -180,13 +170,7 @@ def test_what_was_detected_over_low_things_is_looked_at_from_there(
 ) -> None:
     """A thing at the wall behind a table, which on the map hides it from everywhere."""
     rows = ["#" * 40, *["#" + "." * 26 + "#" * 6 + " " * 3 + "####"] * 38, "#" * 40]
-    here = build_context(
-        Pose2d(1.0, 1.0, 0.0),
-        search_view_of(drawn_map(*rows)),
-        trail=(),
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
-    )
+    here = context_of(search_view_of(drawn_map(*rows)), Pose2d(1.0, 1.0, 0.0))
     seen = candidate(2.0, 3.75)
     recent = (Sighting(seen.xyz, seen.cells, 0.9, 0.8, seen_from),)
     seen = replace(seen, recent=recent, seen_from=(seen_from,))
@@ -277,7 +261,7 @@ def test_where_the_robot_fits_nowhere_nearer_it_looks_from_as_near_as_it_can(
     rows[5:13] = rows[17:25] = [f"#{'.' * 20}{'#' * 15}...#"] * 8  # a passage of 0.4 m
     view = search_view_of(drawn_map(*rows))
     pose = Pose2d(1.4, 1.0, 0.0)
-    here = build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    here = context_of(view, pose)
     seen = replace(candidate(1.45, 3.15), supported=supported, seen_from=((1.4, 1.0),))
     viewpoint = find_viewpoint(seen, here)
     assert (viewpoint is not None) is reached

@@ -20,23 +20,14 @@ from onemap_planner.world.candidates import (
 )
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
-from tests.planner.drawn_maps import drawn_map
+from tests.planner.drawn_maps import detections_of, drawn_map
 from tests.reference.planning import top_cells
 
 HERE = (0.0, 0.0)
 
 
 def detections(points: list[tuple[float, float, float]], name: str = "sofa") -> Detections:
-    return Detections(
-        sequence=1,
-        stamp_ns=0,
-        detector_id="test",
-        names=(name,),
-        boxes_px=np.zeros((1, 4), np.float32),
-        scores=np.array([0.8], np.float32),
-        points_map=np.array(points, np.float32).reshape(-1, 3),
-        point_owner=np.zeros(len(points), np.int32),
-    )
+    return detections_of({name: points})
 
 
 def sighted(similarity: F32, message: Detections) -> tuple[Sighting, ...]:

@@ -22,7 +22,7 @@ from onemap_planner.world.costmap import (
     with_gaps,
 )
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
-from onemap_shared.geometry import F64, Bool
+from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import CameraView, Coverage, Occupancy
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
@@ -98,22 +98,33 @@ class PlanningContext:
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
-        grid = self.costmap.grid
-        cell = grid.cells(np.asarray(viewpoint_xy))
-        cells = smooth_path(
-            self.costmap.cost, self.cost_to_go.path_to((int(cell[0]), int(cell[1])))
-        )
-        points = grid.centres(cells)
+        x, y = self.cell_at(viewpoint_xy).tolist()
+        cells = smooth_path(self.costmap.cost, self.cost_to_go.path_to((x, y)))
+        points = self.costmap.grid.centres(cells)
         if len(points) > 1:
             points = np.vstack([[self.pose.xy], points[1:]])
         return Drive(points, look_xy)
 
+    @property
+    def reachable(self) -> Bool:
+        """Mask (nx, ny) of the cells of N that a path leads to."""
+        mask: Bool = self.costmap.navigable & np.isfinite(self.cost_to_go.cost_m)
+        return mask
+
+    def cell_at(self, xy: tuple[float, float]) -> I64:
+        """The cell (2,) of a point in metres, which may lie outside of the grid."""
+        return self.costmap.grid.cells(np.asarray(xy))
+
+    def xy_of(self, cell: I64) -> tuple[float, float]:
+        """The centre of a cell (2,), metres."""
+        x, y = self.costmap.grid.centres(cell)
+        return float(x), float(y)
+
     def known_fraction_around(self) -> float:
         """Fraction of the circle of ``SURROUNDINGS_M`` around the robot that is known."""
         grid = self.map_view.grid
-        here = grid.cells(np.asarray(self.pose.xy))
-        around = distance_cells(grid, here) * grid.cell_size_m <= SURROUNDINGS_M
-        known = self.map_view.occupancy[around] != Occupancy.UNKNOWN
+        away_m = distance_cells(grid, self.cell_at(self.pose.xy)) * grid.cell_size_m
+        known = self.map_view.occupancy[away_m <= SURROUNDINGS_M] != Occupancy.UNKNOWN
         circle = np.pi * (SURROUNDINGS_M / grid.cell_size_m) ** 2  # the window may cut the mask
         return float(known.sum() / circle)
 
@@ -167,9 +178,8 @@ def across_gaps(context: PlanningContext) -> PlanningContext:
 
 
 def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:
-    here = costmap.grid.cells(np.asarray(pose.xy))
-    size = costmap.grid.cell_size_m
-    return cost_to_go_from(costmap.cost, (int(here[0]), int(here[1])), cell_size_m=size)
+    x, y = costmap.grid.cells(np.asarray(pose.xy)).tolist()
+    return cost_to_go_from(costmap.cost, (x, y), cell_size_m=costmap.grid.cell_size_m)
 
 
 def coverage_of(context: PlanningContext) -> Coverage:

@@ -52,20 +52,22 @@ def with_near_view(
 ) -> ObjectCandidate:
     """The candidate with this frame counted, if it is a near view of it.
 
-    It is within ``VIEW_FARTHEST_M``, ahead of the robot, and in sight over the map.
+    It is within ``VIEW_FARTHEST_M``, ahead of the robot, and no obstacle lies between, or it was
+    seen from this side before.
     """
-    pose, grid = context.pose, context.costmap.grid
+    pose, costmap = context.pose, context.costmap
     if candidate.distance_m((*pose.xy, 0.0)) > VIEW_FARTHEST_M + LARGEST_M:
         return candidate
     cells = context.map_view.indices_of(candidate.surface)
-    if len(cells) == 0:
+    if len(cells) == 0 or abs(pose.bearing_to(candidate.xyz[:2])) > AHEAD_RAD:
         return candidate
-    here = grid.cells(np.asarray(pose.xy))
+    here = context.cell_at(pose.xy)
     away = np.hypot(*(cells - here).T)
-    x, y = candidate.xyz[0] - pose.xy[0], candidate.xyz[1] - pose.xy[1]
-    ahead = abs(wrap_angle(float(np.arctan2(y, x)) - pose.yaw_rad)) <= AHEAD_RAD
-    near = float(away.min()) * grid.cell_size_m <= VIEW_FARTHEST_M
-    if not (ahead and near and _in_sight(candidate, cells, here, context)):
+    if float(away.min()) * costmap.grid.cell_size_m > VIEW_FARTHEST_M:
+        return candidate
+    nearest, seen_from = cells[away.argmin()], costmap.grid.cells(np.asarray(candidate.seen_from))
+    clear = ~costmap.occupied | own_cells(cells, costmap.grid.shape)
+    if not (line_is_clear(clear, here, nearest) or seen_from_side(here, nearest, seen_from)):
         return candidate
     return replace(candidate, near_views=with_view(candidate.near_views, pose.xy, hit=hit))
 
@@ -98,15 +100,6 @@ def map_rank(candidate: ObjectCandidate, context: PlanningContext) -> float:
     if float(np.median(margins[known])) <= -OTHER_NAME_MARGIN:
         return 0.0
     return float(np.median(ranks[known]))
-
-
-def _in_sight(candidate: ObjectCandidate, cells: I64, here: I64, context: PlanningContext) -> bool:
-    """Whether no obstacle lies before it, or it was seen from this side before."""
-    grid = context.costmap.grid
-    nearest = cells[np.hypot(*(cells - here).T).argmin()]
-    clear = ~context.costmap.occupied | own_cells(cells, grid.shape)
-    seen_from = grid.cells(np.asarray(candidate.seen_from))
-    return line_is_clear(clear, here, nearest) or seen_from_side(here, nearest, seen_from)
 
 
 LEAST_RAD = 0.12  # width of a thing in view, 7 degrees: twice what detectors need
@@ -142,14 +135,13 @@ def _is_in_view(cells: I64, context: PlanningContext) -> bool:
     costmap, pose = context.costmap, context.pose
     size_m = costmap.grid.cell_size_m
     middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    x, y = costmap.grid.centres(middle) - np.asarray(pose.xy)
+    there = context.xy_of(middle)
     width_m = max(np.sqrt(len(cells)) * size_m - BLUR_M, size_m)
-    if np.hypot(x, y) * LEAST_RAD > width_m:
-        return False
-    if abs(wrap_angle(float(np.arctan2(y, x)) - pose.yaw_rad)) > AHEAD_RAD:
+    too_small = pose.distance_to(there) * LEAST_RAD > width_m
+    if too_small or abs(pose.bearing_to(there)) > AHEAD_RAD:
         return False
     clear = ~costmap.occupied | own_cells(cells, costmap.grid.shape)
-    return line_is_clear(clear, costmap.grid.cells(np.asarray(pose.xy)), middle)
+    return line_is_clear(clear, context.cell_at(pose.xy), middle)
 
 
 OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 degrees
@@ -348,26 +340,23 @@ def _points(detections: Detections, index: int) -> F64:
 
 
 def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:
-    """The finds among the events of a step; ``search`` is the search before them."""
+    """The finds among the events of a step, with the frames in which they were seen best.
+
+    search: before the events.
+    """
+    found = [event.candidate for event in events if isinstance(event, Confirmed)]
     return tuple(
-        object_find(search, event.candidate, grid)
-        for event in events
-        if isinstance(event, Confirmed)
-    )
-
-
-def object_find(search: Search, candidate: ObjectCandidate, grid: GridSpec) -> ObjectFind:
-    """The candidate as a find, with the frame in which it was seen best."""
-    view = candidate.best_view
-    return ObjectFind(
-        name=search.target,
-        position_m=candidate.xyz,
-        extent_m=extent_m(candidate, grid),
-        score=min(candidate.similarity, 1.0),  # rounding
-        stamp_ns=view.stamp_ns if view else 0,
-        search_id=search.search_id,
-        box_px=view.box_px if view else (),
-        picture=view.picture if view else b"",
+        ObjectFind(
+            name=search.target,
+            position_m=candidate.xyz,
+            extent_m=extent_m(candidate, grid),
+            score=min(candidate.similarity, 1.0),  # rounding
+            stamp_ns=candidate.best_view.stamp_ns if candidate.best_view else 0,
+            search_id=search.search_id,
+            box_px=candidate.best_view.box_px if candidate.best_view else (),
+            picture=candidate.best_view.picture if candidate.best_view else b"",
+        )
+        for candidate in found
     )
 
 

@@ -1,4 +1,4 @@
-"""Exploration: which goal to drive to, and how to follow it between two comparisons of all goals.
+"""Exploration: which goal to drive to, how to follow it, and what to do when none is left.
 
 Comparing goals takes time in proportion to the known area. Beyond the size of a flat it is
 therefore done less often, and the steps between look at the map around the way only: planning
@@ -7,13 +7,16 @@ takes about the same share of a processor in a hall as in a flat.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 
-from onemap_planner.motion.pure_pursuit import arrived
-from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.evidence import likely_disputed
+from onemap_planner.motion.motions import Rotate
+from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS, arrived
+from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
+from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
 from onemap_planner.policy.goals import (
     SAME_GOAL_M,
     Goal,
@@ -27,8 +30,7 @@ from onemap_planner.policy.goals import (
     select_goal,
     successor,
 )
-from onemap_planner.policy.last_resorts import last_resort
-from onemap_planner.policy.memory import ActiveGoal, GoalComparison, PlannerState
+from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, GoalComparison, PlannerState
 from onemap_planner.policy.outcome import Move, Observation
 from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.policy.ways import (
@@ -38,13 +40,13 @@ from onemap_planner.policy.ways import (
     visit_counts,
     ways_to_unreached,
 )
-from onemap_planner.search.state_machine import CandidateSelected, Destination, Exploring
+from onemap_planner.search.state_machine import CandidateSelected, Destination, Ending, Exploring
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.geometry import F64
-from onemap_shared.messages import SearchKind
+from onemap_shared.messages import Coverage, SearchKind, SearchState
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
@@ -130,7 +132,7 @@ def _options(
     Without any, a look at what may close a way, at the largest part of the floor that no path
     leads to, and at what looks a little like the object.
     """
-    goals = frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
+    goals = frontier_goals(candidates.frontiers, context)
     goals += _region_goals(state, context, candidates.regions)
     goals += _detection_goals(_unconfirmed(state, context), state, context)
     worthwhile = ways + _not_given_up(state, goals)
@@ -153,7 +155,7 @@ def _region_goals(
     state: PlannerState, context: PlanningContext, regions: tuple[SimilarRegion, ...]
 ) -> list[Goal]:
     tried_xy = state.memory.tried_xy(GoalKind.REGION)
-    return region_goals(regions, context.costmap, context.cost_to_go, tried_xy=tried_xy)
+    return region_goals(regions, context, tried_xy=tried_xy)
 
 
 def _detection_goals(
@@ -173,10 +175,8 @@ def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | Non
     largest = max(components(context.cut_off()), key=len, default=None)
     if largest is None or len(largest) * context.map_view.cell_area_m2 < LEAST_CUT_OFF_M2:
         return None
-    grid = context.costmap.grid
-    here = grid.cells(np.asarray(context.pose.xy))
-    x, y = grid.centres(largest[np.hypot(*(largest - here).T).argmin()])
-    there = Destination(SearchKind.GO_TO, (float(x), float(y)))
+    away = np.hypot(*(largest - context.cell_at(context.pose.xy)).T)
+    there = Destination(SearchKind.GO_TO, context.xy_of(largest[away.argmin()]))
     return frontier_goal(there, context, visit_counts(context, state.visited_frontiers))
 
 
@@ -250,10 +250,9 @@ def can_follow(state: PlannerState, context: PlanningContext) -> bool:
     active = state.memory.active_goal
     if active is None:
         return False
-    grid = context.costmap.grid
-    cell = grid.cells(np.asarray(active.goal.viewpoint_xy))
-    inside = bool(grid.contains(cell))
-    return inside and bool(np.isfinite(context.cost_to_go.cost_m[cell[0], cell[1]]))
+    cell = context.cell_at(active.goal.viewpoint_xy)
+    inside = bool(context.costmap.grid.contains(cell))
+    return inside and bool(np.isfinite(context.cost_to_go.cost_m[tuple(cell)]))
 
 
 def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
@@ -265,3 +264,123 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     there = arrived(motion, context.pose)
     state.memory.active_goal = active.at(state.active_time_s, arrived=there)
     return Move(motion, candidates=active.comparison.candidates)
+
+
+# Square metres of free floor that no path leads to, from which on all frontiers are visited once
+# more before the object counts as not found: a small room.
+CUT_OFF_M2 = 2.0
+LEAST_BEYOND_M2 = 0.3  # of floor beyond gaps that are worth crossing them: a doorway
+LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
+MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
+
+
+def wait(state: PlannerState, _: PlanningContext) -> Move | None:
+    """Stand for ``SETTLE_S``: the next view of the map may show a goal."""
+    now_s = state.active_time_s
+    return Move() if now_s - state.memory.idle_from_s(now_s) < SETTLE_S else None
+
+
+def look_around(state: PlannerState, _: PlanningContext) -> Move | None:
+    """Turn once: whoever stood in a doorway may have left."""
+    now_s, turned_s = state.active_time_s, SETTLE_S + 2 * pi / LOOK_AROUND_RADPS
+    return Move(Rotate()) if now_s - state.memory.idle_from_s(now_s) < turned_s else None
+
+
+def cross_gaps(state: PlannerState, context: PlanningContext) -> Move | None:
+    """Let paths cross narrow gaps of unknown floor, if there is floor beyond them."""
+    if state.crosses_gaps:
+        return None
+    beyond_m2 = context.unreachable_m2() - across_gaps(context).unreachable_m2()
+    if beyond_m2 < LEAST_BEYOND_M2:
+        return None
+    state.memory.idle_since_s = None
+    state.crosses_gaps = True
+    return Move()
+
+
+def reconsider(state: PlannerState, context: PlanningContext) -> Move | None:
+    """Look once more at what was rejected, given up on the way, cut off or is doubtful."""
+    memory = state.memory
+    if memory.reconsidered:
+        return None
+    cut_off = context.unreachable_m2() >= CUT_OFF_M2
+    began_s = state.search.target_start.since_active_time_s
+    # No goal since the object's turn came.
+    untried = memory.idle_from_s(state.active_time_s) - began_s < SETTLE_S
+    again = (
+        memory.rejected
+        or memory.closed_off
+        or state.unreached_frontiers
+        or ((cut_off or untried) and state.visited_frontiers)
+    )
+    doubtful = _doubtful(state, context)
+    if not again and not doubtful:
+        return None
+    looks = tuple(candidate for candidate, _ in doubtful[:MAX_LAST_LOOKS])
+    state.reconsider(frontiers=cut_off or untried, doubtful=looks)
+    return Move()
+
+
+# What a search without a goal tries, in this order.
+LAST_RESORTS: tuple[Callable[[PlannerState, PlanningContext], Move | None], ...] = (
+    wait,
+    look_around,
+    cross_gaps,
+    reconsider,
+)
+
+
+def last_resort(state: PlannerState, context: PlanningContext) -> Move:
+    """The first of ``LAST_RESORTS`` that has something to do; else the object is not found."""
+    state.memory.active_goal = None
+    tried = (resort(state, context) for resort in LAST_RESORTS)
+    move = next((move for move in tried if move is not None), None)
+    return move if move is not None else give_up(state, context)
+
+
+def give_up(state: PlannerState, context: PlanningContext) -> Move:
+    """The object counts as not found; the reason says what was looked at."""
+    coverage, doubtful = coverage_of(context), _doubtful(state, context)
+    named = f"; {_told(*doubtful[0])}" if doubtful else ""
+    outcome, reason = SearchState.NOT_FOUND, _covered(state, context, coverage) + named
+    return Move(event=Ending(outcome, reason, coverage=coverage))
+
+
+def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:
+    """What was detected, but not accepted because the map did not agree, the most probable first.
+
+    Each with its probability; what is certainly something else is left out.
+    """
+    unsupported = [
+        candidate
+        for candidate in (*state.memory.disputed, *state.memory.rejected)
+        if not candidate.supported and candidate.sightings >= MIN_SIGHTINGS
+    ]
+    return sorted(likely_disputed(unsupported, context), key=lambda pair: -pair[1])
+
+
+def _told(best: ObjectCandidate, probable: float) -> str:
+    """A doubtful candidate in words."""
+    hits = sum(tally.hits for tally in best.near_views)
+    x, y, _ = best.xyz
+    return (
+        f"detected at ({x:.1f}, {y:.1f}) in {hits} of {best.near_frames} near views where the map "
+        f"does not agree, probability {probable:.2f}"
+    )
+
+
+def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) -> str:
+    """How much was explored, and where the similarity to the object is highest."""
+    map_view = context.map_view
+    area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
+    text = f"searched everything reachable: {area_m2:.0f} m² explored"
+    if coverage.unreachable_m2 >= LEAST_NAMED_M2:
+        text += f", {coverage.unreachable_m2:.0f} m² of floor seen that no way leads to"
+    if not coverage.best_match_m:
+        return f"{text}; the map has no features"
+    x, y = coverage.best_match_m
+    (cell,) = map_view.world_cells(map_view.grid.cells(np.array([[x, y]])))
+    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
+    found_object = found_object_at(cell, others)
+    there = f", which is the {found_object.name} found before" if found_object else ""
+    return f"{text}; best match {coverage.best_score:.2f} at ({x:.1f}, {y:.1f}){there}"

@@ -10,13 +10,12 @@ from math import isfinite
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import CostToGo, line_is_clear
+from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.viewpoints import (
     SightTarget,
     first_visible,
     least_occluded,
-    reachable,
     viewpoints_around,
 )
 from onemap_planner.search.state_machine import Search
@@ -26,7 +25,6 @@ from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
-from onemap_shared.grid import GridSpec
 from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
 
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
@@ -161,15 +159,13 @@ def _grown(cells: WorldCells) -> WorldCells:
 MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards
 
 
-def frontier_goals(
-    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo
-) -> list[Goal]:
+def frontier_goals(frontiers: tuple[Frontier, ...], context: PlanningContext) -> list[Goal]:
     """A goal for each frontier with a reachable viewpoint."""
-    reachable_mask = reachable(costmap, cost_to_go)
-    if not reachable_mask.any():
+    costmap = context.costmap
+    if not context.reachable.any():
         return []
     size = costmap.grid.cell_size_m
-    away, nearest = ndimage.distance_transform_edt(~reachable_mask, return_indices=True)
+    away, nearest = ndimage.distance_transform_edt(~context.reachable, return_indices=True)
     visible: list[tuple[Frontier, I64]] = []
     for frontier in frontiers:
         cells = frontier.cells
@@ -177,47 +173,46 @@ def frontier_goals(
         viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
         if viewpoint is not None:
             visible.append((frontier, viewpoint))
-    ways_m = cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
+    ways_m = context.cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
     return [
-        _frontier_goal(frontier, viewpoint, travel_m, costmap.grid)
+        _frontier_goal(frontier, viewpoint, travel_m, context)
         for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
     ]
 
 
-def _frontier_goal(frontier: Frontier, viewpoint: I64, travel_m: float, grid: GridSpec) -> Goal:
-    length_m = len(frontier.cells) * grid.cell_size_m
+def _frontier_goal(
+    frontier: Frontier, viewpoint: I64, travel_m: float, context: PlanningContext
+) -> Goal:
+    length_m = len(frontier.cells) * context.costmap.grid.cell_size_m
     utility = GoalUtility.of(frontier.score, travel_m, length_m=length_m)
     what = "unknown space" if frontier.unknown else "a place seen only from afar"
     reason = (
         f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
     )
-    look_xy = _pair(frontier.beyond_xy)
-    viewpoint_xy, cells = _pair(grid.centres(viewpoint)), _world_cells(frontier.cells, grid)
+    look_xy, viewpoint_xy = _pair(frontier.beyond_xy), context.xy_of(viewpoint)
+    cells = context.map_view.world_cells(frontier.cells)
     return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason, cells)
 
 
 def region_goals(
-    regions: tuple[SimilarRegion, ...], costmap: Costmap, cost_to_go: CostToGo, *, tried_xy: F64
+    regions: tuple[SimilarRegion, ...], context: PlanningContext, *, tried_xy: F64
 ) -> list[Goal]:
     """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
     goals = []
     band_m = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
-    tried = costmap.grid.cells(tried_xy)
+    tried = context.costmap.grid.cells(tried_xy)
     for region in regions:
-        target = SightTarget(region.cells)
-        around = viewpoints_around(target, costmap, cost_to_go, band_m=band_m, tried=tried)
+        around = viewpoints_around(SightTarget(region.cells), context, band_m, tried=tried)
         viewpoint = first_visible(around)
         if viewpoint is None:
             viewpoint = least_occluded(around)
         if viewpoint is None:
             continue
-        utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint))
+        utility = GoalUtility.of(region.score, _travel_m(viewpoint, context))
         reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
-        cells = _world_cells(region.cells, costmap.grid)
-        look_xy = _pair(region.peak_xy)
-        goals.append(
-            Goal(GoalKind.REGION, _xy(costmap, viewpoint), look_xy, utility, reason, cells)
-        )
+        cells, look_xy = context.map_view.world_cells(region.cells), _pair(region.peak_xy)
+        viewpoint_xy = context.xy_of(viewpoint)
+        goals.append(Goal(GoalKind.REGION, viewpoint_xy, look_xy, utility, reason, cells))
     return goals
 
 
@@ -237,8 +232,7 @@ def detection_goals(
         viewpoint_xy = viewpoint_of(candidate)
         if viewpoint_xy is None:
             continue
-        cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-        utility = GoalUtility.of(score, _travel_m(context.cost_to_go, cell))
+        utility = GoalUtility.of(score, _travel_m(context.cell_at(viewpoint_xy), context))
         kind = "similarity" if candidate.supported else "the map does not agree, probability"
         reason = (
             f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
@@ -263,18 +257,9 @@ def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | Non
     return None
 
 
-def _travel_m(cost_to_go: CostToGo, cell: I64) -> float:
+def _travel_m(cell: I64, context: PlanningContext) -> float:
     """Metres of path: its cost would make a way along a wall count up to fourfold."""
-    return float(cost_to_go.lengths_m(cell[None])[0])
-
-
-def _world_cells(cells: I64, grid: GridSpec) -> WorldCells:
-    """World cells of grid indices (K, 2)."""
-    return frozenset(map(tuple, (cells + np.asarray(grid.origin_cell)).tolist()))
-
-
-def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:
-    return _pair(costmap.grid.centres(cell))
+    return float(context.cost_to_go.lengths_m(cell[None])[0])
 
 
 def _pair(xy: F64) -> tuple[float, float]:

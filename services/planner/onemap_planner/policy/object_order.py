@@ -19,7 +19,6 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import found_under_other_names, update_memory
 from onemap_planner.policy.goals import SAME_GOAL_M, GoalKind
 from onemap_planner.policy.memory import MAX_LOOKS, PlannerState, TargetMemory
-from onemap_planner.policy.viewpoints import reachable
 from onemap_planner.search.state_machine import Reordered, waiting
 from onemap_planner.world.candidates import MIN_SIGHTINGS
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
@@ -110,7 +109,7 @@ def revise_order(state: PlannerState, context: PlanningContext) -> Reordered | N
 def _order(known: list[tuple[LikelyPlace, ...]], context: PlanningContext) -> tuple[int, ...]:
     """Positions in ``known``, cheapest order; the first, the present object, keeps its place
     unless another order is cheaper by the margin."""
-    grid, floor = context.map_view.grid, reachable(context.costmap, context.cost_to_go)
+    grid, floor = context.map_view.grid, context.reachable
     here = np.array([context.pose.xy])
     every = [place.xy for places in known for place in places]
     to_place = way_lengths(grid, floor, here, np.array(every).reshape(-1, 2))[0]

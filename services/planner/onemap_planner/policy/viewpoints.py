@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
+from onemap_planner.motion.path import line_is_clear, segment_cells
 from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext, across_gaps
 from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
@@ -17,14 +17,9 @@ from onemap_shared.geometry import F64, I64, Bool
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
+NO_CELLS: I64 = np.zeros((0, 2), np.int64)
 OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
-
-
-def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
-    """Mask (nx, ny) of the cells of N that a path leads to."""
-    mask: Bool = costmap.navigable & np.isfinite(cost_to_go.cost_m)
-    return mask
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +27,7 @@ class SightTarget:
     """What is looked at: its cells (K, 2), and those that it was seen from (S, 2), if known."""
 
     cells: I64
-    seen_from: I64 = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    seen_from: I64 = field(default_factory=lambda: NO_CELLS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,17 +48,17 @@ class Viewpoints:
 
 def viewpoints_around(
     target: SightTarget,
-    costmap: Costmap,
-    cost_to_go: CostToGo,
-    *,
+    context: PlanningContext,
     band_m: tuple[float, float],
-    tried: I64,
+    *,
+    tried: I64 = NO_CELLS,
     apart_m: float = TRIED_M,
 ) -> Viewpoints:
     """Viewpoints before the target whose distance to its nearest cell lies in the band.
 
     tried (T, 2): earlier viewpoints; none within ``apart_m`` of them is returned.
     """
+    costmap, cost_m = context.costmap, context.cost_to_go.cost_m
     corner, box = _window(target.cells, costmap, band_m[1])
     size = costmap.grid.cell_size_m
     mask = np.zeros(costmap.occupied[box].shape, bool)
@@ -76,10 +71,10 @@ def viewpoints_around(
         stand = np.zeros_like(stand)
     else:
         stand = _before(target, cells, costmap.free[box], stand)
-    viewpoints = np.argwhere(stand & np.isfinite(cost_to_go.cost_m[box]))
+    viewpoints = np.argwhere(stand & np.isfinite(cost_m[box]))
     away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
     viewpoints = viewpoints[(away > apart_m).all(axis=1)]
-    cost = cost_to_go.cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
+    cost = cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
     viewpoints = _spread(viewpoints[np.argsort(cost, kind="stable")])
     own = _grown(mask)
     look: I64 = nearest[:, viewpoints[:, 0], viewpoints[:, 1]].T.astype(np.int64)
@@ -144,10 +139,7 @@ def find_viewpoint(
         viewpoint = _in_bands(SightTarget(target.cells), context, beyond_m, tried, occluded=False)
         if viewpoint is None:
             viewpoint = _where_detected(target, context, APPROACH_LIMIT_M, tried)
-    if viewpoint is None:
-        return None
-    x, y = costmap.grid.centres(viewpoint)
-    return float(x), float(y)
+    return None if viewpoint is None else context.xy_of(viewpoint)
 
 
 def lies_across_gap(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> bool:
@@ -172,14 +164,7 @@ def _in_bands(
     the last band, if that counts and none was tried."""
     around: Viewpoints | None = None
     for band_m in bands_m:
-        around = viewpoints_around(
-            target,
-            context.costmap,
-            context.cost_to_go,
-            band_m=band_m,
-            tried=tried,
-            apart_m=apart_m,
-        )
+        around = viewpoints_around(target, context, band_m, tried=tried, apart_m=apart_m)
         viewpoint = first_visible(around)
         if viewpoint is not None:
             return viewpoint
@@ -194,7 +179,7 @@ def _where_detected(
     On a 2-D map low things hide what the camera sees over them.
     """
     places = target.seen_from[context.costmap.grid.contains(target.seen_from)]
-    places = places[reachable(context.costmap, context.cost_to_go)[places[:, 0], places[:, 1]]]
+    places = places[context.reachable[places[:, 0], places[:, 1]]]
     size_m = context.costmap.grid.cell_size_m
     away_m = _nearest(places, target.cells) * size_m
     there = (away_m <= limit_m) & (_nearest(places, tried) * size_m > TRIED_M)

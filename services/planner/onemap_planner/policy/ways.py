@@ -18,11 +18,11 @@ from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
+    NO_CELLS,
     SightTarget,
     Viewpoints,
     first_visible,
     least_occluded,
-    reachable,
     viewpoints_around,
 )
 from onemap_planner.search.state_machine import Destination, Ending
@@ -109,7 +109,7 @@ def _candidates(context: PlanningContext) -> Bool:
     because the robot stands on it would let it creep into the unknown.
     """
     mask: Bool = context.costmap.navigable & (context.map_view.occupancy == Occupancy.FREE)
-    mask[tuple(context.costmap.grid.cells(np.asarray(context.pose.xy)))] = True
+    mask[tuple(context.cell_at(context.pose.xy))] = True
     return mask
 
 
@@ -202,22 +202,14 @@ def frontier_goal(destination: Destination, context: PlanningContext, visits: I6
         return None
     viewpoint: I64 | None = None
     if visits[tuple(frontier.ahead)]:
-        band_m = (context.params.escape_radius_m, PLACE_FARTHEST_M)
-        around = viewpoints_around(
-            SightTarget(frontier.ahead[None]),
-            context.costmap,
-            context.cost_to_go,
-            band_m=band_m,
-            tried=frontier.ahead[None][:0],
-        )
-        viewpoint = first_visible(around)
-    xy = _xy(frontier.cell if viewpoint is None else viewpoint, context)
+        viewpoint = _view_of(frontier.ahead[None], context)
+    xy = context.xy_of(frontier.cell if viewpoint is None else viewpoint)
     utility = _utility(xy, context)
     reason = (
         f"on the way to {subject_of('', destination.xy)}: unknown space {utility.travel_m:.1f} m "
         f"away, {frontier.left_m:.1f} m still to go from there"
     )
-    return Goal(GoalKind.FRONTIER, xy, _xy(frontier.ahead, context), utility, reason)
+    return Goal(GoalKind.FRONTIER, xy, context.xy_of(frontier.ahead), utility, reason)
 
 
 def ways_to_unreached(
@@ -245,14 +237,13 @@ def ways_to_unreached(
 
 def nearest_reachable_m(xy: tuple[float, float], context: PlanningContext) -> float:
     """Distance in metres from a place to the nearest reachable cell, infinity without any."""
-    cells = np.argwhere(reachable(context.costmap, context.cost_to_go))
+    cells = np.argwhere(context.reachable)
     away = np.hypot(*(context.costmap.grid.centres(cells) - np.asarray(xy)).T)
     return float(away.min(initial=np.inf))
 
 
 def _known(xy: tuple[float, float], context: PlanningContext) -> bool:
-    costmap = context.costmap
-    cell = costmap.grid.cells(np.asarray(xy))
+    costmap, cell = context.costmap, context.cell_at(xy)
     if not costmap.grid.contains(cell):
         return False
     return bool(costmap.free[tuple(cell)] | costmap.occupied[tuple(cell)])
@@ -264,12 +255,11 @@ def _standing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     No obstacle lies between, so that the robot does not stop behind a wall; except for the
     obstacle that a place is in.
     """
-    costmap, grid = context.costmap, context.costmap.grid
-    cell = grid.cells(np.asarray(xy))
+    costmap, grid, cell = context.costmap, context.costmap.grid, context.cell_at(xy)
     if not grid.contains(cell):
         return None
     own = (distance_cells(grid, cell) <= BLUR_CELLS) & ~costmap.free[tuple(cell)]
-    cells = np.argwhere(reachable(costmap, context.cost_to_go))
+    cells = np.argwhere(context.reachable)
     away_m = np.hypot(*(grid.centres(cells) - np.asarray(xy)).T)
     near = np.flatnonzero(away_m <= PLACE_TOLERANCE_M)
     for index in near[np.argsort(away_m[near], kind="stable")]:
@@ -283,13 +273,12 @@ def _seeing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     """The cheapest reachable cell (2,) from which a known place is in sight; None without any."""
     if not _known(xy, context):
         return None
-    around = _around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M))
-    return first_visible(around)
+    return first_visible(_around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M)))
 
 
 def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     """The reachable cell (2,) near a place from which the least hides it; None without any."""
-    if not context.costmap.grid.contains(context.costmap.grid.cells(np.asarray(xy))):
+    if not context.costmap.grid.contains(context.cell_at(xy)):
         return None
     return least_occluded(_around(xy, context, (PLACE_NEAREST_M, INTO_M)))
 
@@ -299,17 +288,21 @@ def _around(
 ) -> Viewpoints:
     """Viewpoints around a place; what is unknown hides it, except around the robot."""
     costmap, grid = context.costmap, context.costmap.grid
-    here = grid.cells(np.asarray(context.pose.xy))
-    beneath = distance_cells(grid, here) * grid.cell_size_m <= context.params.escape_radius_m
+    here_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
+    beneath = here_m <= context.params.escape_radius_m
     opaque = replace(costmap, occupied=costmap.occupied | ~(costmap.free | beneath))
-    cell = grid.cells(np.asarray(xy))[None]
-    return viewpoints_around(
-        SightTarget(cell), opaque, context.cost_to_go, band_m=band_m, tried=cell[:0]
-    )
+    target = SightTarget(context.cell_at(xy)[None])
+    return viewpoints_around(target, replace(context, costmap=opaque), band_m)
+
+
+def _view_of(cells: I64, context: PlanningContext, tried: I64 = NO_CELLS) -> I64 | None:
+    """The nearest view (2,) of cells (K, 2) from where the floor before them is seen."""
+    band_m = (context.params.escape_radius_m, PLACE_FARTHEST_M)
+    return first_visible(viewpoints_around(SightTarget(cells), context, band_m, tried=tried))
 
 
 def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal:
-    viewpoint_xy = _xy(cell, context)
+    viewpoint_xy = context.xy_of(cell)
     utility = _utility(viewpoint_xy, context)
     look = destination.kind is SearchKind.LOOK_AT
     view = "a view of " if look else ""
@@ -319,13 +312,8 @@ def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal
 
 
 def _utility(viewpoint_xy: tuple[float, float], context: PlanningContext) -> GoalUtility:
-    cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
+    cell = context.cell_at(viewpoint_xy)
     return GoalUtility.of_place(float(context.cost_to_go.cost_m[tuple(cell)]))
-
-
-def _xy(cell: I64, context: PlanningContext) -> tuple[float, float]:
-    x, y = context.costmap.grid.centres(cell)
-    return float(x), float(y)
 
 
 LEAST_CLOSED_M2 = 1.0  # less floor out of reach is the rim of furniture
@@ -351,26 +339,13 @@ def looks_at_closed_ways(context: PlanningContext, tried_xy: F64) -> Iterator[Go
 
 def _look_at(obstacle: I64, context: PlanningContext, tried: I64) -> Goal | None:
     """The nearest view of an obstacle's cells (K, 2), not from tried ones (T, 2); None without."""
-    grid = context.costmap.grid
-    around = viewpoints_around(
-        SightTarget(obstacle),
-        context.costmap,
-        context.cost_to_go,
-        band_m=(context.params.escape_radius_m, PLACE_FARTHEST_M),
-        tried=tried,
-    )
-    cell = first_visible(around)
+    cell = _view_of(obstacle, context, tried)
     if cell is None:
         return None
-    (x, y), (look_x, look_y) = grid.centres(cell), grid.centres(obstacle).mean(axis=0)
-    travel_m = float(context.cost_to_go.cost_m[tuple(cell)])
-    return Goal(
-        GoalKind.LOOK_AT,
-        (float(x), float(y)),
-        (float(look_x), float(look_y)),
-        GoalUtility.of_place(travel_m),
-        "what stands where floor was seen once, in the only way to the floor behind it",
-    )
+    x, y = context.costmap.grid.centres(obstacle).mean(axis=0)
+    there, look_xy = context.xy_of(cell), (float(x), float(y))
+    reason = "what stands where floor was seen once, in the only way to the floor behind it"
+    return Goal(GoalKind.LOOK_AT, there, look_xy, _utility(there, context), reason)
 
 
 def _closing_obstacle(context: PlanningContext, beyond: I64) -> I64:
@@ -378,9 +353,8 @@ def _closing_obstacle(context: PlanningContext, beyond: I64) -> I64:
     no way, over floor that was seen once."""
     costmap = context.costmap
     size = costmap.grid.cell_size_m
-    here = costmap.grid.cells(np.asarray(context.pose.xy))
-    cost = _cost_without_passers_by(context)
-    way = cost_to_go_from(cost, (int(here[0]), int(here[1])), cell_size_m=size)
+    x, y = context.cell_at(context.pose.xy).tolist()
+    way = cost_to_go_from(_cost_without_passers_by(context), (x, y), cell_size_m=size)
     nearest = beyond[np.argmin(way.cost_m[tuple(beyond.T)])]
     if not np.isfinite(way.cost_m[tuple(nearest)]):
         return beyond[:0]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onemap_planner.world.map_view import MapView, WorldCells
-from onemap_shared.geometry import F32, F64, I64
+from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, Occupancy
 from onemap_shared.names import same_name
 
@@ -254,25 +254,19 @@ def sightings_of(
         supported = covered > 0 and backing >= max(1.0, SUPPORT_FRACTION * covered)
         own = backed if supported else map_view.occupancy[x, y] == Occupancy.OCCUPIED
         if own.any():
-            sighting = _sighting(points[own], cells[own], map_view)
+            mx, my, mz = (float(value) for value in points[own].mean(axis=0))
             found.append(
-                replace(
-                    sighting,
-                    score=float(detections.scores[index]),
-                    seen_from=seen_from,
-                    view=_view_of(detections, index),
-                    supported=supported,
+                Sighting(
+                    (mx, my, mz),
+                    map_view.world_cells(np.unique(cells[own], axis=0)),
+                    float(detections.scores[index]),
+                    float(np.nan_to_num(map_view.similarity[x[own], y[own]]).max()),
+                    seen_from,
+                    _view_of(detections, index),
+                    supported,
                 )
             )
     return tuple(found)
-
-
-def _sighting(points: F64, cells: I64, map_view: MapView) -> Sighting:
-    """The place and similarity of a detection's points (N, 3) metres in grid cells (N, 2)."""
-    x, y, z = (float(value) for value in points.mean(axis=0))
-    values = np.nan_to_num(map_view.similarity[cells[:, 0], cells[:, 1]])
-    world = map_view.world_cells(np.unique(cells, axis=0))
-    return Sighting((x, y, z), world, 0.0, float(values.max()), (x, y))
 
 
 def merge_sightings(

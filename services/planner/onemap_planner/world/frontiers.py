@@ -120,12 +120,17 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     return tuple(_with_prior(found, map_view, telling))
 
 
-def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
-    """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
+def _parts(mask: Bool, cell_area_m2: float) -> tuple[I64, F64]:
+    """Numbers (nx, ny) of the 8-connected components of a mask, 0 outside, and their areas."""
     parts, count = ndimage.label(mask, CONNECTIVITY_8)
-    keep = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 >= least_m2
-    keep[0] = False
-    kept: Bool = keep[parts]
+    cells = np.bincount(parts.ravel(), minlength=count + 1).astype(np.float64)
+    return parts, cells * cell_area_m2
+
+
+def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
+    """The mask without components smaller than ``least_m2``: they are noise."""
+    parts, area_m2 = _parts(mask, cell_area_m2)
+    kept: Bool = mask & (area_m2 >= least_m2)[parts]
     return kept
 
 
@@ -135,11 +140,10 @@ def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: flo
     The camera does not see the floor next to the robot, but would have seen an object there
     above it. Cells hidden by furniture touch the furniture.
     """
-    parts, count = ndimage.label(hidden, CONNECTIVITY_8)
-    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
+    parts, area_m2 = _parts(hidden, cell_area_m2)
+    small = area_m2 <= most_m2
     small[parts[ndimage.binary_dilation(occupied, CONNECTIVITY_8)]] = False
-    small[0] = False
-    spots: Bool = small[parts]
+    spots: Bool = hidden & small[parts]
     return spots
 
 

@@ -111,7 +111,7 @@ class FrontierExploration:
         candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
         goals = [
             goal
-            for goal in frontier_goals(candidates.frontiers, context.costmap, context.cost_to_go)
+            for goal in frontier_goals(candidates.frontiers, context)
             if not state.is_given_up(goal)
         ]
         if not goals:
