@@ -8,7 +8,8 @@ import pytest
 import xxhash
 
 from onemap_ros2.network import bridge, rmw
-from onemap_ros2.network.interface import Endpoint, serves_action
+from onemap_ros2.network.interface import Endpoint
+from onemap_ros2.topic_list import serves_action
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 SESSION = "8b20917502ee955ac4476e0266340d5c"

@@ -242,6 +242,26 @@ def test_a_lost_link_is_named_and_the_goal_cancelled(ride: Ride) -> None:
     assert len(ride.calls("cancel_goal")) == 1
 
 
+class JustNow(FakeCall):
+    """Is answered between the first and the second look at it."""
+
+    looks = 0
+
+    @property
+    def reply(self) -> bytes | None:  # type: ignore[override]
+        self.looks += 1
+        return None if self.looks == 1 else result(5)
+
+
+def test_a_result_that_comes_just_now_is_no_lost_link(ride: Ride) -> None:
+    asked = ride.drive()
+    asked.__class__, asked.done = JustNow, True
+    for _ in range(2):
+        ride.step(None)
+    assert ride.driver.metrics()["goals_lost"] == 0
+    assert ride.driver.metrics()["goals_cancelled"] == 1
+
+
 def test_a_goal_that_a_killed_adapter_left_is_cancelled(ride: Ride) -> None:
     left = Ride().drive().request[4:20]
     ride.network.say(STATUS, status_array((left, 2), (GOAL_ID, 2)))

@@ -122,6 +122,11 @@ def missing(endpoints: Iterable[Endpoint], config: Ros2Config) -> dict[str, str]
     return found
 
 
+def serves_action(endpoints: Iterable[Endpoint], action: str) -> bool:
+    """Whether a node serves this action."""
+    return any(each.kind == SERVER and each.topic == action for each in map(_as_action, endpoints))
+
+
 def _as_action(endpoint: Endpoint) -> Endpoint:
     """The service with which an action's goals are sent, as the action itself."""
     if endpoint.kind == ACTION_SERVER:

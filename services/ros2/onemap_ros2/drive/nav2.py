@@ -35,8 +35,8 @@ from onemap_ros2.drive.driver import (
     Say,
     stamped_pose,
 )
-from onemap_ros2.network.interface import PendingCall, RosNetwork, serves_action
-from onemap_ros2.topic_list import missing
+from onemap_ros2.network.interface import PendingCall, RosNetwork
+from onemap_ros2.topic_list import missing, serves_action
 from onemap_shared.messages import VelocityCommand
 
 MARK_BYTES = 6  # of a goal's id that say whose it is
@@ -367,7 +367,8 @@ class Nav2Driver:
         return code
 
     def _lost(self) -> bool:
-        if self._result is None or not self._result.done:
+        call = self._result
+        if call is None or not call.done or call.reply is not None:  # it may come just now
             return False
         self._result = None
         self._counts["lost"] += 1

@@ -81,12 +81,3 @@ class Endpoint:
     ros_type: str
     type_hash: str
     backends: bool = False
-
-
-def serves_action(endpoints: tuple[Endpoint, ...], action: str) -> bool:
-    """Whether a node serves this action."""
-    return any(
-        (each.kind == SERVER and each.topic == f"{action}{SEND_GOAL}")
-        or (each.kind == ACTION_SERVER and each.topic == action)
-        for each in endpoints
-    )
