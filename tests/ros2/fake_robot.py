@@ -62,21 +62,40 @@ def cached_publisher(session: zenoh.Session, key: str) -> Any:
     )
 
 
-def payload(query: zenoh.Query) -> bytes:
-    return query.payload.to_bytes() if query.payload is not None else b""
-
-
-class FakeRobot:
-    """A node of rmw_zenoh with its publishers, subscribers and servers."""
+class Fake:
+    """What both forms share: a session, tokens, and services that answer in threads."""
 
     def __init__(self, endpoint: str) -> None:
         self.session = open_session(endpoint)
+        self.zid = self.session.info.zid()
         self.declared: list[Any] = []
-        self._head = f"@ros2_lv/0/{self.session.info.zid()}/0"
-        self._token(f"{self._head}/0/NN/%/%/fake_robot")
 
-    def _token(self, token: str) -> None:
+    def token(self, token: str) -> None:
         self.declared.append(self.session.liveliness().declare_token(token))
+
+    def answer(self, key: str, answer: Callable[[bytes], bytes], *, attached: bool) -> None:
+        """Answer questions; ``attached``: they have sequence and id, which the reply echoes."""
+
+        def on_query(query: zenoh.Query) -> None:
+            def run() -> None:
+                with query:
+                    assert query.payload is not None
+                    assert (query.attachment is not None) == attached
+                    note = query.attachment.to_bytes() if query.attachment is not None else None
+                    query.reply(key, answer(query.payload.to_bytes()), attachment=note)
+
+            threading.Thread(target=run, daemon=True).start()
+
+        self.declared.append(self.session.declare_queryable(key, on_query, complete=attached))
+
+
+class FakeRobot(Fake):
+    """A node of rmw_zenoh with its publishers, subscribers and servers."""
+
+    def __init__(self, endpoint: str) -> None:
+        super().__init__(endpoint)
+        self._head = f"@ros2_lv/0/{self.zid}/0"
+        self.token(f"{self._head}/0/NN/%/%/fake_robot")
 
     def announce(self, kind: str, topic: str, ros_type: str, qos: str = "::,10:,:,:,,") -> bytes:
         """Declare a token; returns the publisher's id."""
@@ -85,7 +104,7 @@ class FakeRobot:
             f"{self._head}/{len(self.declared)}/{kind}/%/%/fake_robot/{topic.replace('/', '%')}/"
             f"{package}::{section}::dds_::{name}_/{type_hash(ros_type)}/{qos}"
         )
-        self._token(token)
+        self.token(token)
         digest = xxhash.xxh3_128_intdigest(token.encode())
         return struct.pack("<QQ", digest & (2**64 - 1), digest >> 64)
 
@@ -102,40 +121,24 @@ class FakeRobot:
             if sample.attachment is not None and len(sample.attachment.to_bytes()) == 33:
                 hear(sample.payload.to_bytes())
 
-        key = self.key(topic, ros_type)
-        if latched:
-            self.announce("MS", topic, ros_type, ":1:,1:,:,:,,")
-            self.declared.append(remembering(self.session, key, on_sample))
-            return
-        self.announce("MS", topic, ros_type)
-        self.declared.append(self.session.declare_subscriber(key, on_sample))
+        self.announce("MS", topic, ros_type, ":1:,1:,:,:,," if latched else "::,10:,:,:,,")
+        declare = remembering if latched else zenoh.Session.declare_subscriber
+        self.declared.append(declare(self.session, self.key(topic, ros_type), on_sample))
 
     def serve(self, service: str, ros_type: str, answer: Callable[[bytes], bytes]) -> None:
-        """Answer a service in threads; the reply echoes sequence and id of the request."""
-
-        def on_query(query: zenoh.Query) -> None:
-            def run() -> None:
-                with query:
-                    assert query.attachment is not None
-                    note = query.attachment.to_bytes()
-                    query.reply(key, answer(payload(query)), attachment=note)
-
-            threading.Thread(target=run, daemon=True).start()
-
-        key = self.key(service, ros_type)
+        """Answer a service."""
         self.announce("SS", service, ros_type)
-        self.declared.append(self.session.declare_queryable(key, on_query, complete=True))
+        self.answer(self.key(service, ros_type), answer, attached=True)
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic."""
-        key = self.key(topic, ros_type)
         declare = cached_publisher if latched else zenoh.Session.declare_publisher
-        publisher = declare(self.session, key)
+        publisher = declare(self.session, self.key(topic, ros_type))
         gid = self.announce("MP", topic, ros_type, ":1:,1:,:,:,," if latched else "::,10:,:,:,,")
         return Publisher(publisher, gid)
 
 
-class FakeBridge:
+class FakeBridge(Fake):
     """The same robot behind a bridge: keys without types, tokens below the session.
 
     old: a bridge before 1.5.1, whose caches of latched topics are queryables of its own. Later
@@ -145,17 +148,13 @@ class FakeBridge:
     old = False
 
     def __init__(self, endpoint: str) -> None:
-        self.session = open_session(endpoint)
-        self.declared: list[Any] = []
-        self._head = f"@/{self.session.info.zid()}"
-        self._token(f"{self._head}/@ros2_lv")
-
-    def _token(self, token: str) -> None:
-        self.declared.append(self.session.liveliness().declare_token(token))
+        super().__init__(endpoint)
+        self._head = f"@/{self.zid}"
+        self.token(f"{self._head}/@ros2_lv")
 
     def _announce(self, kind: str, topic: str, ros_type: str, qos: str = "") -> None:
         key, escaped = topic[1:].replace("/", "§"), ros_type.replace("/", "§")
-        self._token(f"{self._head}/@ros2_lv/{kind}/{key}/{escaped}{qos}")
+        self.token(f"{self._head}/@ros2_lv/{kind}/{key}/{escaped}{qos}")
 
     def subscribe(
         self, topic: str, ros_type: str, hear: Callable[[bytes], None], *, latched: bool = False
@@ -166,32 +165,22 @@ class FakeBridge:
         def on_sample(sample: zenoh.Sample) -> None:
             hear(sample.payload.to_bytes())
 
-        if latched and not self.old:
-            self.declared.append(remembering(self.session, topic[1:], on_sample))
-            return
-        self.declared.append(self.session.declare_subscriber(topic[1:], on_sample))
-        if latched:
+        declare = remembering if latched and not self.old else zenoh.Session.declare_subscriber
+        self.declared.append(declare(self.session, topic[1:], on_sample))
+        if latched and self.old:
             cache = f"@/*/@ros2_pub_cache{topic}"
             for reply in self.session.get(cache, accept_replies=zenoh.ReplyKeyExpr.ANY):
                 if reply.ok is not None:
                     hear(reply.ok.payload.to_bytes())
 
     def serve(self, service: str, ros_type: str, answer: Callable[[bytes], bytes]) -> None:
-        """Answer a service in threads; an action is announced as one, with its goals' service."""
-
-        def on_query(query: zenoh.Query) -> None:
-            def run() -> None:
-                with query:
-                    query.reply(service[1:], answer(payload(query)))
-
-            threading.Thread(target=run, daemon=True).start()
-
+        """Answer a service; an action is announced as one, with its goals' service."""
         if service.endswith("/_action/send_goal"):
             action = service.removesuffix("/_action/send_goal")
             self._announce("AS", action, ros_type.removesuffix("_SendGoal"))
         elif "/_action/" not in service:
             self._announce("SS", service, ros_type)
-        self.declared.append(self.session.declare_queryable(service[1:], on_query))
+        self.answer(service[1:], answer, attached=False)
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic; a latched one of an old bridge has a cache of its own."""

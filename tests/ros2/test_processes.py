@@ -8,11 +8,12 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
@@ -23,15 +24,16 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import join as join_robot
 from onemap_ros2.display_messages import belief_grid
 from onemap_shared import keys
-from onemap_shared.messages import VelocityCommand
+from onemap_shared.messages import SearchState, VelocityCommand
 from onemap_shared.transport import Bus
 from tests.ros2.fake_robot import COMMAND, FORMS, FX, HEIGHT, WIDTH
-from tests.ros2.planner_messages import view
+from tests.ros2.planner_messages import path_to, status, view
 from tests.shared.test_bus import Router, eventually, join, router
 from tests.structure import ROOT
 
 __all__ = ["router"]  # the fixture
 pytestmark = pytest.mark.slow
+T = TypeVar("T")
 MIDDLEWARE = {
     "rmw": "rmw_zenoh",
     "bridge": "zenoh-bridge-ros2dds",
@@ -92,19 +94,20 @@ def robot(router: Router, form: str) -> Iterator[RobotProcess]:
         made.close()
 
 
+def started(router: Router, form: str, folder: Path, **more: str) -> subprocess.Popen[bytes]:
+    """An adapter, with further settings."""
+    config = folder / "robot.yaml"
+    robot = {"middleware": MIDDLEWARE[form], "connect": [router.endpoint], "topics": TOPICS}
+    ros2 = {**robot, "map_frame": "odom", **more}
+    config.write_text(yaml.safe_dump({"bus": {"connect": [router.endpoint]}, "ros2": ros2}))
+    return subprocess.Popen([sys.executable, "-m", "onemap_ros2", "--config", str(config)])
+
+
 @pytest.fixture
 def adapter(
     router: Router, robot: RobotProcess, form: str, tmp_path: Path
 ) -> Iterator[subprocess.Popen[bytes]]:
-    config = tmp_path / "robot.yaml"
-    ros2 = {
-        "middleware": MIDDLEWARE[form],
-        "connect": [router.endpoint],
-        "map_frame": "odom",
-        "topics": TOPICS,
-    }
-    config.write_text(yaml.safe_dump({"bus": {"connect": [router.endpoint]}, "ros2": ros2}))
-    process = subprocess.Popen([sys.executable, "-m", "onemap_ros2", "--config", str(config)])
+    process = started(router, form, tmp_path)
     yield process
     process.terminate()
     assert process.wait(timeout=90) == 0
@@ -233,3 +236,96 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
     later.subscribe("/onemap/belief", GRID, grids.put, latched=True)
     assert eventually(newest) == first
     later.session.close()
+
+
+class Ride:
+    """A robot with nav2, the adapter, and a planner that speaks while it waits for something."""
+
+    def __init__(self, router: Router, form: str, behaviour: str, folder: Path) -> None:
+        self.robot = RobotProcess(router.endpoint, form, behaviour)
+        self.start = partial(started, router, form, folder, drive="nav2")
+        self.bus: Bus = join(router, "planner")
+        self.states = self.bus.publish(keys.SEARCH_STATE)
+        self.paths = self.bus.publish(keys.SEARCH_PATH)
+        self.commands = self.bus.publish(keys.ROBOT_CMD_VEL)
+        self.health = self.bus.subscribe(keys.heartbeat("ros2"))
+        self.numbers = itertools.count(1)
+        self.adapter = self.start()
+
+    def close(self) -> None:
+        if self.adapter.poll() is None:
+            self.adapter.terminate()
+            self.adapter.wait(timeout=90)
+        self.robot.close()
+        self.bus.close()
+
+    def while_driving(self, attempt: Callable[[], T | None]) -> T:
+        """As ``eventually``, with a planner that goes on to have a goal."""
+
+        def speak() -> T | None:
+            number = next(self.numbers)
+            self.states.put(status("s1"))
+            self.paths.put(path_to(4.0, 1.0))
+            self.commands.put(VelocityCommand(number, 1, 0.25, 0.0, 300, "p1"))
+            return attempt()
+
+        return eventually(speak)
+
+    def asked(self, what: str) -> list[Any] | None:
+        """The next thing that nav2 was asked, if it is this."""
+        with suppress(queue.Empty):
+            found: list[Any] = self.robot.asked.get(timeout=0.05)
+            return found[1:] if found[0] == what else None
+        return None
+
+    def metric(self, name: str) -> float | None:
+        """The newest value of a metric, unless it is 0."""
+        beat = self.health.take(0.05)
+        return (beat.metrics.get(name) or None) if beat is not None else None
+
+
+Start = Callable[[str, str], Ride]
+BOTH = pytest.mark.parametrize("form", ["rmw", "bridge"])
+
+
+@pytest.fixture
+def start(router: Router, tmp_path: Path) -> Iterator[Start]:
+    """Starts a robot of a form whose nav2 behaves like this."""
+    made: list[Ride] = []
+
+    def ride(form: str, behaviour: str) -> Ride:
+        made.append(Ride(router, form, behaviour, tmp_path))
+        return made[-1]
+
+    yield ride
+    for each in made:
+        each.close()
+
+
+@BOTH
+def test_a_goal_is_reached(start: Start, form: str) -> None:
+    ride = start(form, "succeed")
+    goal, x, y, frame = ride.while_driving(lambda: ride.asked("goal"))
+    assert (x, y, frame) == (4.0, 1.0, "odom")
+    assert ride.while_driving(lambda: ride.asked("end")) == [goal, 4]
+    ride.while_driving(lambda: ride.metric("goals_reached"))
+    assert ride.robot.told.empty()  # nothing on the command topic
+
+
+@BOTH
+def test_the_end_of_the_search_cancels_the_goal(start: Start, form: str) -> None:
+    ride = start(form, "wait")
+    goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
+    ride.states.put(status("s1", SearchState.CANCELLED))
+    assert eventually(lambda: ride.asked("cancel")) == [goal]
+    assert eventually(lambda: ride.asked("end")) == [goal, 5]
+    eventually(lambda: ride.metric("goals_cancelled"))
+
+
+def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(start: Start) -> None:
+    ride = start("rmw", "wait")
+    goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
+    ride.adapter.kill()
+    ride.adapter.wait(timeout=90)
+    ride.adapter = ride.start()
+    assert eventually(lambda: ride.asked("cancel")) == [goal]
