@@ -1,13 +1,12 @@
-"""Images of worlds of boxes with all that a depth camera does wrong, on the host and the device."""
+"""Images of worlds of boxes with all that a depth camera does wrong."""
 
 from __future__ import annotations
 
 import numpy as np
-import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.frame.cloud import DeviceCloud, PointCloud
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.geometry import F32, F64
 from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box
@@ -24,7 +23,7 @@ IMAGES = given(
 )
 
 
-def seen(seed: int, world: tuple[Box, ...], far_m: float, missing: float) -> tuple[F32, F64]:
+def image(seed: int, world: tuple[Box, ...], far_m: float, missing: float) -> tuple[F32, F64]:
     """Depth with noise, holes and one large hole, and a pose with pitch and roll."""
     rng = np.random.default_rng(seed)
     x_m, y_m, yaw_rad = rng.uniform((-1, -1, -3), (1, 1, 3))
@@ -40,9 +39,5 @@ def seen(seed: int, world: tuple[Box, ...], far_m: float, missing: float) -> tup
     return np.maximum(depth, 0), T
 
 
-def clouds(depth: F32, T: F64) -> tuple[PointCloud, DeviceCloud]:
-    camera = scenes.CAMERA
-    return (
-        PointCloud.of(depth, intrinsics=camera, T_map_camera=T),
-        DeviceCloud.of(torch.from_numpy(depth), intrinsics=camera, T_map_camera=T),
-    )
+def cloud(depth: F32, T: F64) -> PointCloud:
+    return PointCloud.of(depth, intrinsics=scenes.CAMERA, T_map_camera=T)

@@ -10,7 +10,7 @@ import pytest
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.occupancy.floor import floor_points
-from onemap_mapper.occupancy.host import occupancy_update
+from onemap_mapper.occupancy.image import occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
@@ -138,7 +138,7 @@ def test_an_opening_is_closed_on_all_sides(below: float) -> None:
         T = pose_2d(x_m, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
         cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
         if below == NO_RETURN:
-            depth = np.where(cloud.points_m[..., 2] < -0.005, 0, depth).astype(np.float32)
+            depth = np.where(cloud.z_m.numpy() < -0.005, 0, depth).astype(np.float32)
             cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
         frame = occupancy_update(cloud, PARAMS)
         belief.fuse_occupancy(frame, belief.grow(frame.cells))

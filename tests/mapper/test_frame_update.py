@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from onemap_mapper.frame.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.occupancy.host import few_alike
+from onemap_mapper.occupancy.image import few_alike
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, Bool, camera_mount
@@ -28,7 +28,7 @@ def on_a_border(field: FeatureField) -> Bool:
     """Pixels (H, W) whose cell float32 and float64 may disagree about."""
     depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
     cloud = PointCloud.of(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera)
-    cells = cloud.points_m[..., :2].astype(np.float64) / PARAMS.cell_size_m
+    cells = torch.stack(cloud.planes[1:3], dim=-1).double().numpy() / PARAMS.cell_size_m
     return np.asarray((np.abs(cells - np.round(cells)) < 1e-4).any(axis=-1))
 
 

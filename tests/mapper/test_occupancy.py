@@ -16,7 +16,7 @@ from onemap_mapper.occupancy.evidence import (
     OccupancyUpdate,
     with_lost_tops,
 )
-from onemap_mapper.occupancy.host import occupancy_update
+from onemap_mapper.occupancy.image import occupancy_update
 from onemap_mapper.transfers import CPU
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64

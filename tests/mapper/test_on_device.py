@@ -9,21 +9,15 @@ from hypothesis import settings
 
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.floor import floor_points
-from onemap_mapper.occupancy.heights import (
-    LEVELS,
-    cell_heights,
-    device_heights,
-    height_band,
-)
-from onemap_mapper.occupancy.host import few_alike, occupancy_update
-from onemap_mapper.occupancy.on_device import device_floor, device_flying_pixels, device_occupancy
+from onemap_mapper.occupancy.heights import LEVELS, cell_heights, height_band
+from onemap_mapper.occupancy.image import few_alike, flying_pixels, occupancy_update
 from onemap_shared.geometry import F32
 from onemap_shared.grid import world_cells
 from tests.mapper import scenes
-from tests.mapper.frames import IMAGES, clouds, seen
+from tests.mapper.frames import IMAGES, cloud, image
 from tests.mapper.scenes import Box
 
-PARAMS = scenes.params()
+COMPILED, TORCH = scenes.params(), scenes.params(compiled=False)
 
 
 @IMAGES
@@ -31,32 +25,30 @@ PARAMS = scenes.params()
 def test_occupancy_by_torch_is_that_of_the_compiled_loops(
     seed: int, world: tuple[Box, ...], far_m: float, missing: float
 ) -> None:
-    host, device = clouds(*seen(seed, world, far_m, missing))
-    planes = (device.x_m, device.y_m, device.z_m)
-    np.testing.assert_array_equal(torch.stack(planes, dim=-1), host.points_m)
-    np.testing.assert_array_equal(device_flying_pixels(device.depth_m), few_alike(host.depth_m))
-    floor, expected_floor = device_floor(device, PARAMS), floor_points(host, PARAMS)
+    seen = cloud(*image(seed, world, far_m, missing))
+    np.testing.assert_array_equal(flying_pixels(seen.depth_m), few_alike(seen.depth_m.numpy()))
+    floor, expected_floor = (floor_points(seen, params) for params in (TORCH, COMPILED))
     for name in ("seen", "drops", "blind"):
         np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
-    found, expected = device_occupancy(device, PARAMS), occupancy_update(host, PARAMS)
+    found, expected = (occupancy_update(seen, params) for params in (TORCH, COMPILED))
     for name in ("cells", "evidence", "clear", "blind"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
 @IMAGES
 @settings(max_examples=15, deadline=None)
-def test_heights_are_those_of_numpy(
+def test_heights_by_torch_are_those_of_the_compiled_loops(
     seed: int, world: tuple[Box, ...], far_m: float, missing: float
 ) -> None:
-    rng, (depth, T) = np.random.default_rng(seed), seen(seed, world, far_m, missing)
-    host, device = clouds(depth, T)
-    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
-    variance[rng.random(depth.shape) < 0.1] = np.inf
-    params = scenes.params(compiled=False)
-    cells = np.unique(world_cells(host.points_m.reshape(-1, 3), params.cell_size_m), axis=0)
+    rng, seen = np.random.default_rng(seed), cloud(*image(seed, world, far_m, missing))
+    variance = rng.uniform(0.5, 400, seen.depth_m.shape).astype(np.float32)
+    variance[rng.random(variance.shape) < 0.1] = np.inf
+    points = torch.stack(seen.planes[1:], dim=-1).numpy().reshape(-1, 3)
+    cells = np.unique(world_cells(points, TORCH.cell_size_m), axis=0)
     cells = cells[rng.permutation(len(cells))[: rng.integers(0, len(cells) + 1)]]
-    found = device_heights(device, torch.from_numpy(variance), torch.from_numpy(cells), params)
-    np.testing.assert_allclose(found, cell_heights(host, variance, cells, params), atol=1e-6)
+    arrays = torch.from_numpy(variance), torch.from_numpy(cells)
+    found, expected = (cell_heights(seen, *arrays, params) for params in (TORCH, COMPILED))
+    np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 FLOOR, SEAT, TOP, ABOVE = 0, 2, 4, 5  # levels: up to 0.1, 0.3 to 0.5, 0.7 to 0.9, 0.9 to 1.1 m

@@ -10,7 +10,7 @@ import torch
 
 from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.frame.blur import blur_kernel, blurred
-from onemap_mapper.frame.cloud import DeviceCloud
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.projection import cell_features, project, project_compiled
 from onemap_mapper.params import MapParams
 from onemap_perception.feature_field import VarianceParams, observation_variance
@@ -54,7 +54,7 @@ def fused(
             )
         else:
             images = torch.from_numpy(depth), torch.from_numpy(variance)
-            cloud = DeviceCloud.of(images[0], intrinsics=intrinsics, T_map_camera=T)
+            cloud = PointCloud.of(images[0], intrinsics=intrinsics, T_map_camera=T)
             weights = project(cloud, images[1], patch_shape=(8, 8), params=EVERYTHING)
         kernel = blur_kernel(
             weights.cells,

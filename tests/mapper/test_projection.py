@@ -8,8 +8,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.frame import cloud as cloud_module
-from onemap_mapper.frame.cloud import DeviceCloud, PointCloud
+from onemap_mapper import jit
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.projection import (
     CellWeights,
     cell_features,
@@ -17,7 +17,7 @@ from onemap_mapper.frame.projection import (
     project_compiled,
 )
 from onemap_mapper.params import MapParams
-from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.camera import Intrinsics, unproject, unproject_to_map
 from onemap_shared.geometry import F32, F64, Bool, camera_mount, pose_2d, transform
 from tests.mapper import scenes
 from tests.reference import mapping as slow
@@ -29,7 +29,7 @@ SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 def projected(
     depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: MapParams
 ) -> CellWeights:
-    cloud = DeviceCloud.of(torch.from_numpy(depth_m), intrinsics=SMALL, T_map_camera=T)
+    cloud = PointCloud.of(torch.from_numpy(depth_m), intrinsics=SMALL, T_map_camera=T)
     return project(cloud, torch.from_numpy(variance), patch_shape=shape, params=limits)
 
 
@@ -97,7 +97,7 @@ def both(
 ) -> tuple[CellWeights, CellWeights]:
     """Weights by the compiled functions, and by torch."""
     depth, unsure = torch.from_numpy(depth_m), torch.from_numpy(variance)
-    cloud = DeviceCloud.of(depth, intrinsics=CAMERA, T_map_camera=T_map_camera)
+    cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T_map_camera)
     expected = project(cloud, unsure, patch_shape=patch_shape, params=params)
     found = project_compiled(
         depth_m,
@@ -178,9 +178,11 @@ DEPTH_M = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
 def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(
     stride: int, compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cloud_module, "AVAILABLE", compiled)
+    monkeypatch.setattr(jit, "AVAILABLE", compiled)
     depth_m = DEPTH_M * (DEPTH_M > 1)  # with pixels without return
     thin = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride)
-    whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride)
-    np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
-    np.testing.assert_array_equal(thin.points_m, whole.points_m)
+    whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride, stride)
+    expected = unproject_to_map(depth_m, CAMERA, T)[::stride, ::stride]
+    for cloud in (thin, whole):
+        np.testing.assert_array_equal(cloud.depth_m, depth_m[::stride, ::stride])
+        np.testing.assert_array_equal(torch.stack(cloud.planes[1:], dim=-1), expected)

@@ -20,8 +20,6 @@ from itertools import combinations
 from math import atan2, degrees, hypot, radians
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import AVAILABLE, compiled
@@ -31,40 +29,58 @@ from onemap_shared.messages import CameraView, FeatureField
 
 @compiled
 def tile_sums(
-    depth_m: F32, points_m: F32, camera_m: F64, side: int, range_m: tuple[float, float]
+    planes: tuple[F32, F32, F32, F32], camera_m: F64, side: int, range_m: tuple[float, float]
 ) -> F64:
-    """Per tile of side x side pixels (rows, columns, 14): the sums of ``_Sums``.
+    """Per tile of side x side pixels (rows, columns, 5, 5): the sum of v v^T over its pixels.
 
-    With the direction d = (point - camera) / depth and q = 1 / depth of pixels in range: the upper
-    half of the sum of d d^T (6), the sums of d q (3), of d (3) and of q^2, and the count.
+    v = (d, q, 1) with the direction d = (point - camera) / depth and q = 1 / depth of pixels in
+    range. planes: depth, x, y, z (H, W).
     """
-    rows, columns = depth_m.shape[0] // side, depth_m.shape[1] // side
-    sums = np.zeros((rows, columns, 14))
+    depths, x, y, z = planes
+    rows, columns = depths.shape[0] // side, depths.shape[1] // side
+    sums = np.zeros((rows, columns, 5, 5))
     for i in range(rows * side):
         for j in range(columns * side):
-            depth = np.float64(depth_m[i, j])
+            depth = np.float64(depths[i, j])
             if depth <= range_m[0] or depth >= range_m[1]:
                 continue
             q = 1.0 / depth
-            x = (points_m[i, j, 0] - camera_m[0]) * q
-            y = (points_m[i, j, 1] - camera_m[1]) * q
-            z = (points_m[i, j, 2] - camera_m[2]) * q
+            dx, dy, dz = x[i, j] - camera_m[0], y[i, j] - camera_m[1], z[i, j] - camera_m[2]
+            v = (dx * q, dy * q, dz * q, q, 1.0)
             tile = sums[i // side, j // side]
-            tile[0] += x * x
-            tile[1] += x * y
-            tile[2] += x * z
-            tile[3] += y * y
-            tile[4] += y * z
-            tile[5] += z * z
-            tile[6] += x * q
-            tile[7] += y * q
-            tile[8] += z * q
-            tile[9] += x
-            tile[10] += y
-            tile[11] += z
-            tile[12] += q * q
-            tile[13] += 1.0
+            for k in range(5):
+                for m in range(k + 1):
+                    tile[k, m] += v[k] * v[m]
+    for k in range(5):
+        sums[:, :, :k, k] = sums[:, :, k, :k]
     return sums
+
+
+@compiled
+def connected(across: Bool, down: Bool) -> I64:
+    """The least number (rows, columns), row by row, of any tile that each is connected with.
+
+    across (rows, columns - 1), down (rows - 1, columns): whether a tile is with the next one.
+    """
+    rows, columns = len(across), down.shape[1]
+    labels = np.arange(rows * columns).reshape(rows, columns)
+    changed = True
+    while changed:
+        changed = False
+        for i in range(rows):
+            for j in range(columns):
+                least = labels[i, j]
+                if j > 0 and across[i, j - 1]:
+                    least = min(least, labels[i, j - 1])
+                if j < columns - 1 and across[i, j]:
+                    least = min(least, labels[i, j + 1])
+                if i > 0 and down[i - 1, j]:
+                    least = min(least, labels[i - 1, j])
+                if i < rows - 1 and down[i, j]:
+                    least = min(least, labels[i + 1, j])
+                changed |= least < labels[i, j]
+                labels[i, j] = least
+    return labels
 
 
 RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile of floor is a metre long
@@ -88,21 +104,6 @@ class LevelSurface:
 
 
 @dataclass(frozen=True, slots=True)
-class _Sums:
-    """Sums over the pixels of each tile (rows, columns) that lie in range, in the map's axes.
-
-    A (..., 3): of the ray directions, points from the camera over depth; AtA (..., 3, 3): of their
-    outer products; Atq (..., 3): times 1/depth; qq: of the squares of 1/depth; count of pixels.
-    """
-
-    AtA: F64
-    Atq: F64
-    A: F64
-    qq: F64
-    count: F64 | I64
-
-
-@dataclass(frozen=True, slots=True)
 class _Tiles:
     """Planes of the tiles, in image order (rows, columns).
 
@@ -118,62 +119,52 @@ class _Tiles:
 
 def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
     """The lowest level surface seen from above within 4 m; None if there is none."""
-    cloud = cloud.strided(max(1, cloud.depth_m.shape[0] // IMAGE_ROWS))
+    step = max(1, cloud.depth_m.shape[0] // IMAGE_ROWS)
+    cloud = cloud.strided(step, step)
     tiles = _fit(cloud)
     up = -_unit(tiles.n)  # n points away from the camera
     level = np.nan_to_num(up[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
-    surfaces = [
-        _surface(tiles, members)
-        for members in _connected(tiles.centres, up, level)
-        if members.sum() >= max(2.0, MIN_SHARE * level.size)
-    ]
+    labels = connected(
+        _continues(tiles.centres, up, level, axis=1), _continues(tiles.centres, up, level, axis=0)
+    )
+    sizes = np.bincount(labels[level], minlength=level.size)
+    large = np.flatnonzero(sizes >= max(2.0, MIN_SHARE * level.size))
+    surfaces = [_surface(tiles, labels == label) for label in large]
     return min(surfaces, key=lambda surface: surface.height_m, default=None)
 
 
 def _fit(cloud: PointCloud) -> _Tiles:
     """A plane for every tile of the image."""
     side = max(TILE_MIN_PX, cloud.depth_m.shape[0] // TILE_ROWS)
-    sums = (_compiled_sums if AVAILABLE else _sums)(cloud, side)
-    AtA, Atq, count = sums.AtA + RIDGE * np.eye(3), sums.Atq, sums.count
+    camera_m = cloud.T_map_camera[:3, 3].copy()
+    sums = (tile_sums if AVAILABLE else _tile_sums)(cloud.arrays(), camera_m, side, RANGE_M)
+    AtA, Atq = sums[..., :3, :3] + RIDGE * np.eye(3), sums[..., :3, 3]
+    squares, count = sums[..., 3, 3], sums[..., 4, 4]
     full = count >= TILE_MIN_VALID * side**2
     n = np.full(Atq.shape, np.nan)
     n[full] = np.linalg.solve(AtA[full], Atq[full][..., None])[..., 0]
-    squares = sums.qq - (n * Atq).sum(axis=-1)  # of the residuals at the minimum
-    n[~(squares <= MAX_RESIDUAL_PER_M**2 * count)] = np.nan
-    centre_rays = sums.A / np.maximum(count, 1)[..., None]
+    residuals = squares - (n * Atq).sum(axis=-1)  # their squares, at the minimum
+    n[~(residuals <= MAX_RESIDUAL_PER_M**2 * count)] = np.nan
+    centre_rays = sums[..., :3, 4] / np.maximum(count, 1)[..., None]
     inverse_depth = (centre_rays * n).sum(axis=-1)
     inverse_depth[~(inverse_depth > 0)] = np.nan
-    centres = centre_rays / inverse_depth[..., None] + cloud.camera_m
-    return _Tiles(AtA, Atq, n, centres)
+    return _Tiles(AtA, Atq, n, centre_rays / inverse_depth[..., None] + camera_m)
 
 
-def _sums(cloud: PointCloud, side: int) -> _Sums:
-    """The sums over the pixels of each tile of side x side pixels."""
-    rows, columns = (pixels // side for pixels in cloud.depth_m.shape)
-    whole = slice(rows * side), slice(columns * side)
-    depth = _tiled(cloud.depth_m[whole].astype(np.float64), side)
-    valid = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
-    q = np.divide(1.0, depth, out=np.zeros(valid.shape), where=valid)
-    A = _tiled(cloud.points_m[whole] - cloud.camera_m, side) * q[..., None]
-    At = A.swapaxes(-1, -2)
-    Atq = (At @ q[..., None])[..., 0]
-    return _Sums(At @ A, Atq, A.sum(axis=-2), (q * q).sum(axis=-1), valid.sum(axis=-1))
-
-
-def _compiled_sums(cloud: PointCloud, side: int) -> _Sums:
-    """As ``_sums``, in one compiled pass."""
-    depth_m = np.ascontiguousarray(cloud.depth_m)
-    sums = tile_sums(depth_m, cloud.points_m, cloud.camera_m.copy(), side, RANGE_M)
-    AtA = sums[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*sums.shape[:2], 3, 3)
-    return _Sums(AtA, sums[..., 6:9], sums[..., 9:12], sums[..., 12], sums[..., 13])
-
-
-def _tiled(pixels: F64, side: int) -> F64:
-    """Pixels (H, W, ...) as (rows, columns, side * side, ...)."""
-    height, width, *rest = pixels.shape
-    blocks = pixels.reshape(height // side, side, width // side, side, *rest).swapaxes(1, 2)
-    tiled: F64 = blocks.reshape(height // side, width // side, side * side, *rest)
-    return tiled
+def _tile_sums(
+    planes: tuple[F32, F32, F32, F32], camera_m: F64, side: int, range_m: tuple[float, float]
+) -> F64:
+    """As ``tile_sums``, in NumPy, where nothing can be compiled."""
+    rows, columns = (pixels // side for pixels in planes[0].shape)
+    tiled = np.stack(planes)[:, : rows * side, : columns * side].astype(np.float64)
+    tiled = tiled.reshape(4, rows, side, columns, side).transpose(1, 3, 2, 4, 0)
+    tiled = tiled.reshape(rows, columns, side * side, 4)
+    depth = tiled[..., :1]
+    valid = (depth > range_m[0]) & (depth < range_m[1])
+    q = np.divide(1.0, depth, out=np.zeros(depth.shape), where=valid)
+    v = np.concatenate([(tiled[..., 1:] - camera_m) * q, q, valid], axis=-1)
+    sums: F64 = v.swapaxes(-1, -2) @ v
+    return sums
 
 
 def _unit(vectors: F64) -> F64:
@@ -181,24 +172,15 @@ def _unit(vectors: F64) -> F64:
     return unit
 
 
-def _connected(centres: F64, up: F64, level: Bool) -> list[Bool]:
-    """Sets of level tiles (rows, columns) that continue each other's planes."""
-    across = _continues(centres[:, :-1], centres[:, 1:], up[:, :-1] + up[:, 1:])
-    across &= level[:, :-1] & level[:, 1:]
-    down = _continues(centres[:-1], centres[1:], up[:-1] + up[1:]) & level[:-1] & level[1:]
-    number = np.arange(level.size).reshape(level.shape)
-    before = np.concatenate([number[:, :-1][across], number[:-1][down]])
-    after = np.concatenate([number[:, 1:][across], number[1:][down]])
-    links = coo_array((np.ones(len(before)), (before, after)), (level.size, level.size))
-    labels = connected_components(links, directed=False)[1].reshape(level.shape)
-    return [level & (labels == label) for label in np.unique(labels[level])]
-
-
-def _continues(centre: F64, neighbour: F64, up: F64) -> Bool:
-    """Whether the neighbour lies in the plane through the tile with the mean normal of both."""
-    apart = (_unit(up) * (neighbour - centre)).sum(axis=-1)
-    linked: Bool = np.abs(np.nan_to_num(apart, nan=np.inf)) < MAX_STEP_M
-    return linked
+def _continues(centres: F64, up: F64, level: Bool, *, axis: int) -> Bool:
+    """Which level tiles lie in the plane of the next one along an axis, by both's mean normal."""
+    before = (slice(-1), slice(None))[:: 1 - 2 * axis]
+    after = (slice(1, None), slice(None))[:: 1 - 2 * axis]
+    step = centres[after] - centres[before]
+    apart = (_unit(up[before] + up[after]) * step).sum(axis=-1)
+    linked = np.abs(np.nan_to_num(apart, nan=np.inf)) < MAX_STEP_M
+    found: Bool = linked & level[before] & level[after]
+    return found
 
 
 def _surface(tiles: _Tiles, members: Bool) -> LevelSurface:
@@ -421,7 +403,7 @@ class DepthDiagnostics:
 def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
     """The diagnostics of one depth image."""
     step = max(1, cloud.depth_m.shape[0] // COUNTED_ROWS)
-    depth_m = cloud.depth_m[::step, ::step]
+    depth_m = cloud.depth_m.numpy()[::step, ::step]
     valid = depth_m > 0
     near = float((depth_m[valid] < NEAR_M).mean()) if valid.any() else 0.0
     viewpoint = camera_pose_2d(cloud.T_map_camera)

@@ -16,7 +16,7 @@ from torch import Tensor
 from torch.nn.functional import embedding_bag
 
 from onemap_mapper.frame import pixel_weights
-from onemap_mapper.frame.cloud import DeviceCloud, divided
+from onemap_mapper.frame.cloud import PointCloud, divided
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import to_host
 from onemap_shared.camera import Intrinsics
@@ -44,7 +44,7 @@ class CellWeights:
 
 
 def project(
-    cloud: DeviceCloud,
+    cloud: PointCloud,
     variance: Tensor,
     *,
     patch_shape: tuple[int, int],
@@ -97,7 +97,7 @@ def check_size(cells: int, patch_shape: tuple[int, int]) -> None:
         )
 
 
-def _flat_cells(cloud: DeviceCloud, usable: Tensor, params: MapParams) -> tuple[GridSpec, Tensor]:
+def _flat_cells(cloud: PointCloud, usable: Tensor, params: MapParams) -> tuple[GridSpec, Tensor]:
     """A grid over the cells of usable pixels, and each pixel's flat index (H, W) in it.
 
     Pixels that are not usable, or too high, get the number of cells of the grid.

@@ -12,13 +12,17 @@ error of the pitch lowers; its upper part is no lower than such an error explain
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
+import torch
+from torch import Tensor
 
-from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper import jit
+from onemap_mapper.frame.cloud import PointCloud, divided, lengths
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_shared.geometry import F32, I64, Bool
+from onemap_shared.geometry import F32, F64, Bool
 
 # Heights above z = 0, and ranges of z-depth from the camera, metres.
 FLOOR_TOLERANCE_M = 0.08  # points this near to z = 0 are floor or carpet
@@ -47,23 +51,6 @@ BLIND_SAMPLES = 24  # between the camera's foot and the nearest floor in view
 RISER_ROWS = 24  # from the top of a wall below floor to its foot this part of the image, or fewer
 RISER_SLOPE = 2.0  # rise over run, at least: noise of the depth tilts a wall
 RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height and the wall
-
-
-@compiled
-def image_planes(depth_m: F32, points_m: F32, camera: F32, step: int) -> F32:
-    """Planes (4, rows, columns) of every so manieth column, metres.
-
-    Depth, x and y from the camera (3,), and height.
-    """
-    rows, width = depth_m.shape
-    planes = np.empty((4, rows, -(-width // step)), np.float32)
-    for i in range(rows):
-        for j in range(planes.shape[2]):
-            planes[0, i, j] = depth_m[i, j * step]
-            planes[1, i, j] = points_m[i, j * step, 0] - camera[0]
-            planes[2, i, j] = points_m[i, j * step, 1] - camera[1]
-            planes[3, i, j] = points_m[i, j * step, 2]
-    return planes
 
 
 @compiled
@@ -150,85 +137,117 @@ class FloorPoints:
     ``blind``: between the camera and the nearest floor in view, so most likely floor too.
     """
 
-    seen: F32
-    drops: F32
-    blind: F32
+    seen: Tensor
+    drops: Tensor
+    blind: Tensor
 
 
 @dataclass(frozen=True, slots=True)
 class _Image:
     """Planes (rows, columns) of a cloud: depth, x and y from the camera, and height, metres."""
 
-    depth: F32
-    x: F32
-    y: F32
-    z: F32
-    camera: F32
+    depth: Tensor
+    x: Tensor
+    y: Tensor
+    z: Tensor
+    camera: Tensor  # (3,)
 
     @classmethod
     def of(cls, cloud: PointCloud) -> _Image:
-        step = max(1, cloud.depth_m.shape[1] // COLUMNS)
-        camera = cloud.camera_m.astype(np.float32)
-        depth = np.ascontiguousarray(cloud.depth_m)
-        depth, x, y, z = image_planes(depth, cloud.points_m, camera, step)
-        return cls(depth, x, y, z, camera)
+        cloud = cloud.strided(1, max(1, cloud.depth_m.shape[1] // COLUMNS))
+        x, y, z = cloud.camera_m
+        camera = torch.tensor((x, y, z), device=cloud.depth_m.device)
+        depth_m, z_m = cloud.depth_m.contiguous(), cloud.z_m.contiguous()
+        return cls(depth_m, cloud.x_m - x, cloud.y_m - y, z_m, camera)
 
-    def places(self, chosen: Bool, scale: F32 | float = 1.0) -> F32:
-        """(n, 2): ground positions of chosen pixels, their distance from the camera scaled."""
-        xy = np.stack([self.x[chosen] * scale, self.y[chosen] * scale], axis=1)
-        places: F32 = (xy + self.camera[:2]).astype(np.float32)
-        return places
+    def xy(self, at: Tensor | tuple[Tensor, ...]) -> Tensor:
+        """(n, 2): ground positions from the camera of pixels, by mask or by row and column."""
+        return torch.stack([self.x[at], self.y[at]], dim=-1)
+
+    def in_map(self, xy: Tensor) -> Tensor:
+        """Places (..., 2) in the map frame of ground positions from the camera."""
+        x, y, _ = self.camera  # one plane after the other: last axes of two are slow
+        return torch.stack([xy[..., 0] + x, xy[..., 1] + y], dim=-1)
 
 
 def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
     """The floor and the drops that one depth image shows."""
     image = _Image.of(cloud)
     valid = image.depth > 0
-    floor, edge = floor_and_edges(image.depth, image.z, np.float32(params.occupancy_range_m))
+    use_compiled = jit.usable(wanted=params.compiled, device=valid.device)
+    if use_compiled:
+        arrays = image.depth.numpy(), image.z.numpy(), np.float32(params.occupancy_range_m)
+        floor, edge = map(torch.from_numpy, floor_and_edges(*arrays))
+    else:
+        floor, edge = _floor_and_edges(image, valid, params.occupancy_range_m)
     feet = _riser_feet(image, valid)
     floor &= feet == 0
+    low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
+    before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
     drops = [
-        _crossings(image, edge, height_m=_below(image.z, JUMP_ROWS)),
-        _crossings(image, valid & _is_low(image)),
+        _crossings(image, edge, before),
+        _crossings(image, valid & low, torch.zeros_like(image.z)),
         _before_risers(image, feet),
-        _missing(image, valid, floor, params.cell_size_m),
+        *_missing(image, valid, floor, params.cell_size_m),
     ]
-    count = int(np.ceil(FLOOR_GAP_M / params.cell_size_m))
-    shares = np.array([k / count for k in range(1, count)], np.float32)
-    narrow = np.float32(params.cell_size_m)
-    seen = seen_places(image.x, image.y, floor, image.camera, shares, narrow)
-    return FloorPoints(seen, np.concatenate(drops), _blind(image, floor))
+    count = ceil(FLOOR_GAP_M / params.cell_size_m)
+    shares, narrow = np.arange(1, count) / count, params.cell_size_m
+    if use_compiled:
+        x, y, seen_floor, camera = (
+            each.numpy() for each in (image.x, image.y, floor, image.camera)
+        )
+        ratios = shares.astype(np.float32)
+        places = seen_places(x, y, seen_floor, camera, ratios, np.float32(narrow))
+        seen = torch.from_numpy(places)
+    else:
+        seen = torch.cat([image.in_map(image.xy(floor)), *_between(image, floor, shares, narrow)])
+    return FloorPoints(seen, torch.cat(drops), _blind(image, floor))
 
 
-def _below(values: F32, rows: int) -> F32:
-    """The values (rows, columns) this many rows lower in the image; the last rows repeat."""
-    shifted: F32 = np.concatenate([values[rows:], values[-rows:]])
-    return shifted
+def _floor_and_edges(image: _Image, valid: Tensor, farthest_m: float) -> tuple[Tensor, Tensor]:
+    slack = HEIGHT_ERROR_PER_M * image.depth
+    fall = DROP_MIN_DEPTH_M + slack
+    edge = _edges(image, valid, fall)
+    floor = valid & (image.z <= FLOOR_TOLERANCE_M + slack) & (image.z >= -fall)
+    return floor & (image.depth <= farthest_m) & ~_behind_edge(image, edge), edge
 
 
-def _is_low(image: _Image) -> Bool:
-    """Pixels lower than an error of the camera's pitch explains."""
-    low: Bool = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
-    return low
+def _edges(image: _Image, valid: Tensor, fall: Tensor) -> Tensor:
+    """Pixels just beyond the edge of a step down: floor in the image below them, and they fall."""
+    near, far = slice(JUMP_ROWS, None), slice(None, -JUMP_ROWS)
+    z = image.z
+    reach = FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * image.depth[near]
+    found = valid[near] & valid[far] & (z[near].abs() <= reach)
+    found &= (z[near] - z[far] > fall[near]) & (z[far] < -DROP_MIN_DEPTH_M / 2)
+    return torch.cat([found, torch.zeros_like(valid[-JUMP_ROWS:])])
 
 
-def _riser_feet(image: _Image, valid: Bool) -> I64:
+def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
+    """Pixels above an edge in their column that lie lower than half its height."""
+    none = len(edge) - 1
+    row = torch.arange(len(edge), device=edge.device)[:, None]
+    nearest = torch.where(edge, row, none).flip(0).cummin(dim=0).values.flip(0)
+    before = (nearest + JUMP_ROWS).clamp(max=none)
+    middle = (image.z.gather(0, before) + image.z.gather(0, nearest)) / 2
+    return (nearest < none) & (image.z < middle)
+
+
+def _riser_feet(image: _Image, valid: Tensor) -> Tensor:
     """(rows, columns): how many rows below a riser's pixel there is one at its foot; 0: no riser.
 
     A riser is the upper part of a wall below the floor, and the rim above it. What goes on to rise
     is the foot of something that stands on floor which an error of the pitch lowers.
     """
-    rows = len(valid)
-    window = max(2, rows // RISER_ROWS)
-    feet = np.zeros(valid.shape, np.int64)
+    window = max(2, len(valid) // RISER_ROWS)
+    feet = torch.zeros_like(image.depth, dtype=torch.int64)
     low = valid & (image.z < -DROP_MIN_DEPTH_M / 2)
-    columns = np.flatnonzero(low.any(axis=0))
-    if rows <= window or len(columns) == 0:
+    if len(valid) <= window or not low.any():
         return feet
+    columns = torch.nonzero(low.any(dim=0)).squeeze(1)
     depth, x, y, z = (plane[:, columns] for plane in (image.depth, image.x, image.y, image.z))
     valid, low, found = valid[:, columns], low[:, columns], feet[:, columns]
     fall = DROP_MIN_DEPTH_M + HEIGHT_ERROR_PER_M * depth
-    top = valid & (np.abs(z) <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
+    top = valid & (z.abs() <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
     top &= depth <= DROP_RANGE_M
     top[:window] = False
     top[window:] &= valid[:-window] & ~_is_steep(x, y, z, window)
@@ -236,108 +255,115 @@ def _riser_feet(image: _Image, valid: Bool) -> I64:
         upper, lower = slice(None, -k), slice(k, None)
         there = top[upper] & low[lower] & (found[upper] == 0)
         there &= (z[upper] - z[lower] > fall[upper]) & _is_steep(x, y, z, k)
-        found[upper][there] = k
+        found[upper].masked_fill_(there, k)
     feet[:, columns] = found
     return feet
 
 
-def _is_steep(x: F32, y: F32, z: F32, rows: int) -> Bool:
+def _is_steep(x: Tensor, y: Tensor, z: Tensor, rows: int) -> Tensor:
     """Whether it rises steeply from each pixel but the first ``rows`` to the one so far above."""
-    rise = z[:-rows] - z[rows:]
-    dx, dy = x[:-rows] - x[rows:], y[:-rows] - y[rows:]
-    steep: Bool = (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
-    return steep
+    dx, dy, rise = (plane[:-rows] - plane[rows:] for plane in (x, y, z))
+    return (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
 
 
-def _before_risers(image: _Image, feet: I64) -> F32:
+def _before_risers(image: _Image, feet: Tensor) -> Tensor:
     """Places (n, 2) before risers: from where the ray to the foot crosses the height of the top."""
-    row, column = np.nonzero(feet)
+    row, column = torch.nonzero(feet, as_tuple=True)
+    if len(row) == 0:
+        return image.xy((row, column))
     foot = row + feet[row, column]
-    camera_m, top_m, foot_m = image.camera[2], image.z[row, column], image.z[foot, column]
-    scale = (camera_m - top_m) / np.maximum(camera_m - foot_m, 1e-3)
-    top_xy = np.stack([image.x[row, column], image.y[row, column]], axis=1)
-    foot_xy = np.stack([image.x[foot, column], image.y[foot, column]], axis=1) * scale[:, None]
-    share = np.arange(RISER_SAMPLES, dtype=np.float32) / np.float32(RISER_SAMPLES)
-    places = foot_xy[:, None] + (top_xy - foot_xy)[:, None] * share[:, None] + image.camera[:2]
-    return np.asarray(places.reshape(-1, 2), np.float32)
+    scale = image.camera[2] - image.z[row, column]
+    scale = scale / (image.camera[2] - image.z[foot, column]).clamp(min=1e-3)
+    top_xy, foot_xy = image.xy((row, column)), image.xy((foot, column)) * scale[:, None]
+    return _along(image, foot_xy, top_xy, _shares(RISER_SAMPLES, image))
 
 
-def _crossings(image: _Image, chosen: Bool, *, height_m: F32 | None = None) -> F32:
-    """Where the rays to chosen pixels cross a height (rows, columns), by default z = 0."""
-    level = np.float32(0.0) if height_m is None else height_m[chosen]
-    if not chosen.any():
-        return np.zeros((0, 2), np.float32)
-    above = image.camera[2] - level
-    scale = above / np.maximum(image.camera[2] - image.z[chosen], 1e-3)
-    near = (scale > 0) & (scale * image.depth[chosen] <= DROP_RANGE_M)
-    places: F32 = image.places(chosen, scale)[near]
-    return places
+def _crossings(image: _Image, chosen: Tensor, height_m: Tensor) -> Tensor:
+    """Where the rays to chosen pixels cross a height (rows, columns)."""
+    at = torch.nonzero(chosen, as_tuple=True)
+    if len(at[0]) == 0:
+        return image.xy(at)
+    scale = image.camera[2] - height_m[at]
+    scale = scale / (image.camera[2] - image.z[at]).clamp(min=1e-3)
+    near = (scale > 0) & (scale * image.depth[at] <= DROP_RANGE_M)
+    return image.in_map(image.xy(at) * scale[:, None])[near]
 
 
-def _missing(image: _Image, valid: Bool, floor: Bool, cell_size_m: float) -> F32:
-    """Places just beyond floor that ends at a large hole without returns, and across the hole."""
+def _missing(image: _Image, valid: Tensor, floor: Tensor, cell_size_m: float) -> list[Tensor]:
+    """Places just beyond floor that ends at a large hole without returns, and across the hole.
+
+    Beyond it is a cell further, away from the camera or sideways.
+    """
+    if valid.all():
+        return []
     rows, columns = valid.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
-    if valid.all():
-        return np.zeros((0, 2), np.float32)
+    count = torch.zeros((rows + 1, columns + 1), dtype=torch.int32, device=valid.device)
+    count[1:, 1:] = (~valid).cumsum(dim=0, dtype=torch.int32).cumsum(dim=1, dtype=torch.int32)
     near = floor & (image.depth <= MISSING_FLOOR_RANGE_M)
-    count = np.zeros((rows + 1, columns + 1), np.int32)
-    np.cumsum(np.cumsum(~valid, axis=0, dtype=np.int32), axis=1, out=count[1:, 1:])
-    places = []
-    for step in (-1, 0), (0, -1), (0, 1):  # to the pixel that is missing: row, column
-        at = np.argwhere(near[1:-1, 1:-1] & ~_shifted(valid, step)) + 1
-        low = np.maximum(at + np.array([-tall, -wide // 2 if step[1] == 0 else step[1] * wide]), 0)
-        low[:, 1] = np.minimum(low[:, 1], at[:, 1] + step[1])
-        high = np.minimum(low + (tall, wide), valid.shape)
-        i, j, k, m = low[:, 0], low[:, 1], high[:, 0], high[:, 1]
-        missing = count[k, m] - count[i, m] - count[k, j] + count[i, j]
-        at = at[missing >= MISSING_SHARE * tall * wide]
-        places.append(_beyond(image, at, step, cell_size_m))
-        if step == (-1, 0):
-            places.append(_across(image, at, valid, floor))
-    return np.concatenate(places)
+    beside = torch.stack([valid[:-2, 1:-1], valid[1:-1, :-2], valid[1:-1, 2:]])
+    side, row, column = torch.nonzero(near[1:-1, 1:-1] & ~beside, as_tuple=True)
+    row, column, up = row + 1, column + 1, side == 0  # the others: to the left and to the right
+    right = torch.where(up, 0, 2 * side - 3)
+    top = (row - tall).clamp(min=0)
+    left = (column + torch.where(up, -wide // 2, right * wide)).clamp(min=0)
+    left = torch.minimum(left, column + right)
+    bottom, end = (top + tall).clamp(max=rows), (left + wide).clamp(max=columns)
+    missing = count[bottom, end] - count[top, end] - count[bottom, left] + count[top, left]
+    large = missing.double() >= MISSING_SHARE * tall * wide
+    row, column, up, right = (each[large] for each in (row, column, up, right))
+    xy = image.xy((row, column))
+    ahead = xy / lengths(xy).clamp(min=1e-3)[:, None]
+    aside = torch.stack([ahead[:, 1], -ahead[:, 0]], dim=1) * right[:, None]
+    beyond = image.in_map(xy + cell_size_m * torch.where(up[:, None], ahead, aside))
+    return [beyond, _across(image, (row[up], column[up]), valid, floor)]
 
 
-def _shifted(valid: Bool, step: tuple[int, int]) -> Bool:
-    """``valid`` of the neighbour at ``step``, for the pixels that are not on the image's edge."""
-    rows, columns = valid.shape
-    return valid[1 + step[0] : rows - 1 + step[0], 1 + step[1] : columns - 1 + step[1]]
+def _across(image: _Image, at: tuple[Tensor, Tensor], valid: Tensor, floor: Tensor) -> Tensor:
+    """Places between pixels ``at`` and the next return above them, where that is floor."""
+    row, column = at
+    if len(row) == 0:
+        return image.xy(at)
+    rows = torch.arange(len(valid), device=valid.device)[:, None]
+    far = torch.where(valid, rows, -1).cummax(dim=0).values[row - 1, column]
+    there = (far >= 0) & floor[far, column]
+    row, column, far = row[there], column[there], far[there]
+    shares = _shares(ACROSS_SAMPLES, image, first=0.5)
+    return _along(image, image.xy((row, column)), image.xy((far, column)), shares)
 
 
-def _beyond(image: _Image, at: I64, step: tuple[int, int], cell_size_m: float) -> F32:
-    """Places (n, 2) one cell from the pixels ``at`` (n, 2), away from the camera or sideways."""
-    rows, columns = at.T
-    xy = np.stack([image.x[rows, columns], image.y[rows, columns]], axis=1)
-    ahead = xy / np.maximum(np.linalg.norm(xy, axis=1, keepdims=True), 1e-3)
-    right = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1)
-    places = xy + cell_size_m * (ahead if step[0] else step[1] * right) + image.camera[:2]
-    return np.asarray(places, np.float32)
+def _between(image: _Image, floor: Tensor, shares: F64, narrow_m: float) -> list[Tensor]:
+    """Places between floor pixels that are neighbours in a column but cells apart."""
+    upper = torch.nonzero(floor[:-1] & floor[1:], as_tuple=True)
+    upper_xy, step = image.xy(upper), image.xy((upper[0] + 1, upper[1])) - image.xy(upper)
+    gap_m = torch.hypot(step[:, 0], step[:, 1])
+    wide = (gap_m > narrow_m) & (gap_m <= FLOOR_GAP_M)
+    places, step = image.in_map(upper_xy[wide]), step[wide]
+    return [places + step * share for share in shares.tolist()]
 
 
-def _across(image: _Image, at: I64, valid: Bool, floor: Bool) -> F32:
-    """Places between pixels ``at`` (n, 2) and the next return above them, where that is floor."""
-    rows = np.arange(len(valid), dtype=np.int32)[:, None]
-    last = np.maximum.accumulate(np.where(valid, rows, -1), axis=0)
-    row, column = at.T
-    far = last[row - 1, column]
-    row, column, far = (v[(far >= 0) & floor[far, column]] for v in (row, column, far))
-    near_xy = np.stack([image.x[row, column], image.y[row, column]], axis=1)
-    far_xy = np.stack([image.x[far, column], image.y[far, column]], axis=1)
-    share = (np.arange(ACROSS_SAMPLES, dtype=np.float32) + 0.5) / np.float32(ACROSS_SAMPLES)
-    places = near_xy[:, None] + (far_xy - near_xy)[:, None] * share[:, None] + image.camera[:2]
-    return np.asarray(places.reshape(-1, 2), np.float32)
-
-
-def _blind(image: _Image, floor: Bool) -> F32:
+def _blind(image: _Image, floor: Tensor) -> Tensor:
     """Places from the camera's foot to the floor at the lower edge of the image.
 
     Only where the lower edge shows floor to both sides too: beside a hole there is an edge.
     """
     side = floor.shape[1] // BLIND_SIDE
-    others = np.convolve(~floor[-1], np.ones(2 * side + 1, np.int32), mode="same")
-    nearest = others == 0
-    share = np.arange(BLIND_SAMPLES, dtype=np.float32) / np.float32(BLIND_SAMPLES)
-    places = np.empty((np.count_nonzero(nearest), BLIND_SAMPLES, 2), np.float32)
-    for k, plane in enumerate((image.x, image.y)):
-        places[..., k] = plane[-1][nearest, None] * share + image.camera[k]
-    return places.reshape(-1, 2)
+    others = (~floor[-1:]).float()
+    nearest = torch.nn.functional.max_pool1d(others, 2 * side + 1, 1, side)[0] == 0
+    last_xy = torch.stack([image.x[-1, nearest], image.y[-1, nearest]], dim=-1)
+    return _along(image, torch.zeros_like(last_xy), last_xy, _shares(BLIND_SAMPLES, image))
+
+
+def _along(image: _Image, start: Tensor, end: Tensor, shares: Tensor) -> Tensor:
+    """Places (n * k, 2) in the map at shares (k,) of the way, of positions (n, 2)."""
+    x, y = (
+        a[:, None] + (b - a)[:, None] * shares
+        for a, b in zip(start.unbind(1), end.unbind(1), strict=True)
+    )
+    return image.in_map(torch.stack([x.flatten(), y.flatten()], dim=1))
+
+
+def _shares(count: int, image: _Image, first: float = 0.0) -> Tensor:
+    """first, first + 1, ... (count,) float32, divided by ``count``."""
+    numbers = torch.arange(count, device=image.depth.device, dtype=torch.float32)
+    return divided(numbers + first, count)

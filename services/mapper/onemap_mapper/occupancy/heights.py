@@ -17,11 +17,12 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from onemap_mapper.frame.cloud import DeviceCloud, PointCloud, cells_of, divided
+from onemap_mapper import jit
+from onemap_mapper.frame.cloud import PointCloud, cells_of, divided
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import to_host
-from onemap_shared.geometry import F32, F64, I32, I64, Bool
+from onemap_shared.geometry import F32, F64, I64, Bool
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
 LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose
@@ -45,55 +46,64 @@ class HeightLimits(NamedTuple):
 
 @compiled
 def height_sums(
-    depth_m: F32, points_m: F32, confidence: F32, row_of: I32, limits: HeightLimits
+    planes: tuple[F32, F32, F32, F32], variance: F32, row_of: I64, limits: HeightLimits
 ) -> F32:
-    """Sums (rows, LEVELS) float32 of the confidence (H, W), 0 = do not use, of points (H, W, 3).
+    """Sums (rows, LEVELS) float32 of the confidence of pixels, 1 / variance (H, W).
 
-    row_of (nx, ny): the row of each cell of the box, -1 = none.
+    planes: depth, x, y, z (H, W); row_of (nx, ny): the row of each cell of the box, rows = none.
     """
+    depths, xs, ys, zs = planes
     sums = np.zeros((limits.rows, LEVELS), np.float32)
-    for i in range(points_m.shape[0]):
-        for j in range(points_m.shape[1]):
-            depth, z = depth_m[i, j], points_m[i, j, 2]
+    for i in range(depths.shape[0]):
+        for j in range(depths.shape[1]):
+            depth, z = depths[i, j], zs[i, j]
             near = (depth > 0) & (depth <= limits.farthest_m)
-            if not (near & (z <= limits.highest_m) & (confidence[i, j] > 0)):
+            if not (near & (z <= limits.highest_m) & (variance[i, j] < np.inf)):
                 continue
-            ix = int(np.floor(np.float64(points_m[i, j, 0]) / limits.cell_size_m)) - limits.x
-            iy = int(np.floor(np.float64(points_m[i, j, 1]) / limits.cell_size_m)) - limits.y
+            ix = int(np.floor(np.float64(xs[i, j]) / limits.cell_size_m)) - limits.x
+            iy = int(np.floor(np.float64(ys[i, j]) / limits.cell_size_m)) - limits.y
             if ix < 0 or iy < 0 or ix >= row_of.shape[0] or iy >= row_of.shape[1]:
                 continue
             row = row_of[ix, iy]
-            if row < 0:
+            if row == limits.rows:
                 continue
             above = np.float64(z) - LOWEST_M
             level = min(max(int(np.floor(above / THICKNESS_M)) + 1, 0), LEVELS - 1)
-            sums[row, level] += confidence[i, j]
+            sums[row, level] += np.float32(1) / variance[i, j]
     return sums
 
 
-def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: MapParams) -> F32:
-    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
+def cell_heights(cloud: PointCloud, variance: Tensor, cells: Tensor, params: MapParams) -> Tensor:
+    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in distinct cells (n, 2).
 
-    cloud: the points of the frame, thinned; variance: of its pixels, alike, infinity = do not use.
-    A row sums to 1, or is zero where no pixel that was read falls into the cell.
+    variance: of the cloud's pixels, infinity = do not use. A row sums to 1, or is zero where no
+    pixel falls into the cell. The host learns the bounds of the cells.
     """
-    if len(cells) == 0:
-        return np.zeros((0, LEVELS), np.float32)
-    confidence = np.divide(np.float32(1), variance, dtype=np.float32)
-    low = cells.min(axis=0)
-    row_of = np.full(tuple(cells.max(axis=0) - low + 1), -1, np.int32)
-    row_of[tuple((cells - low).T)] = np.arange(len(cells))
-    limits = HeightLimits(
-        len(cells),
-        *(int(low[0]), int(low[1])),
-        params.cell_size_m,
-        np.float32(params.max_feature_range_m),
-        np.float32(params.max_feature_height_m),
-    )
-    sums = height_sums(cloud.depth_m, cloud.points_m, confidence, row_of, limits)
-    total = sums.sum(axis=1, keepdims=True)
-    shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
-    return shares
+    count, device = len(cells), cells.device
+    sums = torch.zeros((count + 1, LEVELS), device=device)  # the last one: no cell
+    if count == 0:
+        return sums[:-1]
+    low, high = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)])).tolist()
+    nx, ny = (top - bottom + 1 for bottom, top in zip(low, high, strict=True))
+    row_of = torch.full((nx * ny + 1,), count, device=device)
+    row_of[(cells[:, 0] - low[0]) * ny + cells[:, 1] - low[1]] = torch.arange(count, device=device)
+    if jit.usable(wanted=params.compiled, device=device):
+        far_high = map(np.float32, (params.max_feature_range_m, params.max_feature_height_m))
+        limits = HeightLimits(count, low[0], low[1], params.cell_size_m, *far_high)
+        table = row_of[:-1].view(nx, ny).numpy()
+        found = height_sums(cloud.arrays(), variance.numpy(), table, limits)
+        sums, total = torch.from_numpy(found), torch.from_numpy(found.sum(axis=1, keepdims=True))
+        return torch.where(total > 0, sums / total, 0.0)
+    used = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
+    used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
+    points, confidence = cloud.points(used), variance[used].reciprocal()
+    level = divided(points[:, 2].double() - LOWEST_M, THICKNESS_M).floor().long() + 1
+    x, y = (cells_of(points, params.cell_size_m) - torch.tensor(low, device=device)).unbind(1)
+    inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
+    row = row_of[torch.where(inside, x * ny + y, nx * ny)]
+    sums.view(-1).index_add_(0, row * LEVELS + level.clamp(0, LEVELS - 1), confidence)
+    total = sums[:-1].sum(dim=1, keepdim=True)
+    return torch.where(total > 0, sums[:-1] / total, 0.0)
 
 
 def surroundings(regions: Bool, cells: I64) -> I64:
@@ -145,37 +155,3 @@ def _run(values: F64) -> tuple[int, int]:
         above = values[high] if high < LEVELS else -1.0
         low, high = (low - 1, high) if below > above else (low, high + 1)
     return low, high
-
-
-def device_heights(
-    cloud: DeviceCloud, variance: Tensor, cells: Tensor, params: MapParams
-) -> Tensor:
-    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
-
-    The host learns the bounds of the cells.
-    """
-    sums = torch.zeros((len(cells) + 1, LEVELS), device=cells.device)  # the last one: no cell
-    if len(cells) == 0:
-        return sums[:-1]
-    used = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
-    used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
-    points, confidence = cloud.points(used), variance[used].reciprocal()
-    above = divided(points[:, 2].double() - LOWEST_M, THICKNESS_M).floor().long() + 1
-    row = _rows(cells_of(points, params.cell_size_m), cells)
-    flat = row * LEVELS + above.clamp(0, LEVELS - 1)
-    sums.view(-1).index_add_(0, flat, confidence)
-    total = sums[:-1].sum(dim=1, keepdim=True)
-    return torch.where(total > 0, sums[:-1] / total, 0.0)
-
-
-def _rows(places: Tensor, cells: Tensor) -> Tensor:
-    """Indices (n,) among distinct cells (m, 2) of places (n, 2), m for those that are none."""
-    low, high = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)])).tolist()
-    nx, ny = (top - bottom + 1 for bottom, top in zip(low, high, strict=True))
-    row_of = torch.full((nx * ny + 1,), len(cells), device=cells.device)
-    row_of[(cells[:, 0] - low[0]) * ny + cells[:, 1] - low[1]] = torch.arange(
-        len(cells), device=cells.device
-    )
-    x, y = places[:, 0] - low[0], places[:, 1] - low[1]
-    inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
-    return row_of[torch.where(inside, x * ny + y, nx * ny)]

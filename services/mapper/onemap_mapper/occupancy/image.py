@@ -1,0 +1,336 @@
+"""The evidence of one depth image for free and occupied cells, by compiled loops and by torch.
+
+Flying pixels are left out: stereo and time-of-flight cameras average both surfaces in a pixel at an
+edge, and as obstacles such points close doors. A pixel of a surface has neighbours at about its
+depth, whichever way the surface slants: along the edge, or along the horizontal where floor is seen
+at a flat angle.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper import jit
+from onemap_mapper.frame.cloud import PointCloud, cells_of, divided, lengths
+from onemap_mapper.jit import compiled
+from onemap_mapper.occupancy.evidence import (
+    DROP_HIT,
+    HIT,
+    LOW_HIT,
+    MIN_HITS,
+    MISS,
+    SINGLE_HIT,
+    OccupancyUpdate,
+    evidence_of,
+)
+from onemap_mapper.occupancy.floor import FLOOR_TOLERANCE_M, HEIGHT_ERROR_PER_M, floor_points
+from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
+from onemap_mapper.transfers import to_host
+from onemap_shared.geometry import F32, I32, Bool
+from onemap_shared.grid import GridSpec
+
+EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
+RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
+RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom clears it
+# Rays clear obstacles up to here, as far as depth_noise_m allows: a 3 cm leg is still a pixel wide.
+CLEARING_RANGE_M = 5.0
+ALIKE = 0.04  # of the depth: 12 cm at 3 m, three times the noise of a stereo camera there
+NEIGHBOURS = 2  # of the eight: as a pixel of a vertical or horizontal line one pixel wide has
+STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns: half of the eight neighbours
+
+
+@compiled
+def few_alike(depth_m: F32) -> Bool:
+    """Mask (H, W) of pixels with depth with fewer than ``NEIGHBOURS`` of eight neighbours alike.
+
+    ``ALIKE`` is of the depth of whichever of the two comes first, row by row. Pixels at the rim are
+    not in the mask.
+    """
+    height, width = depth_m.shape
+    share = np.float32(ALIKE)
+    few = np.zeros((height, width), np.bool_)
+    for i in range(1, height - 1):
+        for j in range(1, width - 1):
+            d = depth_m[i, j]
+            own = share * d
+            count = np.int32(abs(d - depth_m[i, j + 1]) <= own)
+            count += np.int32(abs(d - depth_m[i + 1, j]) <= own)
+            count += np.int32(abs(d - depth_m[i + 1, j + 1]) <= own)
+            count += np.int32(abs(d - depth_m[i + 1, j - 1]) <= own)
+            for other in (
+                depth_m[i, j - 1],
+                depth_m[i - 1, j],
+                depth_m[i - 1, j - 1],
+                depth_m[i - 1, j + 1],
+            ):
+                count += np.int32(abs(other - d) <= share * other)
+            few[i, j] = (count < NEIGHBOURS) & (d > 0)
+    return few
+
+
+class ObstacleLimits(NamedTuple):
+    """Height error per metre of z-depth; then metres: up to where there is floor, the heights of
+    obstacles, and how far they are seen."""
+
+    error_per_m: np.float32
+    floor_m: np.float32
+    lowest_m: np.float32
+    highest_m: np.float32
+    farthest_m: np.float32
+
+
+@compiled
+def obstacle_points(planes: tuple[F32, F32, F32, F32], limits: ObstacleLimits) -> tuple[F32, F32]:
+    """Points (n, 3) on obstacles, and those (m, 3) between the heights of floor and obstacles.
+
+    planes: depth, x, y, z (H, W).
+    """
+    depths, x, y, z = planes[0].ravel(), planes[1].ravel(), planes[2].ravel(), planes[3].ravel()
+    kind = np.empty(len(z), np.uint8)
+    for k in range(len(z)):
+        error = limits.error_per_m * depths[k]
+        inexact = depths[k] > np.float32(EXACT_HEIGHT_M)
+        least = limits.lowest_m + (error if inexact else np.float32(0))
+        usable = (depths[k] > 0) & (depths[k] <= limits.farthest_m)
+        high = usable & (z[k] >= least) & (z[k] < limits.highest_m)
+        low = usable & (z[k] > limits.floor_m + error) & (z[k] < least)
+        kind[k] = np.uint8(high) + np.uint8(2) * np.uint8(low)
+    high_at, low_at = np.flatnonzero(kind == 1), np.flatnonzero(kind == 2)
+    found = np.empty((len(high_at), 3), np.float32), np.empty((len(low_at), 3), np.float32)
+    for of_kind, at in zip(found, (high_at, low_at)):  # noqa: B905 (compiled code knows no strict)
+        for row in range(len(at)):
+            k = at[row]
+            of_kind[row, 0], of_kind[row, 1], of_kind[row, 2] = x[k], y[k], z[k]
+    return found
+
+
+class VoxelGrid(NamedTuple):
+    """The voxels of an update: world cell of [0, 0], cells along x and y, levels, metres."""
+
+    x: int
+    y: int
+    nx: int
+    ny: int
+    levels: int
+    cell_size_m: float
+    lowest_m: np.float32
+    thickness_m: np.float32
+    highest_m: np.float32
+
+
+@compiled
+def _voxel(x: Any, y: Any, height: Any, grid: VoxelGrid) -> tuple[int, int, int]:
+    """Indices of a point's voxel: of its cell in float64, of its level in float32."""
+    i = int(np.floor(np.float64(x) / grid.cell_size_m)) - grid.x
+    j = int(np.floor(np.float64(y) / grid.cell_size_m)) - grid.y
+    level = int((height - grid.lowest_m) / grid.thickness_m)
+    return i, j, min(level, grid.levels - 1)
+
+
+@compiled
+def count_points(points: F32, grid: VoxelGrid) -> I32:
+    """How many of the points (n, 3) lie in each voxel (nx, ny, levels), int32."""
+    counts = np.zeros((grid.nx, grid.ny, grid.levels), np.int32)
+    for k in range(len(points)):
+        i, j, level = _voxel(points[k, 0], points[k, 1], points[k, 2], grid)
+        counts[i, j, level] += 1
+    return counts
+
+
+@compiled
+def mark_rays(camera: F32, ends: F32, distances: F32, grid: VoxelGrid) -> Bool:
+    """The voxels (nx, ny, levels) in the free space along the rays from camera (3,) to ends (m, 3).
+
+    Sampled at ascending distances (k,); not in the last cell before the end, because depth noise
+    moves a surface across cell borders.
+    """
+    crossed = np.zeros((grid.nx, grid.ny, grid.levels), np.bool_)
+    margin = np.float32(grid.cell_size_m)
+    for k in range(len(ends)):
+        x, y, z = ends[k, 0] - camera[0], ends[k, 1] - camera[1], ends[k, 2] - camera[2]
+        length = np.sqrt(x * x + y * y + z * z)
+        scale = max(length, np.float32(1e-6))
+        x, y, z = x / scale, y / scale, z / scale
+        for distance in distances:
+            if distance > length - margin:
+                break
+            height = camera[2] + z * distance
+            if height >= grid.highest_m or height < grid.lowest_m:
+                continue
+            i, j, level = _voxel(camera[0] + x * distance, camera[1] + y * distance, height, grid)
+            crossed[i, j, level] = True
+    return crossed
+
+
+@compiled
+def count_places(places_m: F32, grid: VoxelGrid) -> I32:
+    """How many of the places (n, 2 or 3) lie in each cell (nx, ny), int32."""
+    counts = np.zeros((grid.nx, grid.ny), np.int32)
+    for k in range(len(places_m)):
+        i, j, _ = _voxel(places_m[k, 0], places_m[k, 1], grid.lowest_m, grid)
+        counts[i, j] += 1
+    return counts
+
+
+def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
+    """Evidence of one depth image; the host learns the bounds of what it shows.
+
+    Flying pixels are neither obstacles nor floor.
+    """
+    device = cloud.depth_m.device
+    use_compiled = jit.usable(wanted=params.compiled, device=device)
+    if use_compiled:
+        flying = torch.from_numpy(few_alike(cloud.depth_m.numpy()))
+    else:
+        flying = flying_pixels(cloud.depth_m)
+    cloud = cloud.without(flying)
+    camera = torch.tensor(cloud.camera_m, device=device)
+    every = cloud.strided(RAY_STRIDE, RAY_STRIDE)
+    rays = camera, every.points(every.depth_m > 0)
+    find = _compiled_obstacles if use_compiled else _obstacles
+    obstacles, low = find(cloud, params)
+    floor = floor_points(cloud, params)
+    places = (low, floor.drops, floor.seen, floor.blind)
+    box = _box((*places, obstacles, _reached(*rays)), params.cell_size_m)
+    if not use_compiled:
+        return _evidence(obstacles, rays, places, box, params)
+    heights = (OBSTACLE_MIN_HEIGHT_M, params.voxel_height_m, params.obstacle_max_height_m)
+    lowest_m, thickness_m, highest_m = map(np.float32, heights)
+    grid = VoxelGrid(
+        *box.origin_cell,
+        *box.shape,
+        params.levels,
+        params.cell_size_m,
+        lowest_m,
+        thickness_m,
+        highest_m,
+    )
+    crossed = mark_rays(rays[0].numpy(), rays[1].numpy(), ray_distances_m(params), grid)
+    voxels = count_points(obstacles.numpy(), grid), crossed
+    below, drops, seen, blind = (count_places(each.numpy(), grid) for each in places)
+    return OccupancyUpdate.of_arrays(
+        *evidence_of(voxels, (below, drops, seen, blind), box.origin_cell)
+    )
+
+
+def ray_distances_m(params: MapParams) -> F32:
+    """Distances (k,) of a ray's samples from the camera, ascending.
+
+    No further than points are obstacles: there a ray beside a leg would clear what no point renews.
+    """
+    step = RAY_STEP * params.cell_size_m
+    range_m = min(CLEARING_RANGE_M, params.obstacle_range_m)
+    return np.arange(step, range_m, step, dtype=np.float32)
+
+
+def _compiled_obstacles(cloud: PointCloud, params: MapParams) -> tuple[Tensor, Tensor]:
+    heights = (OBSTACLE_MIN_HEIGHT_M, params.obstacle_max_height_m)
+    values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
+    high, low = obstacle_points(cloud.arrays(), ObstacleLimits(*map(np.float32, values)))
+    return torch.from_numpy(high), torch.from_numpy(low)
+
+
+def flying_pixels(depth_m: Tensor) -> Tensor:
+    """Mask (H, W), as ``few_alike``."""
+    alike = torch.full_like(depth_m, NEIGHBOURS, dtype=torch.uint8)
+    alike[1:-1, 1:-1] = 0
+    limit = ALIKE * depth_m
+    rows, columns = depth_m.shape
+    for down, right in STEPS:
+        here = (slice(0, rows - down), slice(max(-right, 0), columns - max(right, 0)))
+        there = (slice(down, rows), slice(max(right, 0), columns + min(right, 0)))
+        close = (depth_m[here] - depth_m[there]).abs() <= limit[here]
+        alike[here] += close
+        alike[there] += close
+    return (alike < NEIGHBOURS) & (depth_m > 0)
+
+
+def _obstacles(cloud: PointCloud, params: MapParams) -> tuple[Tensor, Tensor]:
+    """As ``obstacle_points``."""
+    depth_m, z = cloud.depth_m, cloud.z_m
+    error = HEIGHT_ERROR_PER_M * depth_m
+    slack = torch.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
+    least = OBSTACLE_MIN_HEIGHT_M + slack
+    usable = (depth_m > 0) & (depth_m <= params.obstacle_range_m)
+    high = usable & (z >= least) & (z < params.obstacle_max_height_m)
+    low = usable & (z > FLOOR_TOLERANCE_M + error) & (z < least)
+    return cloud.points(high), cloud.points(low)
+
+
+def _reached(camera: Tensor, ends: Tensor) -> Tensor:
+    """Camera, and ends of rays no further than the clearing range: (m + 1, 3)."""
+    rays = ends - camera
+    length_m = lengths(rays)
+    range_m = torch.full_like(length_m, CLEARING_RANGE_M)
+    share = (range_m / length_m.clamp(min=1e-6)).clamp(max=1.0)
+    return torch.cat([camera[None], camera + rays * share[:, None]])
+
+
+def _evidence(
+    obstacles: Tensor,
+    rays: tuple[Tensor, Tensor],
+    places: tuple[Tensor, Tensor, Tensor, Tensor],
+    box: GridSpec,
+    params: MapParams,
+) -> OccupancyUpdate:
+    """As ``evidence_of``; places: low points, drops, floor, blind."""
+    low, drops, seen, hidden = (_scattered(_flat(each, box), box.shape) for each in places)
+    clear, blind = seen > 0, hidden > 0
+    shape = (*box.shape, params.levels)
+    hits = _scattered(_voxels(obstacles, box, params), shape)
+    crossed = _scattered(_voxels(_ray_samples(*rays, params), box, params), shape) > 0
+    voxels = (crossed * -MISS).to(torch.int8)
+    voxels.masked_fill_(hits > 0, SINGLE_HIT).masked_fill_(hits >= MIN_HITS, HIT)
+    lowest = voxels[..., 0]
+    lowest.masked_fill_((low >= MIN_HITS) & (lowest < LOW_HIT), LOW_HIT)
+    drop = (clear * -MISS).to(torch.int8).masked_fill_(drops >= MIN_HITS, DROP_HIT)
+    evidence = torch.cat([voxels, drop[..., None]], dim=2)
+    place = torch.nonzero(clear | blind | evidence.any(dim=2), as_tuple=True)
+    cells = torch.stack(place, dim=1) + torch.tensor(box.origin_cell, device=clear.device)
+    return OccupancyUpdate(cells, evidence[place], clear[place], blind[place])
+
+
+def _ray_samples(camera: Tensor, ends: Tensor, params: MapParams) -> Tensor:
+    """Points (n, 3) in free space along rays, as ``mark_rays``."""
+    rays = ends - camera
+    length_m = lengths(rays)
+    distances_m = torch.from_numpy(ray_distances_m(params)).to(camera.device)
+    rays = rays / length_m.clamp(min=1e-6)[:, None]
+    z = camera[2] + rays[:, 2, None] * distances_m
+    inside = distances_m <= (length_m - params.cell_size_m)[:, None]
+    inside &= (z < params.obstacle_max_height_m) & (z >= OBSTACLE_MIN_HEIGHT_M)
+    ray, sample = torch.nonzero(inside, as_tuple=True)
+    return camera + rays[ray] * distances_m[sample, None]
+
+
+def _voxels(points: Tensor, box: GridSpec, params: MapParams) -> Tensor:
+    """Flat voxel indices (n,) in (nx, ny, levels), as of ``VoxelGrid``."""
+    height_m = points[:, 2] - OBSTACLE_MIN_HEIGHT_M
+    level = divided(height_m, params.voxel_height_m).long()
+    return _flat(points, box) * params.levels + level.clamp(max=params.levels - 1)
+
+
+def _flat(places: Tensor, box: GridSpec) -> Tensor:
+    """Flat indices (n,) in (nx, ny) of places (n, 2 or 3) inside the box."""
+    cells = cells_of(places, box.cell_size_m)
+    (low_x, low_y), (_, depth) = box.origin_cell, box.shape
+    return (cells[:, 0] - low_x) * depth + cells[:, 1] - low_y
+
+
+def _scattered(flat: Tensor, shape: tuple[int, ...]) -> Tensor:
+    """How often each element of an array of this shape is among flat indices (n,), int32."""
+    counts = torch.zeros(shape, dtype=torch.int32, device=flat.device)
+    counts.view(-1).index_add_(0, flat, torch.ones_like(flat, dtype=torch.int32))
+    return counts
+
+
+def _box(clouds: tuple[Tensor, ...], cell_size_m: float) -> GridSpec:
+    sides = [torch.aminmax(torch.cat([cloud[:, k] for cloud in clouds])) for k in (0, 1)]
+    (low_x, high_x), (low_y, high_y) = to_host(
+        torch.stack([torch.stack(side) for side in sides])
+    ).tolist()
+    return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))
