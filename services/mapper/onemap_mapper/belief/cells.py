@@ -84,7 +84,6 @@ class FeatureShare:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays."""
         tensors = (self.features, self.confidence, self.searched, self.explored)
         held = sum(each.numel() * each.element_size() for each in tensors)
         return self.cells.nbytes + self.heights.nbytes + held
@@ -132,7 +131,6 @@ class CellStore:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held, with those reserved for growth."""
         per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
         return sum(held.nbytes for held in (*self._blocks, *per_slot, self._heights))
 
@@ -205,7 +203,6 @@ class CellStore:
         return torch.arange(first, self.count, device=self._device)
 
     def _reserve(self, slots: int) -> None:
-        """Make room for what is kept of so many slots beside their features."""
         extra, groups = slots - len(self._cells), -(-slots // GROUP) - len(self._group_changed_at)
         self._cells = torch.cat([self._cells, self._cells.new_zeros((extra, 2))])
         self._changed_at = torch.cat([self._changed_at, self._changed_at.new_zeros(extra)])
@@ -265,7 +262,6 @@ class CellStore:
                 table[within] = rounded(mean, seed[chosen]) if half else mean
 
     def _move_heights(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
-        """Move the shares of height of distinct slots, as features are."""
         known = self._heights[slots]
         self._heights[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
 
@@ -367,7 +363,7 @@ class CellStore:
         return FeatureTable((rows,), changed_at, self._device, self._compiled, slots, self.count)
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
-        """As ``FeatureTable.chunks``."""
+        """As ``FeatureTable.chunks``, for as long as nothing changes."""
         return self._shared_table().chunks(slots)
 
     def products(self, slots: I64, vectors: Tensor) -> Tensor:
@@ -387,13 +383,9 @@ class CellStore:
         row = self._searched_row(robot)
         self._confidence[row] = 0.0
 
-    def set_searched_confidence(self, confidence: Tensor) -> None:
-        """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
-        self._confidence[SEARCHED, : self.count] = confidence.to(self._device)
-
-    def set_explored_confidence(self, confidence: Tensor) -> None:
-        """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
-        self._confidence[EXPLORED, : self.count] = confidence.to(self._device)
+    def set_confidence(self, row: int, confidence: Tensor) -> None:
+        """Set a row (count,) of the confidences, ``SEARCHED`` or ``EXPLORED``, as of a file."""
+        self._confidence[row, : self.count] = confidence.to(self._device)
 
     def _searched_row(self, robot: int) -> int:
         """The row of 1 / sigma_E^2 of a robot, made where it has none yet."""

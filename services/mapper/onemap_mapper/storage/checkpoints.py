@@ -147,7 +147,6 @@ class Checkpoints:
         self._write()
 
     def _busy(self) -> bool:
-        """Whether one is being written."""
         if self._writing is None or not self._writing.done():
             return self._writing is not None
         ended, self._writing = self._writing, None
@@ -162,7 +161,6 @@ class Checkpoints:
         return max(int((belief.store.changed_at > self._saved_revision).sum()), 1)
 
     def _write(self) -> None:
-        """Write the map, unless it is empty or has not changed."""
         epoch, began_s = self._epoch, time.monotonic()
         with self._live.lock:
             changed, revision = self._changed_cells(), self._live.current().revision

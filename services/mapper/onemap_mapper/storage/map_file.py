@@ -97,7 +97,6 @@ class Declared:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the array takes in memory."""
         return prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
@@ -166,6 +165,8 @@ def _layout(
 ) -> dict[str, tuple[str, tuple[int, ...]]]:
     """Type and shape of each array of a map of n cells, and m with evidence of obstacles."""
     half = declared["features"].dtype == "float16"
+    poses = declared.get("view_poses")
+    views = min(*poses.shape[:1], n) if poses else 0  # each is the best one of some cell
     layout: dict[str, tuple[str, tuple[int, ...]]] = {
         "cells": ("int32", (n, 2)),
         "features": ("float16" if half else "float32", (n, header.dimension)),
@@ -174,19 +175,14 @@ def _layout(
         "driving_cells": ("int32", (m, 2)),
         "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
         "clear": ("uint8", (m,)),
-    }
-    added: dict[str, tuple[str, tuple[int, ...]]] = {
         "explored": ("float32", (n,)),
         "heights": ("float32", (n, LEVELS)),
         "best_view": ("int32", (n,)),
         "view_confidence": ("float32", (n,)),
         "last_seen_ns": ("int64", (n,)),
+        "view_poses": ("float64", (views, 3)),
     }
-    layout |= {part: form for part, form in added.items() if part in declared}
-    if "view_poses" in declared:
-        views = min(*declared["view_poses"].shape[:1], n)  # each is the best one of some cell
-        layout["view_poses"] = ("float64", (views, 3))
-    return layout
+    return {part: form for part, form in layout.items() if part in declared}
 
 
 def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
@@ -291,7 +287,6 @@ def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | 
 
 
 def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
-    """The arrays of a file by name, without its features."""
     names = [*(name for name in ARRAYS if name != "features"), "explored", "heights"]
     arrays = {name: getattr(snapshot, name) for name in names}
     if snapshot.objects.objects:

@@ -48,7 +48,6 @@ from onemap_shared.messages import (
     MapListRequest,
     MapMerge,
     MapSummary,
-    ObjectFind,
     PicturedObject,
     SavedMap,
 )
@@ -92,20 +91,6 @@ def saved_maps(folder: Path) -> MapList:
         with suppress(FileNotFoundError):
             maps.append(describe(path))
     return MapList(tuple(maps), max(len(found) - MAX_LISTED_MAPS, 0))
-
-
-def saved_map(folder: Path, name: str) -> SavedMap:
-    """The map of this name; raises ``MapNotFound``, or ``MapFileError`` for another name."""
-    path = map_path(folder, name)
-    require(path)
-    return describe(path)
-
-
-def delete(folder: Path, name: str) -> SavedMap:
-    """Delete the file of this name; returns what it was. Raises as ``saved_map``, and OSError."""
-    described = saved_map(folder, name)
-    map_path(folder, name).unlink()
-    return described
 
 
 def describe(path: Path) -> SavedMap:
@@ -169,14 +154,21 @@ class SavedMaps:
         if not request.name:
             return saved_maps(self._config.map_folder)
         with refusing(f"read map {request.name}"):
-            return MapList((saved_map(self._config.map_folder, request.name),))
+            return MapList((describe(self._existing(request.name)),))
 
     def delete_map(self, request: MapFile) -> SavedMap:
         """Delete a saved map; the map in memory stays."""
         with refusing(f"delete map {request.name}"):
-            deleted = delete(self._config.map_folder, request.name)
+            path = self._existing(request.name)
+            deleted = describe(path)
+            path.unlink()
         LOG.info("deleted map %s", request.name)
         return deleted
+
+    def _existing(self, name: str) -> Path:
+        path = map_path(self._config.map_folder, name)
+        require(path)
+        return path
 
     def merge(self, request: MapMerge) -> MapSummary:
         """Fuse a saved map into the map in use; a rejected one changes nothing."""
@@ -229,11 +221,9 @@ def merged_objects(
     """Our found objects and those of theirs that are none of ours, at their places in our frame."""
     objects = list(ours.objects)
     for entry in theirs.objects:
-        kept = _moved_object(entry.kept, moved)
-        if ours.same_object(_as_find(kept)) is None:
-            known = {each.kept.object_id for each in objects}
-            if kept.object_id in known:  # both began from one file
-                continue
+        kept, known = _moved_object(entry.kept, moved), {each.kept.object_id for each in objects}
+        # An id that is known: both maps began from one file.
+        if ours.same_object(kept) is None and kept.object_id not in known:
             objects.append(PicturedObject(kept, entry.picture))
     objects.sort(key=lambda entry: entry.kept.last_seen_ns)
     return replace(ours, objects=tuple(objects)).limited()
@@ -293,20 +283,8 @@ def _occupancy(
 def _moved_object(kept: KeptObject, moved: PlanarCorrection) -> KeptObject:
     """The object at its place in the other frame; its extent is the box around the moved one."""
     x_min, y_min, x_max, y_max = kept.extent_m
-    corners = np.array([(x, y) for x in (x_min, x_max) for y in (y_min, y_max)])
-    corners = moved.apply(corners)
-    (x, y), (low, high) = (
-        moved.apply(np.array([kept.position_m[:2]]))[0],
-        (corners.min(axis=0), corners.max(axis=0)),
-    )
-    return replace(
-        kept,
-        position_m=(float(x), float(y), kept.position_m[2]),
-        extent_m=(float(low[0]), float(low[1]), float(high[0]), float(high[1])),
-    )
-
-
-def _as_find(kept: KeptObject) -> ObjectFind:
-    return ObjectFind(
-        kept.name, kept.position_m, kept.extent_m, kept.score, kept.last_seen_ns, kept.search_id
-    )
+    corners = moved.apply(np.array([(x, y) for x in (x_min, x_max) for y in (y_min, y_max)]))
+    (low_x, low_y), (high_x, high_y) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    ((x, y),) = moved.apply(np.array([kept.position_m[:2]])).tolist()
+    extent_m = (low_x, low_y, high_x, high_y)
+    return replace(kept, position_m=(x, y, kept.position_m[2]), extent_m=extent_m)

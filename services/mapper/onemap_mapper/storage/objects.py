@@ -85,8 +85,8 @@ class ObjectMemory:
         surplus = max(len(self.objects) - MAX_OBJECTS, 0)
         return replace(self, objects=self.objects[surplus:], left_out=self.left_out + surplus)
 
-    def same_object(self, find: ObjectFind) -> PicturedObject | None:
-        """The nearest object of the find's name within ``SAME_OBJECT_M``; None if there is none."""
+    def same_object(self, find: ObjectFind | KeptObject) -> PicturedObject | None:
+        """The nearest object of this name within ``SAME_OBJECT_M``; None if there is none."""
         x_m, y_m = find.position_m[:2]
         near = [
             (hypot(entry.kept.position_m[0] - x_m, entry.kept.position_m[1] - y_m), index)
@@ -222,8 +222,9 @@ ID_BYTES = 4  # random, so that a browser never takes an old picture for that of
 class ObjectKeeper:
     """The memory of found objects, its file and its procedures.
 
-    ``announce`` is called after every change, without the keeper's lock; ``height_of`` says
-    between which heights an object of this extent lies.
+    problem: why they cannot be written, in one sentence; empty if they can. ``announce`` is called
+    after every change, without the keeper's lock; ``height_of`` says between which heights an
+    object of this extent lies.
     """
 
     def __init__(
@@ -237,24 +238,14 @@ class ObjectKeeper:
         self._height_of = height_of
         self._lock = threading.Lock()  # changing memory and file is read, compute, write
         found, problem = read_objects(folder)
-        self._memory = found.limited()
+        self.memory = found.limited()
         if problem:
             LOG.error("%s", problem)
-        self._problem = ""
+        self.problem = ""
         bus.serve(keys.MAP_REMEMBER, self.remember)
         bus.serve(keys.MAP_OBJECTS, self.list_objects)
         bus.serve(keys.MAP_OBJECT, self.get)
         bus.serve(keys.MAP_FORGET, self.forget)
-
-    @property
-    def memory(self) -> ObjectMemory:
-        """All objects, a value."""
-        return self._memory
-
-    @property
-    def problem(self) -> str:
-        """Why the objects cannot be written, in one sentence; empty if they can."""
-        return self._problem
 
     def remember(self, find: ObjectFind) -> KeptObject:
         """Keep a find; returns the object that it is."""
@@ -267,11 +258,11 @@ class ObjectKeeper:
 
     def list_objects(self, _request: ObjectListRequest) -> ObjectList:
         """All objects without their pictures."""
-        return self._memory.listed()
+        return self.memory.listed()
 
     def get(self, request: ObjectId) -> PicturedObject:
         """One object with its picture."""
-        known = self._memory.get(request.object_id)
+        known = self.memory.get(request.object_id)
         if known is None:
             raise RequestRejected(
                 "unknown_object",
@@ -299,8 +290,8 @@ class ObjectKeeper:
     def _change(self, update: Callable[[ObjectMemory], ObjectMemory]) -> ObjectMemory:
         """Apply a change and write the file; a failed write is reported, the change stays."""
         with self._lock:
-            before, self._memory = self._memory, update(self._memory)
-            memory = self._memory
+            before, self.memory = self.memory, update(self.memory)
+            memory = self.memory
             if memory is not before:
                 self._write(memory)
         if memory is not before:
@@ -310,10 +301,10 @@ class ObjectKeeper:
     def _write(self, memory: ObjectMemory) -> None:
         try:
             write_objects(self._folder, memory)
-            self._problem = ""
+            self.problem = ""
         except OSError as problem:
-            self._problem = (
+            self.problem = (
                 f"cannot write the found objects to {self._folder}: {problem.strerror}; a restart "
                 "of the mapper loses them"
             )
-            LOG.error("%s", self._problem)
+            LOG.error("%s", self.problem)

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from onemap_mapper.belief.cells import EXPLORED, SEARCHED
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
@@ -183,9 +184,9 @@ def restore(
             revision=first_revision,
             heights=to_device(snapshot.known_heights(), params.torch_device),
         )
-        belief.store.set_searched_confidence(searched)
+        belief.store.set_confidence(SEARCHED, searched)
         if snapshot.explored is not None:
-            belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
+            belief.store.set_confidence(EXPLORED, torch.from_numpy(snapshot.explored))
         if snapshot.seen is not None:
             belief.view_log.put_in(rows, snapshot.seen)
     belief.frames_fused = header.frames_fused
@@ -194,7 +195,6 @@ def restore(
 
 
 def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None:
-    """Raise unless the map is of the encoder in use and of the configured grid."""
     if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
         raise EncoderMismatch(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
