@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import (
     NEW_STREAM_FRAMES,
     FrameOrder,
-    FrameStamp,
     MapRobot,
 )
 from onemap_mapper.service import Mapper, build
@@ -259,26 +259,25 @@ def robots(fleet: Fleet) -> tuple[MapRobot, ...]:
     return fleet.mapper._robots
 
 
-NEWEST = FrameStamp(50, 100 * S)
+NEWEST = FrameHistory(50, 100 * S)
 
 
 @pytest.mark.parametrize(
-    ("frame", "late"),
+    ("sequence", "stamp_ns", "late"),
     [
-        (FrameStamp(51, 101 * S), False),
-        (FrameStamp(49, 99 * S), True),
-        (FrameStamp(51, 91 * S), False),  # the clock was set back by 9 s
-        (FrameStamp(0, 101 * S), False),  # the robot was started again
-        (FrameStamp(0, 40 * S), False),  # another recording
-        (FrameStamp(50, 100 * S), False),  # a recording of one frame, repeated
+        (51, 101 * S, False),
+        (49, 99 * S, True),
+        (51, 91 * S, False),  # the clock was set back by 9 s
+        (0, 101 * S, False),  # the robot was started again
+        (0, 40 * S, False),  # another recording
+        (50, 100 * S, False),  # a recording of one frame, repeated
     ],
 )
-def test_a_frame_is_late_by_sequence_and_time(frame: FrameStamp, late: bool) -> None:
-    assert FrameOrder().is_late(frame, NEWEST) is late
+def test_a_frame_is_late_by_sequence_and_time(sequence: int, stamp_ns: int, late: bool) -> None:
+    assert FrameOrder().is_late(sequence, stamp_ns, NEWEST) is late
 
 
 def test_a_robot_that_counts_anew_on_a_clock_set_back_is_soon_followed() -> None:
     order = FrameOrder()
-    restarted = [FrameStamp(k, 95 * S + k) for k in range(NEW_STREAM_FRAMES)]
-    seen = [order.is_late(frame, NEWEST) for frame in restarted]
+    seen = [order.is_late(k, 95 * S + k, NEWEST) for k in range(NEW_STREAM_FRAMES)]
     assert seen == [True] * (NEW_STREAM_FRAMES - 1) + [False]

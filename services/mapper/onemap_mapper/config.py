@@ -94,7 +94,6 @@ class MapperConfig(Params):
 
     @property
     def map(self) -> MapParams:
-        """The numbers of the map that these settings make."""
         return MapParams(
             device="cpu" if self.device == "auto" else self.device,  # resolved at the start
             cell_size_m=self.cell_size_m,

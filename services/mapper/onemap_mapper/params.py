@@ -67,7 +67,6 @@ class MapParams:
 
     @property
     def max_cells(self) -> int:
-        """Cells of the largest map."""
         return ceil(self.max_extent_m / self.cell_size_m) ** 2
 
     @property

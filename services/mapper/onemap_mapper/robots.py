@@ -131,14 +131,6 @@ NEW_STREAM_FRAMES = 3
 SAME_PLACE_M = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class FrameStamp:
-    """The sequence of a frame and its time of capture."""
-
-    sequence: int
-    stamp_ns: int
-
-
 @dataclass(slots=True)
 class FrameOrder:
     """Tells late frames. Holds the last one, and how many came in a row."""
@@ -146,12 +138,12 @@ class FrameOrder:
     _last: int = -1
     _run: int = 0
 
-    def is_late(self, frame: FrameStamp, newest: FrameStamp) -> bool:
-        """Whether a frame was captured before the newest one of the map, stamp 0 for no frame."""
-        back_ns = newest.stamp_ns - frame.stamp_ns
-        late = frame.sequence <= newest.sequence and 0 < back_ns < CLOCK_JUMP_NS
-        self._run = (self._run if frame.sequence > self._last else 0) + 1 if late else 0
-        self._last = frame.sequence if late else -1
+    def is_late(self, sequence: int, stamp_ns: int, history: FrameHistory) -> bool:
+        """Whether a frame was captured before the newest one of its robot in the map."""
+        back_ns = history.stamp_ns - stamp_ns
+        late = sequence <= history.sequence and 0 < back_ns < CLOCK_JUMP_NS
+        self._run = (self._run if sequence > self._last else 0) + 1 if late else 0
+        self._last = sequence if late else -1
         return late and self._run < NEW_STREAM_FRAMES
 
 
@@ -236,8 +228,7 @@ class MapRobot:
 
     def is_late(self, field: FeatureField, history: FrameHistory) -> bool:
         """Whether a field is older than the robot's newest frame in the map; counts it."""
-        newest = FrameStamp(history.sequence, history.stamp_ns)
-        late = self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest)
+        late = self._order.is_late(field.sequence, field.stamp_ns, history)
         self.telemetry.late += late
         return late
 

@@ -399,7 +399,6 @@ class Mapper:
             robot.announce(self._map, self._objects.memory.version)
 
     def _announce_objects(self) -> None:
-        """Publish the revision with the new version of the found objects."""
         with self._lock:
             self._announce()
 
@@ -420,7 +419,6 @@ class Mapper:
             raise _empty()
 
     def _space(self) -> tuple[str, int]:
-        """The text space and the channels of the map."""
         with self._lock:
             return self._map.text_space, self._map.dimension
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import torch
@@ -190,32 +190,6 @@ def _hash(number: Tensor) -> Tensor:
 
 PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
 FEW_VECTORS = 2  # for which reading a row anew costs less than converting it
-
-
-class CellFeatures(Protocol):
-    """What scores are computed of: the features of a map's slots and when each changed."""
-
-    @property
-    def count(self) -> int:
-        """Slots of the map."""
-        ...
-
-    @property
-    def device(self) -> torch.device:
-        """Where the features are."""
-        ...
-
-    def changed_since(self, revision: int, kept: int) -> I64:
-        """As ``FeatureTable.changed_since``."""
-        ...
-
-    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
-        """As ``FeatureTable.chunks``."""
-        ...
-
-    def products(self, slots: I64, vectors: Tensor) -> Tensor:
-        """As ``FeatureTable.products``."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,14 +78,12 @@ class BeliefMap:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of features and layers, with those reserved for growth."""
         logs = self.view_log.nbytes + self.changes.nbytes
         held = self.store.nbytes + self.tiles.nbytes + logs
         return held + sum(layer.nbytes for layer in self._layers)
 
     @property
     def _layers(self) -> tuple[TileLayer, ...]:
-        """What is kept of every cell of a tile."""
         return (self.slots, *self.occupancy.layers)
 
     def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:

@@ -40,11 +40,6 @@ class PlanarCorrection:
         x_m, y_m = to_m - centre_m @ _rotation(yaw_rad).T
         return cls(yaw_rad, float(x_m), float(y_m))
 
-    @property
-    def is_identity(self) -> bool:
-        """Whether nothing moves at all."""
-        return self == NO_CORRECTION
-
     def apply(self, points_m: F64) -> F64:
         """Where points (n, 2) lie after the correction."""
         moved: F64 = points_m @ _rotation(self.yaw_rad).T + (self.x_m, self.y_m)
@@ -105,7 +100,6 @@ class OccupancyShare:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays."""
         return self.cells.nbytes + self.evidence.nbytes + self.clear.nbytes
 
 
@@ -125,12 +119,7 @@ class Submap:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays."""
         return self.features.nbytes + self.occupancy.nbytes
-
-    def corrected(self, correction: PlanarCorrection) -> Submap:
-        """The submap of which the map holds the contribution at another correction."""
-        return replace(self, correction=correction)
 
     def without_searched(self) -> Submap:
         """The submap after sigma_E was reset."""
@@ -182,7 +171,7 @@ def moved_cells(cells: I64, correction: PlanarCorrection, cell_size_m: float) ->
 
     Every cell takes the content of the one in which its centre lay, so there are no holes.
     """
-    if correction.is_identity or len(cells) == 0:
+    if correction == NO_CORRECTION or len(cells) == 0:
         return cells, np.arange(len(cells))
     low, high = cells.min(axis=0), cells.max(axis=0)
     shape = high - low + 1
@@ -270,7 +259,6 @@ class SubmapStore:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the closed submaps."""
         return sum(each.submap.nbytes + each.evidence.nbytes for each in self._closed)
 
     def add(self, update: FrameUpdate) -> None:
@@ -329,8 +317,7 @@ class SubmapStore:
     def reset_searched(self) -> None:
         """Reset sigma_E of all submaps, as the map's was."""
         self._closed = [
-            _Placed(each.submap.without_searched(), each.rows, each.evidence, each.clear)
-            for each in self._closed
+            replace(each, submap=each.submap.without_searched()) for each in self._closed
         ]
         if self._active is not None:
             self._active.content.reset_searched()
@@ -355,7 +342,7 @@ class SubmapStore:
         """Put a share in at the target first, then take it out: no cell is empty in between."""
         size_m = self._belief.params.cell_size_m
         old = self._closed[index]
-        new = old.submap.corrected(target)
+        new = replace(old.submap, correction=target)
         self._belief.grow(new.moved_occupancy(size_m).cells)
         self._belief.put_in(new.moved_features(size_m))
         self._belief.take_out(old.submap.moved_features(size_m))
@@ -364,9 +351,6 @@ class SubmapStore:
 
     def _placed(self, submap: Submap) -> _Placed:
         share = submap.moved_occupancy(self._belief.params.cell_size_m)
-        return self._at_rows(submap, share)
-
-    def _at_rows(self, submap: Submap, share: OccupancyShare) -> _Placed:
         rows = self._belief.tiles.rows(share.cells)
         return _Placed(submap, rows, share.evidence, share.clear)
 
@@ -386,7 +370,6 @@ class SubmapStore:
         self._belief.set_occupancy(rows, evidence, clear)
 
     def _parts(self) -> list[tuple[I64, I8, Bool]]:
-        """Rows, evidence and clear of every submap, oldest first."""
         parts = [(each.rows, each.evidence, each.clear) for each in self._closed]
         if self._active is not None:
             share = occupancy_of(self._active.content)
@@ -394,7 +377,6 @@ class SubmapStore:
         return parts
 
     def _fix_oldest(self) -> None:
-        """Make the oldest submap a part of what is fixed, where it lies now."""
         oldest = self._closed.pop(0)
         self._checked = max(0, self._checked - 1)
         self._grow()

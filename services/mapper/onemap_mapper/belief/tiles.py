@@ -84,7 +84,6 @@ class TileIndex:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the directory."""
         return self._directory.nbytes
 
     def rows(self, cells: I64) -> I64:
@@ -220,7 +219,6 @@ class TileLayer:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held, with those reserved for growth."""
         return self._values.nbytes
 
     def grow(self, tiles: int) -> None:
@@ -249,7 +247,6 @@ class ChangeLog:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held: 8 for each cell of a tile."""
         return self._changed_at.nbytes + self._tile_changed_at.nbytes
 
     def grow(self, tiles: int) -> None:

@@ -109,7 +109,6 @@ class MapVersion:
 
     @property
     def sequence(self) -> int:
-        """Of the robot's newest frame."""
         return self._history.sequence
 
     @property
@@ -127,7 +126,6 @@ class MapVersion:
 
     @property
     def count(self) -> int:
-        """Observed cells."""
         return len(self.confidences[0])
 
     @property

@@ -99,7 +99,6 @@ class SeenFrom:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays."""
         cells = self.best.nbytes + self.confidence.nbytes + self.last_seen_ns.nbytes
         return self.poses.nbytes + cells
 
@@ -134,7 +133,6 @@ class ViewLog:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held: 16 for each cell of a tile, 24 for each view."""
         layers = (self._best, self._confidence, self._last_seen_ns)
         return self._poses.nbytes + sum(layer.nbytes for layer in layers)
 
@@ -222,7 +220,6 @@ class ViewLog:
         return len(self._poses) - 1, T_map_camera
 
     def _prune(self) -> None:
-        """Forget the views that are the best one of no cell."""
         values = self._best.values
         used = to_host(torch.unique(values[values != NO_VIEW_YET]))
         number = np.full(len(self._poses) + 1, NO_VIEW_YET, np.int32)

@@ -134,7 +134,6 @@ def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
 
 
 def _fit(cloud: PointCloud) -> _Tiles:
-    """A plane for every tile of the image."""
     side = max(TILE_MIN_PX, cloud.depth_m.shape[0] // TILE_ROWS)
     camera_m = cloud.T_map_camera[:3, 3].copy()
     sums = (tile_sums if AVAILABLE else _tile_sums)(cloud.arrays(), camera_m, side, RANGE_M)
@@ -184,7 +183,6 @@ def _continues(centres: F64, up: F64, level: Bool, *, axis: int) -> Bool:
 
 
 def _surface(tiles: _Tiles, members: Bool) -> LevelSurface:
-    """One plane through all pixels of the tiles."""
     n = np.linalg.solve(tiles.AtA[members].sum(axis=0), tiles.Atq[members].sum(axis=0))
     tilt = float(np.arccos(np.clip(-_unit(n)[2], -1.0, 1.0)))
     return LevelSurface(float(tiles.centres[members][:, 2].mean()), tilt)
@@ -241,7 +239,6 @@ class SurfaceReading:
 
     @property
     def is_floor(self) -> bool:
-        """Whether the surface lies where the floor is expected."""
         return (
             abs(self.surface.height_m) <= HEIGHT_LIMIT_M and self.surface.tilt_rad <= TILT_LIMIT_RAD
         )

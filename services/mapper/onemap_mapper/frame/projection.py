@@ -214,7 +214,6 @@ def project_compiled(
 
 
 def _nothing() -> CellWeights:
-    """The weights of a frame without usable pixels."""
     empty = torch.zeros(0, dtype=torch.int64)
     values = torch.zeros(0)
     return CellWeights(empty.view(0, 2), values, empty, empty, values)

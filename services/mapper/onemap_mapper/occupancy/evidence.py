@@ -266,7 +266,6 @@ class OccupancyLayers:
 
     @property
     def layers(self) -> tuple[TileLayer, ...]:
-        """All of them, to be grown and measured."""
         return (self.evidence, self.clear, self.assumed, self.states, self.settled)
 
     @property

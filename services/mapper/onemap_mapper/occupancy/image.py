@@ -250,7 +250,6 @@ def flying_pixels(depth_m: Tensor) -> Tensor:
 
 
 def _obstacles(cloud: PointCloud, params: MapParams) -> tuple[Tensor, Tensor]:
-    """As ``obstacle_points``."""
     depth_m, z = cloud.depth_m, cloud.z_m
     error = HEIGHT_ERROR_PER_M * depth_m
     slack = torch.where(depth_m > EXACT_HEIGHT_M, error, 0.0)

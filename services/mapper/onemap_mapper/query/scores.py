@@ -18,10 +18,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.belief.features import CellFeatures
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.version import NO_SLOT, MapVersion, floor_bits, observed_bits
 from onemap_mapper.query.similarity import (
+    CellFeatures,
     CellScores,
     KeptScores,
     ScoreCache,

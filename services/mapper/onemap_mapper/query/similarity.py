@@ -11,15 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 import torch
 from cachetools import LRUCache
 from torch import Tensor
 
-from onemap_mapper.belief.features import NOTHING_KNOWN, CellFeatures, SlotValues
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.belief.features import NOTHING_KNOWN, FeatureTable, SlotValues
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import RANKS, TextEmbeddings
+
+CellFeatures: TypeAlias = CellStore | FeatureTable  # of which scores are computed
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
 MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
@@ -74,7 +78,6 @@ class NeutralSums:
     def _fill(
         self, sets: Mapping[bytes, tuple[Tensor, SlotValues]], store: CellFeatures, slots: I64
     ) -> None:
-        """Compute the sums of these slots for these sets of words."""
         for chosen, features in store.chunks(slots):
             weighed = self.temperature * unit_cosines(features, self.words)
             index = torch.from_numpy(slots[chosen]).to(weighed.device)
@@ -123,7 +126,6 @@ class TextQuery:
 
     @property
     def calibrated(self) -> bool:
-        """Whether scores are probabilities."""
         return len(self.concepts) > 1
 
     def scores_as(self, other: TextQuery) -> bool:

@@ -100,7 +100,6 @@ class TextCache:
 
 
 def _blames_a_text(problem: Exception) -> bool:
-    """Whether the batch failed because of single texts in it."""
     return isinstance(problem, RequestRejected) and problem.code == "unknown_word"
 
 
