@@ -9,7 +9,6 @@ from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from onemap_mapper.belief.map import BeliefMap
@@ -82,27 +81,6 @@ def test_many_changed_cells_are_written_sooner(
     assert mapped.poll(checkpoint_file.INTERVAL_S / 6) == 2
 
 
-def test_the_end_of_the_mapper_writes_what_changed(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path)
-    mapped.see(0)
-    mapped.checkpoints.close()
-    assert cells_of(tmp_path) == mapped.belief.store.count
-    mapped.checkpoints.close()
-    assert mapped.checkpoints.written == 1
-
-
-def test_the_resumed_map_is_the_map(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path)
-    mapped.see(0)
-    mapped.see(1)
-    mapped.checkpoints.close()
-    again = resumed(tmp_path, PARAMS)
-    assert again is not None
-    assert again.frames_fused == 2
-    np.testing.assert_array_equal(again.occupancy_grid(), mapped.belief.occupancy_grid())
-    np.testing.assert_array_equal(again.layers(), mapped.belief.layers())
-
-
 def test_a_checkpoint_of_another_grid_is_not_resumed(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -111,16 +89,6 @@ def test_a_checkpoint_of_another_grid_is_not_resumed(
     mapped.checkpoints.close()
     assert cells_of(tmp_path, MapParams(cell_size_m=0.2)) == 0
     assert "not resumed: the map has cell size" in caplog.text
-
-
-def test_a_cleared_map_does_not_come_back(tmp_path: Path) -> None:
-    mapped = Mapped(tmp_path)
-    mapped.see(0)
-    mapped.poll(0.0)
-    mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
-    mapped.checkpoints.replaced(due=False)
-    mapped.checkpoints.close()
-    assert cells_of(tmp_path) == 0
 
 
 def test_a_map_cleared_while_it_is_written_does_not_come_back(
@@ -173,21 +141,6 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
     mapped.checkpoints.close()
     assert mapped.checkpoints.written == 2
     assert cells_of(tmp_path) == mapped.belief.store.count
-
-
-def test_one_thread_writes_all_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write_next, []
-
-    def seen(folder: Path, to_file: Writes) -> Path:
-        writers.append(threading.current_thread())
-        return write(folder, to_file)
-
-    monkeypatch.setattr(checkpoint_file, "write_next", seen)
-    for sequence in range(3):
-        mapped.see(sequence)
-        mapped.poll(100.0)
-    assert len(writers) == 3
-    assert len(set(writers)) == 1  # each new one would have an arena of the allocator
 
 
 def test_what_nobody_expected_ends_the_mapper(

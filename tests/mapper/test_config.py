@@ -37,11 +37,6 @@ def test_what_cannot_be_is_refused_in_a_sentence(values: dict[str, object], sent
         section({"mapper": values}, "mapper", MapperConfig)
 
 
-@pytest.mark.parametrize(("cell_size_m", "levels"), [(0.1, 11), (0.05, 22), (0.25, 4), (1.0, 1)])
-def test_voxels_are_about_as_high_as_a_cell_is_wide(cell_size_m: float, levels: int) -> None:
-    assert MapParams(cell_size_m=cell_size_m).levels == levels
-
-
 @pytest.mark.parametrize(
     ("noise_m", "range_m"), [(0.005, 4.472), (0.0, 8.0), (0.001, 8.0), (0.02, 2.236)]
 )

@@ -19,7 +19,6 @@ from onemap_mapper.storage.objects import (
     ObjectKeeper,
     ObjectMemory,
     from_bytes,
-    read_objects,
     to_bytes,
 )
 from onemap_shared import keys
@@ -101,20 +100,6 @@ def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
         to_bytes(ObjectMemory((replace(entry, kept=replace(entry.kept, picture_bytes=9)),)))
     with pytest.raises(ValueError, match="negative"):
         to_bytes(ObjectMemory(version=-1))
-
-
-def test_a_file_that_cannot_be_renamed_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / FILE_NAME).write_bytes(b"nothing")
-
-    def refuse(*_arguments: object) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(Path, "replace", refuse)
-    memory, problem = read_objects(tmp_path)
-    assert memory == NO_OBJECTS
-    assert problem.endswith("cannot be renamed either: Permission denied")
 
 
 HEIGHT_M = (0.3, 0.7)

@@ -91,18 +91,6 @@ def test_a_compilation_is_announced_once_and_loading_is_not(
     assert str(folder) in said[0]
 
 
-def test_arithmetic_keeps_its_order() -> None:
-    @jit.compiled
-    def total(values: Any) -> Any:
-        result = np.float32(0)
-        for value in values:
-            result += value
-        return result
-
-    values = np.array([1e8, 1.0, -1e8, 1.0], np.float32)
-    assert total(values) == np.float32(1.0)  # in order; 2 if it were reordered
-
-
 def compiled_variants() -> dict[str, int]:
     """For each compiled function that others call, for how many combinations of types."""
     found = {}

@@ -54,19 +54,6 @@ def rewritten(path: Path, **changes: Any) -> Path:
     return other
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float16])
-def test_what_is_written_is_read(
-    taken: MapSnapshot, tmp_path: Path, dtype: type[np.floating]
-) -> None:
-    path = tmp_path / "a.npz"
-    taken = dataclasses.replace(taken, features=taken.features.astype(dtype))
-    assert write(taken, path) == path.stat().st_size
-    again = read(path)
-    assert again.header == taken.header
-    for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(again, name), getattr(taken, name), strict=True)
-
-
 def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
     write(taken, tmp_path / "a.npz")
     old = read(rewritten(tmp_path / "a.npz", **dict.fromkeys(("heights", *SEEN))))

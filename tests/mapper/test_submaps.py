@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import (
     PlanarCorrection,
-    Submap,
     SubmapParams,
     SubmapStore,
     correction_at,
@@ -128,7 +127,7 @@ def random_corrections(seed: int, count: int) -> list[F64]:
 STAY = pose_2d(0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_taken_out_is_as_if_never_seen(seed: int) -> None:
     a, b, c = shown(seed, 3)
     belief, _ = made((a, b, c), store=False)
@@ -151,7 +150,7 @@ def test_taken_out_is_as_if_never_seen(seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_moved_is_as_if_seen_from_the_corrected_pose(seed: int) -> None:
     """By whole cells, where moving needs no resampling."""
     fields = shown(seed)
@@ -166,7 +165,7 @@ def test_moved_is_as_if_seen_from_the_corrected_pose(seed: int) -> None:
 
 
 @given(st.integers(0, 1000))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_corrections_do_not_add_up(seed: int) -> None:
     fields = shown(seed)
     belief, submaps = made(fields)
@@ -293,15 +292,6 @@ SQUARE = np.argwhere(np.ones((20, 30), bool)) - (4, 11)
 CENTRES = GridSpec(SIZE_M, (0, 0), (1, 1)).centres(SQUARE)
 
 
-def seen() -> tuple[BeliefMap, Submap]:
-    """A map of one frame, and its submap."""
-    belief = BeliefMap(scenes.params())
-    field = scenes.field(0, scenes.pose())
-    belief.fuse(compute_update(field, belief.params))
-    centre_m = field.T_map_camera[:2, 3]
-    return belief, submap_of(belief, field.stamp_ns, centre_m, torch.float16)
-
-
 @pytest.mark.parametrize("yaw_rad", [-0.4, 0.02, 1.0, np.pi])
 def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
     correction = PlanarCorrection(yaw_rad, 0.37, -1.21)
@@ -315,16 +305,6 @@ def test_a_turned_square_has_no_holes_and_no_doubles(yaw_rad: float) -> None:
     for row in filled:
         inside = np.flatnonzero(row)
         assert row[inside[0] : inside[-1] + 1].all()  # a convex shape: each row is one run
-
-
-def test_features_and_evidence_move_together() -> None:
-    _, submap = seen()
-    moved = submap.corrected(PlanarCorrection(0.0, 1.0, 0.0))
-    expected = moved.features.cells + (10, 0)
-    cells = moved.moved_features(SIZE_M).cells
-    np.testing.assert_array_equal(np.unique(cells, axis=0), np.unique(expected, axis=0))
-    assert len(moved.moved_occupancy(SIZE_M).cells) == len(submap.occupancy.cells)
-    assert not submap.without_searched().features.searched.any()
 
 
 FIELDS = [scenes.field(k, scenes.pose(0.2 * k)) for k in range(4)]

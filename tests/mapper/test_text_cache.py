@@ -38,15 +38,6 @@ class Embedder:
         return TextEmbeddings("e", "space", texts, ones, none, mask, 1.0)
 
 
-def test_a_text_is_embedded_once() -> None:
-    embedder = Embedder()
-    cache = TextCache(embedder, CPU)
-    space, query = cache.query("sofa")
-    assert (space, query.text) == ("space", "sofa")
-    assert cache.query("sofa")[1] is query
-    assert embedder.asked == ["sofa"]
-
-
 def test_a_slow_text_does_not_block_the_others() -> None:
     begun, release = threading.Event(), threading.Event()
     embedder = Embedder()
