@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -46,7 +46,7 @@ class PointCloud:
     """An organised point cloud in planes: one point per pixel, in image order.
 
     T_map_camera (4, 4), on the host; depth_m (H, W) float32 z-depth in metres, 0 = no return; x_m,
-    y_m, z_m (H, W) float32 metres in the map frame, the camera's position without return.
+    y_m, z_m (H, W) float32 metres in the map frame, of no meaning without return.
     """
 
     T_map_camera: F64
@@ -96,11 +96,9 @@ class PointCloud:
 
     def without(self, pixels: Tensor) -> PointCloud:
         """The cloud without return at these pixels (H, W)."""
-        at = torch.nonzero(pixels, as_tuple=True)  # few: masks take as long as the whole image
-        planes = [plane.clone() for plane in self.planes]
-        for plane, value in zip(planes, (0.0, *self.camera_m), strict=True):
-            plane[at] = value
-        return PointCloud(self.T_map_camera, *planes)
+        depth_m = self.depth_m.clone()
+        depth_m[torch.nonzero(pixels, as_tuple=True)] = 0.0  # few: a mask takes longer
+        return replace(self, depth_m=depth_m)
 
     def strided(self, rows: int, columns: int) -> PointCloud:
         """The cloud of every so manieth pixel of every so manieth row, a view."""

@@ -64,13 +64,15 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     )
     if jit.usable(wanted=params.compiled, device=device):
         cloud, weights = seen, _weights_on_host(field, depth_m, params)
+        variance = torch.tensor(field.variance[::n, ::n])
     else:
-        cloud, weights = _on_device(field, n, params)
+        variance = torch.tensor(field.variance, device=device)
+        cloud, weights = _on_device(field, variance, params)
+        cloud, variance = cloud.strided(n, n), variance[::n, ::n]
     patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
     cells, features, confidence = _blurred(
         weights, cell_features(weights, patches), field.T_map_camera, params
     )
-    variance = torch.tensor(field.variance[::n, ::n], device=device)
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
@@ -99,8 +101,10 @@ def _weights_on_host(field: FeatureField, depth_m: F32, params: MapParams) -> Ce
     )
 
 
-def _on_device(field: FeatureField, n: int, params: MapParams) -> tuple[PointCloud, CellWeights]:
-    """The points, thinned, and the weights, of images that are sent there: 6 bytes per pixel."""
+def _on_device(
+    field: FeatureField, variance: Tensor, params: MapParams
+) -> tuple[PointCloud, CellWeights]:
+    """The points and the weights of images that are sent there: 6 bytes per pixel."""
     device, (h, w, _) = params.torch_device, field.features.shape
     millimetres = torch.tensor(field.depth_mm.view(np.int16), device=device).int() & 0xFFFF
     cloud = PointCloud.of(
@@ -108,9 +112,7 @@ def _on_device(field: FeatureField, n: int, params: MapParams) -> tuple[PointClo
         intrinsics=field.intrinsics,
         T_map_camera=field.T_map_camera,
     )
-    variance = torch.tensor(field.variance, device=device)
-    weights = project(cloud, variance, patch_shape=(h, w), params=params)
-    return cloud.strided(n, n), weights
+    return cloud, project(cloud, variance, patch_shape=(h, w), params=params)
 
 
 def _blurred(

@@ -98,7 +98,8 @@ def cell_heights(cloud: PointCloud, variance: Tensor, cells: Tensor, params: Map
     used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
     points, confidence = cloud.points(used), variance[used].reciprocal()
     level = divided(points[:, 2].double() - LOWEST_M, THICKNESS_M).floor().long() + 1
-    x, y = (cells_of(points, params.cell_size_m) - torch.tensor(low, device=device)).unbind(1)
+    place = cells_of(points, params.cell_size_m)
+    x, y = place[:, 0] - low[0], place[:, 1] - low[1]
     inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
     row = row_of[torch.where(inside, x * ny + y, nx * ny)]
     sums.view(-1).index_add_(0, row * LEVELS + level.clamp(0, LEVELS - 1), confidence)

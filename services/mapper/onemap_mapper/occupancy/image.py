@@ -289,7 +289,8 @@ def _evidence(
     drop = (clear * -MISS).to(torch.int8).masked_fill_(drops >= MIN_HITS, DROP_HIT)
     evidence = torch.cat([voxels, drop[..., None]], dim=2)
     place = torch.nonzero(clear | blind | evidence.any(dim=2), as_tuple=True)
-    cells = torch.stack(place, dim=1) + torch.tensor(box.origin_cell, device=clear.device)
+    (i, j), (x, y) = place, box.origin_cell
+    cells = torch.stack([i + x, j + y], dim=1)
     return OccupancyUpdate(cells, evidence[place], clear[place], blind[place])
 
 
