@@ -18,12 +18,17 @@ from onemap_mapper.storage.map_file import map_path, write
 from onemap_mapper.storage.map_folder import (
     QuotaExceeded,
     check_quota,
-    merge_into,
     merged_objects,
     saved_maps,
 )
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
-from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
+from onemap_mapper.storage.snapshot import (
+    EncoderMismatch,
+    MapFileError,
+    MapSnapshot,
+    merge_into,
+    take,
+)
 from onemap_shared import keys
 from onemap_shared.messages import MapFile, MapMerge, PicturedObject
 from tests.gateway.fakes import kept_object

@@ -20,8 +20,7 @@ from onemap_mapper.query.replies import (
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
-from onemap_mapper.storage import snapshot
-from onemap_mapper.storage.map_folder import merge_into
+from onemap_mapper.storage.snapshot import merge_into, take
 from onemap_shared.messages import (
     MapVerdict,
     SimilarityReply,
@@ -195,7 +194,7 @@ def test_an_object_lies_at_the_heights_of_its_extent(table_map: BeliefMap, name:
 def test_heights_follow_a_merge(table_map: BeliefMap) -> None:
     merged = BeliefMap(scenes.params())
     turned = PlanarCorrection(np.pi / 2, 3.0, 1.0)
-    merge_into(merged, snapshot.take(table_map), turned)
-    merge_into(merged, snapshot.take(table_map), turned)
+    merge_into(merged, take(table_map), turned)
+    merge_into(merged, take(table_map), turned)
     for name in LIES:
         assert_lies(name, asked(merged, name).heights_m[0])

@@ -27,7 +27,6 @@ from onemap_shared import keys
 from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
-    AnsweredQuery,
     CameraView,
     FeatureField,
     FrameReceipt,
@@ -206,7 +205,7 @@ class MapRobot:
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._receipts = bus.publish(keys.FIELD_RECEIPTS)
         self._revisions = bus.publish(keys.MAP_REVISION)
-        self._answered = bus.publish(keys.MAP_QUERIES)
+        self.answered = bus.publish(keys.MAP_QUERIES)
         self._heartbeats = bus.publish(keys.heartbeat(SERVICE)) if number else None
         self._beat_due_s = 0.0
 
@@ -255,10 +254,6 @@ class MapRobot:
                 camera=self.camera,
             )
         )
-
-    def answered(self, query: AnsweredQuery) -> None:
-        """Publish what was asked and answered."""
-        self._answered.put(query)
 
     def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:
         """Numbers of its frames for the heartbeat."""

@@ -179,7 +179,7 @@ class Mapper:
         self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
         reply = self._answer(robot, request, queries)
-        robot.answered(answered(request, reply))
+        robot.answered.put(answered(request, reply))
         return reply
 
     def _answer(

@@ -1,10 +1,4 @@
-"""The saved maps of a folder, on the bus: listed, deleted, merged into the map in use.
-
-A merged map is of the same frame, or of one that is known in ours. Features are fused as those of
-frames, weighted by the inverse of their variance, and evidence of obstacles is added, so that it
-does not matter which map came first: up to rounding, and up to the bounds of the evidence where
-more than two maps disagree about a voxel.
-"""
+"""The saved maps of a folder, on the bus: listed, deleted, merged into the map in use."""
 # Talks: answers on the bus, and logs.
 # Touches files: maps.
 
@@ -17,28 +11,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import torch
 
-from onemap_mapper.belief.cells import FeatureShare
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import PlanarCorrection, moved_cells
-from onemap_mapper.belief.tiles import MapTooLarge
-from onemap_mapper.belief.version import FrameHistory
-from onemap_mapper.belief.view_log import SeenFrom
+from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.storage.map_file import SUFFIX, MapNotFound, map_path, read, read_header, require
 from onemap_mapper.storage.objects import ObjectKeeper, ObjectMemory
 from onemap_mapper.storage.snapshot import (
-    ASSUMED,
-    VERSION_WITHOUT_DROPS,
     EncoderMismatch,
     MapFileError,
-    MapSnapshot,
+    merge_into,
 )
-from onemap_mapper.transfers import to_device
 from onemap_shared import keys
-from onemap_shared.geometry import I64
 from onemap_shared.messages import (
     MAX_FILE_TEXT_CHARS,
     MAX_LISTED_MAPS,
@@ -184,37 +168,6 @@ class SavedMaps:
         return replace(summary, path=str(path), file_bytes=size)
 
 
-def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
-    """Fuse a snapshot, moved by ``moved`` into the frame of the map, into that map.
-
-    A moved cell takes the content of the one in which its centre lay. Raises ``EncoderMismatch``,
-    or ``MapFileError`` for another grid or a map that becomes too large, before any change.
-    """
-    _check(belief, taken)
-    header = taken.header
-    cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
-    share = _features(taken, cells, source)
-    device = belief.params.torch_device
-    occupancy = _occupancy(taken, moved, device)
-    try:
-        every = torch.cat([to_device(share.cells, device), occupancy.cells])
-        driving = belief.grow(every)[len(share.cells) :]
-    except MapTooLarge as problem:
-        raise MapFileError(f"the maps together are too large: {problem}") from problem
-    if header.dimension > 0:
-        if belief.dimension == 0:
-            belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
-        belief.put_in(share)
-        if taken.seen is not None:
-            belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
-    belief.fuse_occupancy(occupancy, driving)
-    belief.assume_free(driving[occupancy.blind])
-    belief.frames_fused += header.frames_fused
-    before = belief.history().stamp_ns
-    if before < header.stamp_ns and belief.frames_fused == header.frames_fused:  # it was empty
-        belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
-
-
 def merged_objects(
     ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarCorrection
 ) -> ObjectMemory:
@@ -227,57 +180,6 @@ def merged_objects(
             objects.append(PicturedObject(kept, entry.picture))
     objects.sort(key=lambda entry: entry.kept.last_seen_ns)
     return replace(ours, objects=tuple(objects)).limited()
-
-
-def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
-    header, params = taken.header, belief.params
-    ours = (belief.encoder_id, belief.text_space, belief.dimension)
-    theirs = (header.encoder_id, header.text_space, header.dimension)
-    if belief.dimension and header.dimension and ours != theirs:
-        raise EncoderMismatch(
-            f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels), the "
-            f"saved one those of {theirs[0]} ({theirs[1]}, {theirs[2]} channels): only maps of "
-            "one encoder can be merged"
-        )
-    if header.version == VERSION_WITHOUT_DROPS or params.grid != (
-        header.cell_size_m,
-        header.obstacle_min_height_m,
-        header.obstacle_max_height_m,
-    ):
-        raise MapFileError(
-            "the saved map has another cell size or other obstacle heights, or is of a release "
-            "without drops: load and save it with the present configuration first"
-        )
-
-
-def _features(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:
-    """The features of world cells (n, 2), each from the cell of this index (n,)."""
-    explored = taken.confidence if taken.explored is None else taken.explored
-    confidence, seen = (
-        torch.from_numpy(values[source].astype(np.float64))
-        for values in (taken.confidence, explored)
-    )
-    features = torch.from_numpy(np.asarray(taken.features)[source])
-    searched = torch.zeros_like(confidence)
-    heights = taken.known_heights()[source]
-    return FeatureShare(cells, features, confidence, searched, seen, heights)
-
-
-def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
-    """The same views from the places of the camera in our frame."""
-    yaw_rad = (seen.poses[:, 2] + moved.yaw_rad + np.pi) % (2 * np.pi) - np.pi
-    return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
-
-
-def _occupancy(
-    taken: MapSnapshot, moved: PlanarCorrection, device: torch.device
-) -> OccupancyUpdate:
-    driving_cells = taken.driving_cells.astype(np.int64)
-    cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
-    assumed = taken.clear[source] == ASSUMED
-    clear = (taken.clear[source] > 0) & ~assumed
-    evidence = taken.evidence[source]
-    return OccupancyUpdate.of_arrays(cells, evidence, clear, assumed, device=device)
 
 
 def _moved_object(kept: KeptObject, moved: PlanarCorrection) -> KeptObject:

@@ -1,4 +1,4 @@
-"""A detached copy of a map, as it is saved, the map restored from one, and its digest."""
+"""A detached copy of a map, as it is saved; the map restored from one or merged with it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from onemap_mapper.belief.cells import EXPLORED, SEARCHED
+from onemap_mapper.belief.cells import SEARCHED, FeatureShare
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection, moved_cells
 from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
@@ -21,6 +22,7 @@ from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.transfers import to_device, to_host
+from onemap_shared.geometry import I64
 from onemap_shared.messages import MapDigest
 
 FORMAT, VERSION = "onemap-map", 2
@@ -51,6 +53,11 @@ class MapHeader:
     frames_fused: int
     sequence: int
     stamp_ns: int
+
+    @property
+    def grid(self) -> tuple[float, float, float]:
+        """As ``MapParams.grid``."""
+        return self.cell_size_m, self.obstacle_min_height_m, self.obstacle_max_height_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,41 +164,99 @@ def restore(
     """
     header = snapshot.header
     _check_header(header, params, encoder_id)
-    evidence = _evidence(snapshot, params)
-    belief = BeliefMap(params, first_revision=first_revision)
-    cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
-    try:
-        rows, on_floor = belief.grow(np.concatenate([cells, driving_cells])).split_with_sizes(
-            [len(cells), len(driving_cells)]
-        )
-    except MapTooLarge as problem:
-        raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
-    assumed = snapshot.clear == ASSUMED
-    clear = (snapshot.clear > 0) & ~assumed
-    driving = (driving_cells, evidence, clear, assumed)
-    occupancy = OccupancyUpdate.of_arrays(*driving, device=params.torch_device)
-    belief.fuse_occupancy(occupancy, on_floor)
-    belief.assume_free(on_floor[occupancy.blind])
+    belief = BeliefMap(params, first_revision=first_revision - 1)
+    _put_in(belief, replace(snapshot, evidence=_evidence(snapshot, params)), NO_CORRECTION)
+    belief.revision = first_revision
     if header.dimension > 0:
-        belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
-        arrays = (snapshot.confidence, snapshot.searched, snapshot.features)
-        confidence, searched, features = (to_device(x, params.torch_device) for x in arrays)
-        slots = belief.slots_at(rows, to_device(cells, params.torch_device))
-        belief.store.fuse(
-            slots,
-            features.float(),
-            confidence,
-            revision=first_revision,
-            heights=to_device(snapshot.known_heights(), params.torch_device),
-        )
-        belief.store.set_confidence(SEARCHED, searched)
-        if snapshot.explored is not None:
-            belief.store.set_confidence(EXPLORED, torch.from_numpy(snapshot.explored))
-        if snapshot.seen is not None:
-            belief.view_log.put_in(rows, snapshot.seen)
-    belief.frames_fused = header.frames_fused
+        belief.store.set_confidence(SEARCHED, torch.from_numpy(snapshot.searched))
     belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
     return belief
+
+
+def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
+    """Fuse a snapshot, moved by ``moved`` into the frame of the map, into that map.
+
+    Features are weighted by the inverse of their variance and evidence is added, so that it does
+    not matter which map came first, up to rounding and the bounds of the evidence. A moved cell
+    takes the content of the one in which its centre lay. Raises ``EncoderMismatch``,
+    or ``MapFileError`` for another grid or a map that becomes too large, before any change.
+    """
+    _check(belief, taken)
+    _put_in(belief, taken, moved)
+
+
+def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
+    header = taken.header
+    cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
+    share = _share(taken, cells, source)
+    device = belief.params.torch_device
+    occupancy = _occupancy(taken, moved, device)
+    try:
+        every = torch.cat([to_device(share.cells, device), occupancy.cells])
+        driving = belief.grow(every)[len(share.cells) :]
+    except MapTooLarge as problem:
+        raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
+    if header.dimension > 0:
+        if belief.dimension == 0:
+            belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
+        belief.put_in(share)
+        if taken.seen is not None:
+            belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
+    belief.fuse_occupancy(occupancy, driving)
+    belief.assume_free(driving[occupancy.blind])
+    belief.frames_fused += header.frames_fused
+    before = belief.history().stamp_ns
+    if before < header.stamp_ns and belief.frames_fused == header.frames_fused:  # it was empty
+        belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
+
+
+def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
+    header, params = taken.header, belief.params
+    ours = (belief.encoder_id, belief.text_space, belief.dimension)
+    theirs = (header.encoder_id, header.text_space, header.dimension)
+    if belief.dimension and header.dimension and ours != theirs:
+        raise EncoderMismatch(
+            f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels), the "
+            f"saved one those of {theirs[0]} ({theirs[1]}, {theirs[2]} channels): only maps of "
+            "one encoder can be merged"
+        )
+    if header.version == VERSION_WITHOUT_DROPS or params.grid != header.grid:
+        raise MapFileError(
+            "the saved map has another cell size or other obstacle heights, or is of a release "
+            "without drops: load and save it with the present configuration first"
+        )
+
+
+def _share(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:
+    """The features of world cells (n, 2), each from the cell of this index (n,)."""
+    explored = taken.confidence if taken.explored is None else taken.explored
+    confidence, seen = (
+        torch.from_numpy(values[source].astype(np.float64))
+        for values in (taken.confidence, explored)
+    )
+    features = torch.from_numpy(np.asarray(taken.features)[source])
+    searched = torch.zeros_like(confidence)
+    heights = taken.known_heights()[source]
+    return FeatureShare(cells, features, confidence, searched, seen, heights)
+
+
+def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
+    """The same views from the places of the camera in our frame."""
+    if moved == NO_CORRECTION:
+        return seen
+    yaw_rad = (seen.poses[:, 2] + moved.yaw_rad + np.pi) % (2 * np.pi) - np.pi
+    return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
+
+
+def _occupancy(
+    taken: MapSnapshot, moved: PlanarCorrection, device: torch.device
+) -> OccupancyUpdate:
+    driving_cells = taken.driving_cells.astype(np.int64)
+    cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
+    assumed = taken.clear[source] == ASSUMED
+    clear = (taken.clear[source] > 0) & ~assumed
+    evidence = taken.evidence[source]
+    return OccupancyUpdate.of_arrays(cells, evidence, clear, assumed, device=device)
 
 
 def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None:
@@ -199,11 +264,10 @@ def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None
         raise EncoderMismatch(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
         )
-    ours = params.grid
-    theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
-    if ours != theirs:
+    if header.grid != params.grid:
         raise MapFileError(
-            f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
+            f"the map has cell size and obstacle heights {header.grid} m, the configuration "
+            f"{params.grid} m"
         )
 
 
