@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import replace
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from onemap_gateway.present.replies import (
     search_snapshot,
 )
 from onemap_gateway.present.service_status import PipelineFault
+from onemap_shared.camera import Intrinsics
 from onemap_shared.messages import (
     NO_CHOICE,
     Coverage,
@@ -237,6 +239,18 @@ def test_the_live_document_is_json_and_whole() -> None:
     assert document["camera"]["detections"][0]["name"] == "sofa"
     assert document["path"]["points_m"] == [[1, 2], [3, 4]]
     assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]
+
+
+def test_the_live_document_says_what_the_camera_sees() -> None:
+    """A camera at (1, 2) that looks along y, and has 90 degrees in its image."""
+    T_map_camera = np.eye(4)
+    T_map_camera[:3, :3] = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # x right, y down
+    T_map_camera[:3, 3] = (1.0, 2.0, 0.8)
+    frame = replace(fakes.rgbd(), intrinsics=Intrinsics(16, 16, 16, 12), T_map_camera=T_map_camera)
+    state = LiveState().with_message(frame, 1.0)
+    document = live_document(state, None, now_s=1.0, now_ns=STAMP_NS, with_trail=False)
+    view = {"x_m": 1.0, "y_m": 2.0, "left_rad": 3 * pi / 4, "right_rad": pi / 4}
+    assert document["camera"]["view"] == pytest.approx(view, abs=1e-3)
 
 
 def test_the_live_document_of_nothing_says_what_is_missing() -> None:

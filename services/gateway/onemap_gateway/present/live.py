@@ -12,7 +12,7 @@ from onemap_gateway.bus.live_state import LiveState, newest
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import age_s, search_snapshot, stage_latencies
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import RgbdFrame, SearchState
 
 PATH_ARRAYS = (
     "points_m", "goal_m", "frontiers_m", "frontier_scores", "regions_m", "region_scores",
@@ -83,6 +83,7 @@ def _camera(state: LiveState, now_s: float) -> dict[str, Any] | None:
         "height_px": frame.rgb.shape[0],
         "rate_hz": round(state.frame.rate_hz(now_s), 1),
         "age_s": round(state.frame.age_s(now_s), DECIMALS),
+        "view": _view(frame),
         "detections": [
             {"name": name, "score": round(float(score), 2), "box_px": _rounded(box)}
             for name, score, box in zip(
@@ -92,6 +93,17 @@ def _camera(state: LiveState, now_s: float) -> dict[str, Any] | None:
         if detections
         else [],
     }
+
+
+def _view(frame: RgbdFrame) -> dict[str, float]:
+    """Where the camera was (metres) and the edges of its image from above, yaw in radians."""
+    T_map_camera = frame.T_map_camera
+    columns = {"left_rad": -0.5, "right_rad": frame.rgb.shape[1] - 0.5}
+    view = dict(zip(("x_m", "y_m"), T_map_camera[:2, 3], strict=True))
+    for name, column in columns.items():
+        x, y = T_map_camera[:2, :3] @ (frame.intrinsics.x_at(column), 0.0, 1.0)
+        view[name] = np.arctan2(y, x)
+    return {name: round(float(value), DECIMALS) for name, value in view.items()}
 
 
 def _path(state: LiveState, now_s: float) -> dict[str, Any] | None:

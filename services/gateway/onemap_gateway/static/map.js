@@ -14,6 +14,8 @@ const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const LABEL_PX = 16; // height of a label
 const LABEL_GAP_PX = 7; // between two labels beside each other: their outlines, and a space
+const VIEW_S = 2; // an older view is not drawn
+const VIEW_M = 2.5; // in which the drawn view of the camera fades
 const PIN_PX = 15; // from a pin's tip to the middle of its head
 const REACH_PX = 13; // around a pin's head in which a click is meant for it
 const TOUCH_REACH_PX = 24; // the same for a finger
@@ -227,6 +229,7 @@ export class MapView {
     const path = this.state.path;
     this.line(this.trail, this.colours.trail, 2, 0.75);
     if (path) this.drawPlan(path);
+    if (this.state.camera?.age_s < VIEW_S) this.drawView(this.state.camera.view);
     this.drawOptions(this.state.search);
     for (const { text, regions } of this.answers) {
       const prefix = this.answers.length > 1 ? `${text} ` : "";
@@ -256,6 +259,23 @@ export class MapView {
     for (const [x, y] of path.regions_m) this.ring(x, y, 10, this.colours.region);
     this.line(path.points_m, this.colours.path, 2.5, 0.95);
     for (const [x, y] of path.goal_m) this.ring(x, y, 6, this.colours.path);
+  }
+
+  // What the camera saw last, from above.
+  drawView({ x_m: x, y_m: y, left_rad: left, right_rad: right }) {
+    const { context } = this;
+    const [column, row] = this.pixels(x, y);
+    const radius = VIEW_M * this.camera.pixelsPerM;
+    const light = context.createRadialGradient(column, row, 0, column, row, radius);
+    light.addColorStop(0, this.colours.robot);
+    light.addColorStop(1, "transparent");
+    context.globalAlpha = 0.3;
+    context.fillStyle = light;
+    context.beginPath();
+    context.moveTo(column, row);
+    context.arc(column, row, radius, -left, -right);
+    context.fill();
+    context.globalAlpha = 1;
   }
 
   // The letters of the goals that were weighed, as in the table "Why there?".
