@@ -6,7 +6,7 @@ import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -450,10 +450,4 @@ def healthy(findings: list[Finding]) -> bool:
 
 def document(findings: list[Finding]) -> dict[str, Any]:
     """The findings as a JSON object."""
-    return {
-        "healthy": healthy(findings),
-        "findings": [
-            {"severity": f.severity.value, "sentence": f.sentence, "remedy": f.remedy}
-            for f in findings
-        ],
-    }
+    return {"healthy": healthy(findings), "findings": [asdict(each) for each in findings]}

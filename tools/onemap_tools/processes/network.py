@@ -11,6 +11,7 @@ LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 8080  # of the gateway
 DEFAULT_URL = f"http://{LOOPBACK}:{DEFAULT_PORT}"
 TRIED_PORTS = 100
+CONNECT_S = 0.5
 
 
 def is_free(port: int) -> bool:
@@ -45,11 +46,11 @@ def is_local(endpoint: str) -> bool:
     return re.fullmatch(r"[a-z]+/(127\.\d+\.\d+\.\d+|localhost|\[::1\]):\d+", endpoint) is not None
 
 
-def accepts_connections(endpoint: str, timeout_s: float = 0.5) -> bool:
+def accepts_connections(endpoint: str) -> bool:
     """Whether a server accepts connections at a TCP endpoint of this machine."""
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), timeout_s):
+        with socket.create_connection((host.strip("[]"), int(port)), CONNECT_S):
             return True
     except OSError:
         return False
