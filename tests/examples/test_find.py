@@ -60,5 +60,5 @@ def test_a_refusal_is_one_sentence() -> None:
 
 def test_the_documentation_shows_it() -> None:
     page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    code = SCRIPT.read_text(encoding="utf-8").partition("import sys\n")[2]
-    assert code.partition("\n\nif __name__")[0].strip() in page
+    _, beginning, code = SCRIPT.read_text(encoding="utf-8").partition("import sys\n")
+    assert beginning + code in page
