@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
+from websockets.sync.client import connect
 
 from onemap_gateway import connections
 from onemap_gateway.config import GatewayConfig
@@ -114,6 +115,12 @@ def reply(worker: GatewayWorker) -> bytes:
         except OSError:
             return b""
         return everything(client)
+
+
+def test_a_live_socket_outlasts_the_deadline(worker: GatewayWorker) -> None:
+    with connect(f"ws://127.0.0.1:{worker.port}/v1/live") as live:
+        for _ in range(3):
+            assert live.recv(timeout=WAIT_S)
 
 
 def test_a_client_that_does_not_read_is_given_up(worker: GatewayWorker) -> None:

@@ -161,30 +161,19 @@ def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
     assert finite([1.5, -2, "NaN", True, None]) == [1.5, -2, "NaN", True, None]
 
 
-def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
-    none = np.zeros((0, 4), np.float32)
-    return SimilarityReply(
-        text="yeti",
-        revision=1,
-        stamp_ns=1,
-        encoder_id="e",
-        centres_m=none[:, :2],
-        extents_m=none,
-        scores=none[:, 0],
-        variances=none[:, 0],
-        grid=fakes.GRID,
-        scores_grid=np.zeros((0, 0), np.float32),
-        floor=floor,
-        nearest=nearest,
-    )
-
-
-def test_an_empty_reply_has_the_best_score_and_near_words() -> None:
-    assert no_match_message(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
-    assert no_match_message(nothing(0.3, ())).endswith(
-        "the best score is 0.00, and answers begin at 0.30."
-    )
-    assert no_match_message(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
+@pytest.mark.parametrize(
+    ("floor", "nearest", "said"),
+    [
+        (0.0, (), "Nothing on the map looks like 'kite'."),
+        (0.3, (), ": the best score is 0.19, and answers begin at 0.30."),
+        (0.0, ("bed",), "'kite'. Did you mean 'bed'?"),
+    ],
+)
+def test_an_empty_reply_has_the_best_score_and_near_words(
+    floor: float, nearest: tuple[str, ...], said: str
+) -> None:
+    kite = FakeMapper(MemoryRouter()).similarity(SimilarityRequest("kite"))
+    assert no_match_message(replace(kite, floor=floor, nearest=nearest)).endswith(said)
 
 
 @pytest.fixture

@@ -88,15 +88,9 @@ def bearing(token: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("given", [None, "Bearer", "Bearer 012", "Basic 0123", "0123"])
-@pytest.mark.parametrize(
-    ("method", "path"),
-    [("POST", "/v1/map/clear"), ("GET", "/v1/map"), ("GET", "/v1/camera.jpg"), ("GET", "/metrics")],
-)
-def test_reads_and_changes_need_a_token(
-    locked: TestClient, given: str | None, method: str, path: str
-) -> None:
+def test_what_is_no_token_is_refused(locked: TestClient, given: str | None) -> None:
     headers = {} if given is None else {"Authorization": given}
-    answer = locked.request(method, path, headers=headers)
+    answer = locked.get("/v1/map", headers=headers)
     assert answer.status_code == 401
     assert answer.headers["WWW-Authenticate"] == "Bearer"
     assert "gateway.token" in answer.json()["detail"]

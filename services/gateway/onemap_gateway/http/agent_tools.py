@@ -33,7 +33,7 @@ from onemap_gateway.http.schemas import Limit, ObjectName, RequestModel, SearchS
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
-from onemap_gateway.present.replies import map_object, map_statistics, search_snapshot
+from onemap_gateway.present.replies import map_object, map_statistics
 from onemap_gateway.present.service_status import sentence
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -261,7 +261,7 @@ async def start_search(
     )
     try:
         request = asked.request(gateway.paces.call_timeout_s)
-        status = await gateway.call(keys.SEARCH_START, request)
+        search = await gateway.search(keys.SEARCH_START, request)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
@@ -270,7 +270,6 @@ async def start_search(
             "The robot is busy with another search: wait until 'search_status' says that it has "
             "ended, or end it with 'stop'.",
         ) from None
-    search = search_snapshot(status, gateway.now_ns())
     in_order = "in the cheapest order" if order is SearchOrder.ANY else "in this order"
     in_order = f" {in_order}" if len(objects) > 1 else ""
     summary = (
@@ -284,10 +283,9 @@ async def start_search(
 async def search_status(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResult:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
     try:
-        status = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
+        search = await gateway.search(keys.SEARCH_GET, SearchId(search_id))
     except HttpProblem as problem:
         return _no_search(search_id, problem)
-    search = search_snapshot(status, gateway.now_ns())
     summary = (
         f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
         f"{sentence(search.reason)}{_found_names(search)}"
@@ -299,10 +297,9 @@ async def stop(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResu
     """STOPS THE ROBOT and ends the search; what it found so far is kept."""
     before = newest(gateway.cache.state.search)
     try:
-        status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))
+        search = await gateway.search(keys.SEARCH_CANCEL, SearchId(search_id))
     except HttpProblem as problem:
         return _no_search(search_id, problem)
-    search = search_snapshot(status, gateway.now_ns())
     had_ended = before is not None and before.search_id == search.id and not before.active
     if had_ended or search.state != SearchState.CANCELLED:
         summary = (

@@ -11,6 +11,7 @@ from typing import Annotated, TypeVar
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from onemap.replies import SearchSnapshot
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache
@@ -20,6 +21,7 @@ from onemap_gateway.http.security import LockOut
 from onemap_gateway.http.shared_results import SharedResults
 from onemap_gateway.http.streams import ImageStreams
 from onemap_gateway.present.metrics import RequestCounter
+from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.present.service_status import (
     PipelineFault,
     find_pipeline_fault,
@@ -27,7 +29,7 @@ from onemap_gateway.present.service_status import (
 )
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
-from onemap_shared.messages import SearchView, SearchViewRequest
+from onemap_shared.messages import SearchStatus, SearchView, SearchViewRequest
 from onemap_shared.transport import CallError
 
 Q = TypeVar("Q")
@@ -102,6 +104,10 @@ class GatewayContext:
     def robot_xy_m(self) -> tuple[float, ...]:
         """x, y of the robot in metres; empty before its first pose."""
         return (self.cache.state.robot or ())[:2]
+
+    async def search(self, procedure: Procedure[Q, SearchStatus], request: Q) -> SearchSnapshot:
+        """The search with which the planner replies."""
+        return search_snapshot(await self.call(procedure, request), self.now_ns())
 
     async def view(self, text: str | None = None) -> SearchView:
         """The current map, with the similarity to ``text`` if given."""

@@ -113,14 +113,14 @@ async def start_search(
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        search = request.request(gateway.paces.call_timeout_s)
-        status = await gateway.call(keys.SEARCH_START, search)
+        asked = request.request(gateway.paces.call_timeout_s)
+        search = await gateway.search(keys.SEARCH_START, asked)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
         raise await _conflict(gateway, problem) from None
-    response.headers["Location"] = f"/v1/searches/{status.search_id}"
-    return search_snapshot(status, gateway.now_ns())
+    response.headers["Location"] = f"/v1/searches/{search.id}"
+    return search
 
 
 async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProblem:
@@ -147,15 +147,13 @@ async def list_searches(gateway: GatewayDep) -> SearchListReply:
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
 async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """State, reason and results of a search."""
-    status = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
-    return search_snapshot(status, gateway.now_ns())
+    return await gateway.search(keys.SEARCH_GET, SearchId(search_id))
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(404, 422, 503))
 async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """Stop the robot and end the search; what was found so far stays in the results."""
-    status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))
-    return search_snapshot(status, gateway.now_ns())
+    return await gateway.search(keys.SEARCH_CANCEL, SearchId(search_id))
 
 
 async def events_from_now(search_id: Id, gateway: GatewayDep) -> AsyncIterator[ServerSentEvent]:
