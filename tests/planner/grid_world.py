@@ -6,7 +6,7 @@ that a search takes seconds and is repeatable.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from onemap_planner.search.state_machine import Destination, EventStamp, Search,
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
+from tests.planner.drawn_maps import detections_of
 
 CELL_M = 0.1
 FOV_RAD = np.deg2rad(79.0)
@@ -206,18 +207,8 @@ class GridWorld:
         thing = self.floor_plan.things.get(text, np.zeros_like(seen))
         cells = np.argwhere(thing & seen & (self._distance() < DETECT_M))
         points = np.column_stack([self.floor_plan.grid.centres(cells), np.full(len(cells), 0.5)])
-        names = (text,) if len(cells) else ()
-        count = len(names)
-        return Detections(
-            sequence=self.sequence,
-            stamp_ns=0,
-            detector_id="grid-world",
-            names=names,
-            boxes_px=np.zeros((count, 4), np.float32),
-            scores=np.full(count, 0.9, np.float32),
-            points_map=points.astype(np.float32),
-            point_owner=np.zeros(len(points), np.int32),
-        )
+        found = detections_of({text: points.tolist()} if len(cells) else {}, score=0.9)
+        return replace(found, sequence=self.sequence)
 
     def _distance(self) -> F64:
         cells = np.moveaxis(np.indices(self.floor_plan.solid.shape), 0, -1)

@@ -110,29 +110,6 @@ def test_a_search_that_is_over_leaves_no_journal(tmp_path: Path) -> None:
     assert list((tmp_path / "new").iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        '{"schema": 2}',
-        '{"schema": 1, "objects": ["cup"], "results": [], "start_xy_m": null}',
-        '{"schema": 1, "objects": [], "results": [], "start_xy_m": null}',
-        '{"schema": 1, "objects": ["cup"], "results": [{}], "start_xy_m": null}',
-        '{"schema": 1, "objects": [], "results": [], "start_xy_m": null, "kind": "go_to"}',
-        '{"schema": 1, "objects": [], "results": [], "start_xy_m": null, "kind": "fly"}',
-        '{"schema": 1, "objects": ["cup"], "results": [], "start_xy_m": null, "elapsed_s": 0, '
-        '"path_length_m": 0, "index": 1}',
-        "\x00\x01",
-    ],
-)
-def test_a_broken_journal_is_refused(tmp_path: Path, text: str) -> None:
-    (tmp_path / FILE_NAME).write_text(text)
-    with pytest.raises(JournalError, match=FILE_NAME):
-        load(tmp_path, 0.0)
-
-
 def test_a_drive_goes_on_to_its_place(tmp_path: Path) -> None:
     there = Destination(SearchKind.LOOK_AT, (1.5, -2.5))
     search = replace(new_search("id", (), THEN, 7, there), phase=Driving(there))
@@ -153,12 +130,21 @@ def changed(**changes: Any) -> str:
 @pytest.mark.parametrize(
     "text",
     [
-        changed(start_xy_m=[1.0]),  # IndexError
-        changed(elapsed_s=10**400),  # OverflowError
+        "",
+        "[]",
+        "\x00\x01",
+        changed(schema=2),
+        changed(objects=[]),
+        changed(results=[{}]),
+        changed(kind="fly"),
+        changed(objects=[], results=[], kind="go_to"),
+        changed(objects=["cup"], results=[], index=1),
+        changed(start_xy_m=[1.0]),
+        changed(elapsed_s=10**400),
         changed(started_ns=10**400),
         changed(started_ns=-1),
-        "[" * 100_000,  # RecursionError
-        changed(objects=["\ud800a", "cup", "bed"]),  # UnicodeEncodeError
+        "[" * 100_000,
+        changed(objects=["\ud800a", "cup", "bed"]),
         changed(search_id="\ud800"),
         changed(search_id="../../etc/x"),
         changed(elapsed_s="inf"),
@@ -179,7 +165,7 @@ def changed(**changes: Any) -> str:
         " " * (MAX_FILE_BYTES + 1),
     ],
 )
-def test_what_crashed_the_planner_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_broken_journal_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE_NAME).write_text(text)
     with pytest.raises(JournalError, match=FILE_NAME):
         load(tmp_path, 0.0)
