@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as hypothesis_arrays
 
 from onemap_mapper.belief.cells import CellStore
-from onemap_mapper.query import similarity
 from onemap_mapper.query.similarity import (
     CellScores,
     ScoreCache,
@@ -21,7 +20,6 @@ from onemap_mapper.query.similarity import (
     against,
     rank_limits,
     ranks,
-    scores,
     scores_of,
     text_query,
     unit_cosines,
@@ -30,6 +28,10 @@ from onemap_shared.geometry import F32, I64
 from onemap_shared.messages import RANKS, TextEmbeddings, ranked
 
 CPU = torch.device("cpu")
+
+
+def scores(features: torch.Tensor, query: TextQuery) -> torch.Tensor:
+    return scores_of(unit_cosines(features, query.concepts), query)
 
 
 def unit(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -183,7 +185,7 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
 
 def cell_scores(features: np.ndarray, concepts: np.ndarray, temperature: float) -> CellScores:
     query = TextQuery("a text", torch.from_numpy(concepts), temperature)
-    cosine = similarity.cosines(torch.from_numpy(features), query)
+    cosine = unit_cosines(torch.from_numpy(features), query.concepts)
     return CellScores(query, 1, scores_of(cosine, query).numpy(), cosine[:, 0].numpy())
 
 

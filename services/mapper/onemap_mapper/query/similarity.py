@@ -158,16 +158,6 @@ def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> 
     )
 
 
-def scores(features: Tensor, query: TextQuery) -> Tensor:
-    """Scores (n,) float32 in [0, 1] of cell features (n, D) float32, of any length."""
-    return scores_of(cosines(features, query), query)
-
-
-def cosines(features: Tensor, query: TextQuery) -> Tensor:
-    """Cosines (n, 1 + m) of cell features (n, D) with the text and its competing words."""
-    return unit_cosines(features, query.concepts)
-
-
 def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
     """Scores (n,) float32 of cosines (n, 1 + m)."""
     if not query.calibrated:
