@@ -51,7 +51,7 @@ def test_tiles_equal_a_dense_map() -> None:
     everything = np.arange(belief.store.count)
     np.testing.assert_allclose(belief.store.features(everything), features, atol=1e-5)
     np.testing.assert_allclose(belief.store.confidence, confidence, rtol=1e-4)
-    spread = belief.to_grid(belief.store.confidence.numpy())
+    spread = belief.shared_version().to_grid(belief.store.confidence.numpy())
     place = belief.store.cells - np.array(belief.grid.origin_cell)
     np.testing.assert_array_equal(spread[tuple(place.T)], belief.store.confidence)
     assert np.isfinite(spread).sum() == len(dense)
@@ -74,13 +74,13 @@ def test_a_new_search_forgets_only_where_was_looked() -> None:
     belief = mapped(fields() * 1)
     everything = np.arange(belief.store.count)
     features, confidence = belief.store.features(everything), belief.store.confidence.clone()
-    assert (belief.layers() & Layer.SEARCHED).any()
-    explored = belief.layers() & Layer.EXPLORED
+    assert (belief.shared_version().layers() & Layer.SEARCHED).any()
+    explored = belief.shared_version().layers() & Layer.EXPLORED
     revision = belief.revision
     belief.reset_searched()
     assert belief.revision == revision + 1
-    assert not (belief.layers() & Layer.SEARCHED).any()
-    np.testing.assert_array_equal(belief.layers() & Layer.EXPLORED, explored)
+    assert not (belief.shared_version().layers() & Layer.SEARCHED).any()
+    np.testing.assert_array_equal(belief.shared_version().layers() & Layer.EXPLORED, explored)
     torch.testing.assert_close(belief.store.features(everything), features, atol=0, rtol=0)
     torch.testing.assert_close(belief.store.confidence, confidence, atol=0, rtol=0)
 
@@ -99,12 +99,12 @@ def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
 def test_the_robots_own_place_is_free_at_first_sight_only(monkeypatch: pytest.MonkeyPatch) -> None:
     belief = mapped([scenes.field(k, scenes.pose(2.0 * k - 1)) for k in range(2)])
     cells = belief.grid.cells(np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
-    state = belief.occupancy_grid()[tuple(cells.T)]
+    state = belief.shared_version().occupancy_grid()[tuple(cells.T)]
     assert state[0] == Occupancy.FREE
     monkeypatch.setattr("onemap_mapper.belief.map.INITIALLY_FREE_RADIUS_M", 0)
     without = mapped([fields()[0]])
     own = without.grid.cells(POSES[0][:3, 3])
-    assert without.occupancy_grid()[tuple(own)] == Occupancy.UNKNOWN
+    assert without.shared_version().occupancy_grid()[tuple(own)] == Occupancy.UNKNOWN
 
 
 def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
@@ -112,16 +112,16 @@ def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
     first = scenes.field(0, scenes.pose(-1.0))
     belief = mapped([first], params)
     own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
-    before = (belief.layers() & Layer.ASSUMED) > 0
+    before = (belief.shared_version().layers() & Layer.ASSUMED) > 0
     assert before[own]
-    assert (belief.occupancy_grid()[before] == Occupancy.FREE).all()
+    assert (belief.shared_version().occupancy_grid()[before] == Occupancy.FREE).all()
     seen = compute_update(first, params).occupancy
     cells = seen.cells[seen.clear].numpy() - np.array(belief.grid.origin_cell)
     assert not before[tuple(cells.T)].any()
     belief.fuse(compute_update(scenes.field(1, scenes.pose(-2.5)), params))
     own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
-    assert not (belief.layers() & Layer.ASSUMED)[own]  # seen from further back
-    assert belief.occupancy_grid()[own] == Occupancy.FREE
+    assert not (belief.shared_version().layers() & Layer.ASSUMED)[own]  # seen from further back
+    assert belief.shared_version().occupancy_grid()[own] == Occupancy.FREE
 
 
 @pytest.mark.gpu
@@ -134,7 +134,7 @@ def test_cuda_makes_the_same_map() -> None:
     torch.testing.assert_close(
         device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
     )
-    np.testing.assert_array_equal(host.layers(), device.layers())
+    np.testing.assert_array_equal(host.shared_version().layers(), device.shared_version().layers())
     same = device.occupancy.evidence.values.cpu() == host.occupancy.evidence.values
     assert same.float().mean() > 0.999  # a point on the border of a voxel may lie on either side
 
@@ -170,7 +170,7 @@ def driven(fields: list[FeatureField]) -> BeliefMap:
 
 
 def explored(belief: BeliefMap) -> set[tuple[int, int]]:
-    bits = (belief.layers() & Layer.EXPLORED) > 0
+    bits = (belief.shared_version().layers() & Layer.EXPLORED) > 0
     return {(int(x), int(y)) for x, y in np.argwhere(bits) + np.asarray(belief.grid.origin_cell)}
 
 

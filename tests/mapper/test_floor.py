@@ -82,7 +82,7 @@ def states(belief: BeliefMap, x_m: F64, y_m: F64) -> F64:
     cells = belief.grid.cells(xy)
     inside = belief.grid.contains(cells)
     found = np.full(inside.shape, int(Occupancy.UNKNOWN))
-    found[inside] = belief.occupancy_grid()[tuple(cells[inside].T)]
+    found[inside] = belief.shared_version().occupancy_grid()[tuple(cells[inside].T)]
     return found
 
 

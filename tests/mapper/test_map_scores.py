@@ -69,7 +69,9 @@ class ChangingMap:
             self._shares.append(FeatureShare(cells, features, c, c, c, heights))
             self.belief.put_in(self._shares[-1])
         found = ScoreCache().scores_of_all(self.texts, self.belief.store, self.belief.revision)
-        self.expected[self.belief.revision] = [self.belief.to_grid(each.scores) for each in found]
+        self.expected[self.belief.revision] = [
+            self.belief.shared_version().to_grid(each.scores) for each in found
+        ]
 
     def check(self, answer: ScoredVersion, asked: list[int]) -> None:
         """The answer is that of the revision that it names."""

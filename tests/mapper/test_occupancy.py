@@ -52,12 +52,12 @@ def seen(boxes: tuple[Box, ...], poses: list[F64]) -> BeliefMap:
 
 
 def turning(x_m: float, y_m: float = 0.0, height_m: float = 1.0) -> list[F64]:
-    return [scenes.pose(x_m, y_m, yaw, height_m) for yaw in np.arange(0, 6.28, 0.5)]
+    return [scenes.pose(x_m, y_m, yaw, height_m) for yaw in np.arange(0, 6.28, 0.8)]
 
 
 def state_at(belief: BeliefMap, *points: tuple[float, float]) -> list[int]:
     cells = belief.grid.cells(np.array(points))
-    states: list[int] = belief.occupancy_grid()[tuple(cells.T)].tolist()
+    states: list[int] = belief.shared_version().occupancy_grid()[tuple(cells.T)].tolist()
     return states
 
 

@@ -128,8 +128,8 @@ def test_a_negative_takes_what_looks_more_like_it(belief: BeliefMap) -> None:
 
 def test_a_verdict_is_that_of_the_version_that_was_scored(belief: BeliefMap) -> None:
     coverage = floor_coverage(
-        belief.occupancy_grid(),
-        belief.layers(),
+        belief.shared_version().occupancy_grid(),
+        belief.shared_version().layers(),
         belief.grid,
         robot_xy_m=(0.0, 0.0),
         area=None,

@@ -25,7 +25,7 @@ from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.evidence import OccupancyLayers, OccupancyUpdate, cells_within
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F32, F64, U8
+from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec, world_cells
 
 # Around the camera's first position, which counts as free: the robot stands there, its camera does
@@ -240,18 +240,6 @@ class BeliefMap:
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
         )
-
-    def layers(self) -> U8:
-        """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
-        return self.shared_version().layers()
-
-    def occupancy_grid(self) -> U8:
-        """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
-        return self.shared_version().occupancy_grid()
-
-    def to_grid(self, per_slot: F32) -> F32:
-        """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
-        return self.shared_version().to_grid(per_slot)
 
     def shared_version(self) -> MapVersion:
         """This revision for as long as nothing changes: it shares the map's memory."""
