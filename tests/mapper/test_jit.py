@@ -60,20 +60,6 @@ def test_without_a_folder_for_its_code_a_function_is_compiled_all_the_same(
     assert made == [doubled]
 
 
-def test_the_code_is_kept_where_the_environment_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    numba = pytest.importorskip("numba", reason="numba is not installed")
-    folder, module = tmp_path / "cache", tmp_path / "module.py"
-    module.write_text(MODULE, encoding="utf-8")
-    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(folder))  # NUMBA_CACHE_DIR
-    for hits in (0, 1):  # the second process finds what the first compiled
-        total = runpy.run_path(str(module))["total"]
-        assert total(np.arange(4.0)) == 6.0
-        assert sum(total.stats.cache_hits.values()) == hits
-    assert len(list(folder.rglob("*.nbc"))) == 1
-
-
 def test_a_compilation_is_announced_once_and_loading_is_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -66,19 +66,12 @@ def test_range_and_height_limit_the_pixels() -> None:
     depth = np.full((11, 13), 2.0, np.float32)
     variance = np.ones(depth.shape, np.float32)
     everything = projected(depth, variance, T, (2, 2), EVERYTHING)
-    near = projected(
-        depth,
-        variance,
-        T,
-        (2, 2),
-        MapParams(max_feature_range_m=1.9, max_feature_height_m=100.0),
-    )
-    low = projected(
-        depth,
-        variance,
-        T,
-        (2, 2),
-        MapParams(max_feature_range_m=100.0, max_feature_height_m=0.3),
+    near, low = (
+        projected(depth, variance, T, (2, 2), scenes.params(**limits))
+        for limits in (
+            {"max_feature_range_m": 1.9, "max_feature_height_m": 100.0},
+            {"max_feature_range_m": 100.0, "max_feature_height_m": 0.3},
+        )
     )
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)

@@ -8,7 +8,6 @@ import pytest
 from onemap_mapper.query.verdicts import (
     LOOKED_SHARE,
     FloorCoverage,
-    area_mask,
     floor_coverage,
     frontier_worths,
     in_sight,
@@ -58,15 +57,6 @@ def test_a_frontier_is_worth_more_with_more_behind_it_and_when_near() -> None:
     assert near - far == pytest.approx(0.04 * 4.0)
     little = coverage(0.5, ((-1.0, 0.0),), unseen_m2=1.0)
     assert frontier_worths(little, nothing, GRID, robot_xy_m=(-1.0, 0.0))[0] < near
-
-
-def test_an_area_has_the_cells_whose_centres_lie_in_it() -> None:
-    mask = area_mask(GRID, (0.0, 1.0, 0.3, 1.2))
-    assert mask is not None
-    np.testing.assert_array_equal(
-        np.argwhere(mask), [(x, y) for x in (20, 21, 22) for y in (30, 31)]
-    )
-    assert area_mask(GRID, ()) is None
 
 
 FREE, OCCUPIED, UNKNOWN = Occupancy.FREE, Occupancy.OCCUPIED, Occupancy.UNKNOWN
