@@ -10,16 +10,17 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages.checks import jpeg_size_px
 
+# With 95 the best places of a query stay so in 93 of 100 cases, with 80 in 87.
+JPEG_QUALITY = 95
 LOG_STEPS = 254  # codes 1 to 255 of a variance; 0 is infinity
 LOG_RANGE = struct.Struct("<2f")
 
@@ -36,19 +37,9 @@ class Codec(str, Enum):
     INT8 = "int8"  # of features: one scale for each patch
     LOG8 = "log8"  # of variances: 254 steps of their logarithm
 
-
-@dataclass(frozen=True, slots=True)
-class Compression:
-    """A codec with its setting; ``quality``: of JPEG, 1 to 100."""
-
-    codec: Codec
-    quality: int = 95
-
     def compress(self, array: np.ndarray) -> bytes:
         """The bytes of an array that ``decompress`` takes."""
-        if self.codec is Codec.JPEG:
-            return _jpeg(array, self.quality)
-        return COMPRESSORS[self.codec](array)
+        return FORMATS[self].pack(array)
 
 
 def decompress(codec: str, data: bytes, dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
@@ -62,10 +53,10 @@ def decompress(codec: str, data: bytes, dtype: np.dtype, shape: tuple[int, ...])
             f"is compressed as {codec!r}, which this release cannot read (it reads "
             f"{', '.join(known)}): update the receiver, or change bus.link at the sender"
         )
-    wanted, axes = ACCEPTED[Codec(codec)]
+    wanted, axes, _, unpack = FORMATS[Codec(codec)]
     if dtype.str not in wanted or len(shape) not in axes or (codec == Codec.JPEG and shape[2] != 3):
         raise CompressionError(f"of {dtype} {shape} cannot be compressed as {codec!r}")
-    array = DECOMPRESSORS[Codec(codec)](data, dtype, shape)
+    array = unpack(data, dtype, shape)
     array.flags.writeable = False
     return array
 
@@ -134,10 +125,10 @@ def _unlog8(data: bytes, dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-def _jpeg(rgb: U8, quality: int) -> bytes:
+def _jpeg(rgb: U8) -> bytes:
     cv2 = opencv()
     made, data = cv2.imencode(
-        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality]
+        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
     )
     if not made:
         raise CompressionError(f"OpenCV cannot write an image of {rgb.shape} as JPEG")
@@ -186,21 +177,18 @@ def _inflate(data: bytes, size: int) -> bytes:
     return raw
 
 
-COMPRESSORS: Mapping[Codec, Callable[[np.ndarray], bytes]] = {
-    Codec.DELTA: _delta,
-    Codec.INT8: _int8,
-    Codec.LOG8: _log8,
-}
-DECOMPRESSORS: Mapping[Codec, Callable[[bytes, np.dtype, tuple[int, ...]], np.ndarray]] = {
-    Codec.DELTA: _undelta,
-    Codec.JPEG: _unjpeg,
-    Codec.INT8: _unint8,
-    Codec.LOG8: _unlog8,
-}
-# dtypes and numbers of axes
-ACCEPTED: Mapping[Codec, tuple[tuple[str, ...], tuple[int, ...]]] = {
-    Codec.DELTA: (("|u1", "<u2"), (2, 3)),
-    Codec.JPEG: (("|u1",), (3,)),
-    Codec.INT8: (("<f2",), (3,)),
-    Codec.LOG8: (("<f4",), (2,)),
+class _Format(NamedTuple):
+    """What a codec takes, and how: dtypes and numbers of axes, to bytes and back."""
+
+    dtypes: tuple[str, ...]
+    axes: tuple[int, ...]
+    pack: Callable[[np.ndarray], bytes]
+    unpack: Callable[[bytes, np.dtype, tuple[int, ...]], np.ndarray]
+
+
+FORMATS: Mapping[Codec, _Format] = {
+    Codec.DELTA: _Format(("|u1", "<u2"), (2, 3), _delta, _undelta),
+    Codec.JPEG: _Format(("|u1",), (3,), _jpeg, _unjpeg),
+    Codec.INT8: _Format(("<f2",), (3,), _int8, _unint8),
+    Codec.LOG8: _Format(("<f4",), (2,), _log8, _unlog8),
 }

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 import msgpack
 import numpy as np
 
-from onemap_shared.compression import Compression, CompressionError, decompress
+from onemap_shared.compression import Codec, CompressionError, decompress
 
 M = TypeVar("M")
 
@@ -86,7 +86,7 @@ def _is_array(hint: Any) -> bool:
     return typing.get_origin(hint) is np.ndarray or hint in (np.ndarray, bytes)
 
 
-def encode(message: object, compressions: Mapping[str, Compression] | None = None) -> Packet:
+def encode(message: object, compressions: Mapping[str, Codec] | None = None) -> Packet:
     """The packet of a message dataclass; ``compressions`` by the names of its arrays."""
     values: dict[str, Any] = {}
     arrays: dict[str, list[Any]] = {}
@@ -103,7 +103,7 @@ def encode(message: object, compressions: Mapping[str, Compression] | None = Non
         data: Any = array.reshape(-1).view(np.uint8).data
         if compressions and name in compressions:
             data = compressions[name].compress(array)
-            arrays[name] += [compressions[name].codec.value, len(data)]
+            arrays[name] += [compressions[name].value, len(data)]
         padding = -len(data) % ALIGNMENT
         chunks += [data, bytes(padding)]
         offset += len(data) + padding

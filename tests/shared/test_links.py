@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from onemap_shared import frame_sender, keys, wire
-from onemap_shared.compression import Codec, Compression, CompressionError, decompress
+from onemap_shared.compression import Codec, CompressionError, decompress
 from onemap_shared.config import LinkParams
 from onemap_shared.frame_sender import OVERDUE_S, FrameSender, SendWindow
 from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
@@ -27,19 +27,19 @@ from tests.shared.samples import SAMPLES
 
 IMAGE = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
 FIELD = next(sample for sample in SAMPLES if isinstance(sample, FeatureField))
-LOSSLESS = Compression(Codec.DELTA)
-FRAME_CODECS = {"rgb": Compression(Codec.JPEG), "depth_mm": LOSSLESS}
+LOSSLESS = Codec.DELTA
+FRAME_CODECS = {"rgb": Codec.JPEG, "depth_mm": LOSSLESS}
 FIELD_CODECS = {
-    "features": Compression(Codec.INT8),
-    "variance": Compression(Codec.LOG8),
+    "features": Codec.INT8,
+    "variance": Codec.LOG8,
     "depth_mm": LOSSLESS,
 }
 SIDES = st.integers(1, 12)
 
 
-def there_and_back(compression: Compression, array: np.ndarray) -> np.ndarray:
-    data = compression.compress(array)
-    received = decompress(compression.codec.value, data, array.dtype, array.shape)
+def there_and_back(codec: Codec, array: np.ndarray) -> np.ndarray:
+    data = codec.compress(array)
+    received = decompress(codec.value, data, array.dtype, array.shape)
     assert (received.dtype, received.shape) == (array.dtype, array.shape)
     assert not received.flags.writeable
     return received
@@ -61,7 +61,7 @@ def test_the_lossless_codec_loses_nothing(array: np.ndarray) -> None:
 def test_int8_features_keep_their_direction(seed: int, length: float) -> None:
     rng = np.random.default_rng(seed)
     features = (rng.standard_normal((3, 4, 64)) * length / 8).astype(np.float16)
-    received = there_and_back(Compression(Codec.INT8), features).astype(np.float32)
+    received = there_and_back(Codec.INT8, features).astype(np.float32)
     sent = features.astype(np.float32)
     cosine = (sent * received).sum(-1)
     cosine /= np.linalg.norm(sent, axis=-1) * np.linalg.norm(received, axis=-1)
@@ -149,7 +149,7 @@ def test_a_jpeg_of_another_size_is_refused_before_it_is_unpacked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("cv2", reason="JPEG needs OpenCV")
-    data = Compression(Codec.JPEG).compress(np.zeros((64, 96, 3), np.uint8))
+    data = Codec.JPEG.compress(np.zeros((64, 96, 3), np.uint8))
     assert jpeg_size_px(data) == (96, 64)
     monkeypatch.setattr("onemap_shared.compression.opencv", None)  # not even asked for
     with pytest.raises(CompressionError, match=r"announces \(8, 6\) pixels, its JPEG holds"):
@@ -158,7 +158,7 @@ def test_a_jpeg_of_another_size_is_refused_before_it_is_unpacked(
 
 def test_without_opencv_a_jpeg_is_refused_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cv2", reason="JPEG needs OpenCV")
-    data = Compression(Codec.JPEG).compress(np.zeros((6, 8, 3), np.uint8))
+    data = Codec.JPEG.compress(np.zeros((6, 8, 3), np.uint8))
     real = builtins.__import__
 
     def absent(name: str, *arguments: Any, **options: Any) -> Any:

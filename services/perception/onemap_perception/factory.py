@@ -24,7 +24,7 @@ from onemap_perception.config import (
     Tipsv2Params,
     TorchParams,
 )
-from onemap_perception.detectors.boxes import RoutedDetector
+from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.mini import MiniEncoder
@@ -37,7 +37,6 @@ from onemap_perception.text.vocabulary import load_vocabulary
 if TYPE_CHECKING:
     import torch
 
-    from onemap_perception.detectors.boxes import BoxDetector, BoxNetwork
     from onemap_perception.encoders.torch_encoder import VisionLanguageModel
 
 PLUGIN_GROUP = "onemap.detectors"  # of entry points
@@ -110,22 +109,11 @@ def _patch_detector(encoder: Encoder) -> Detector:
 
 def _box_detector(params: BoxParams) -> BoxDetector:
     path = locate(params.model)
-    from onemap_perception.detectors.boxes import BoxDetector
+    from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
     from onemap_perception.encoders.checkpoint import open_device
 
-    return BoxDetector(_load_network(params, path, open_device(params.device)), params)
-
-
-def _load_network(params: BoxParams, path: Path, device: torch.device) -> BoxNetwork:
-    match params:
-        case CocoParams():
-            from onemap_perception.detectors.networks import CocoNetwork
-
-            return CocoNetwork(path, device)
-        case OpenVocabularyParams():
-            from onemap_perception.detectors.networks import GroundingNetwork
-
-            return GroundingNetwork(path, device)
+    network = CocoNetwork if isinstance(params, CocoParams) else GroundingNetwork
+    return BoxDetector(network(path, open_device(params.device)), params)
 
 
 def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:

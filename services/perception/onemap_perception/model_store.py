@@ -111,11 +111,17 @@ def count_parameters(listing: HubListing) -> int:
         raise BackendError(
             f"{listing.repo} has no weights as {WEIGHTS}, the only kind that is read"
         )
-    return sum(
-        sum(headers.parameter_count.values())
-        for file in listing.weights
-        for headers in [_header(listing, file.path)]
-    )
+
+    def count(file: HubFile) -> int:
+        header = ask_hub(
+            listing.repo,
+            lambda api: api.parse_safetensors_file_metadata(
+                listing.repo, file.path, revision=listing.commit
+            ),
+        )
+        return sum(header.parameter_count.values())
+
+    return sum(map(count, listing.weights))
 
 
 def count_parameters_here(folder: Path) -> int:
@@ -127,15 +133,6 @@ def count_parameters_here(folder: Path) -> int:
         with safe_open(path, framework="np") as tensors:
             total += sum(prod(tensors.get_slice(name).get_shape()) for name in tensors.keys())  # noqa: SIM118
     return total
-
-
-def _header(listing: HubListing, path: str) -> Any:
-    return ask_hub(
-        listing.repo,
-        lambda api: api.parse_safetensors_file_metadata(
-            listing.repo, path, revision=listing.commit
-        ),
-    )
 
 
 def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
@@ -154,7 +151,6 @@ def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
         raise BackendError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
 
 
-CHUNK_BYTES = 1 << 20
 TIMEOUT_S = 30.0  # without a byte: the connection is dead
 PART = ".onemap-part"  # beside the whole files; the hub's client never reads it
 
@@ -178,7 +174,8 @@ def download(listing: HubListing, file: HubFile, on_bytes: OnBytes) -> None:
             if out.tell() > file.size_bytes:
                 _restart(out)
             on_bytes(out.tell())
-            _append(_url(listing, file), out, file.size_bytes, on_bytes)
+            url = client().hf_hub_url(listing.repo, file.path, revision=listing.commit)
+            _append(url, out, file.size_bytes, on_bytes)
         _keep(part, whole, file, listing.repo)
     except httpx.HTTPStatusError as refused:
         answer = f"{refused.response.status_code} {refused.response.reason_phrase}"
@@ -195,11 +192,6 @@ def blobs_folder(repo: str) -> Path:
 
     folder: str = repo_folder_name(repo_id=repo, repo_type="model")
     return Path(constants.HF_HUB_CACHE) / folder / "blobs"
-
-
-def _url(listing: HubListing, file: HubFile) -> str:
-    url: str = client().hf_hub_url(listing.repo, file.path, revision=listing.commit)
-    return url
 
 
 def _lock(out: BinaryIO, repo: str) -> None:
@@ -245,14 +237,11 @@ def _restart(out: BinaryIO) -> None:
 
 def _keep(part: Path, whole: Path, file: HubFile, repo: str) -> None:
     """Give the part its place if its content is what the hub announced; else remove it."""
-    with part.open("rb") as content:
-        arrived = hashlib.sha256()
-        while chunk := content.read(CHUNK_BYTES):
-            arrived.update(chunk)
-    if arrived.hexdigest() != file.digest:
+    arrived = sha256(part)
+    if arrived != file.digest:
         part.unlink()
         raise BackendError(
-            f"{repo} arrived damaged: {file.path} has the SHA-256 {arrived.hexdigest()[:12]}..., "
+            f"{repo} arrived damaged: {file.path} has the SHA-256 {arrived[:12]}..., "
             f"the hub announced {file.digest[:12]}...; it was removed: fetch again"
         )
     part.replace(whole)
@@ -408,6 +397,11 @@ def digest(path: Path) -> str:
     if len(name) == 40:
         content = path.read_bytes()
         return hashlib.sha1(b"blob %d\0" % len(content) + content).hexdigest()
+    return sha256(path)
+
+
+def sha256(path: Path) -> str:
+    """In hexadecimal digits, of a file of any size."""
     running = hashlib.sha256()
     with path.open("rb") as file:
         while chunk := file.read(CHUNK_BYTES):

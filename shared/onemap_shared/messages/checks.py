@@ -8,6 +8,7 @@ from __future__ import annotations
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
+from enum import Enum
 from functools import cache
 from math import inf, isfinite
 from typing import Annotated, Any, TypeAlias
@@ -32,6 +33,14 @@ __all__ = [
 MAX_TEXT_CHARS = 200  # of the name of one object
 MAX_PICTURE_BYTES = 256 * 1024  # simulated frames of 640 x 480 take up to 42 kB
 MAX_NAME_CHARS = 64  # of the name of a process, ours have 12, or of a world
+
+
+class Word(str, Enum):
+    """Base of enumerations whose members are words on the wire, and printed as these."""
+
+    def __str__(self) -> str:
+        return str(self.value)
+
 
 # Raises ValueError for a value of the field of this name, or returns what to keep instead of it;
 # None: the value itself.

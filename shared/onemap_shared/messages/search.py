@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from math import isfinite
 from typing import Annotated, TypeAlias
 
@@ -17,6 +16,7 @@ from onemap_shared.messages.checks import (
     Shape,
     Text,
     Within,
+    Word,
     finite,
 )
 
@@ -64,7 +64,7 @@ class GoalChoice(Message):
 NO_CHOICE = GoalChoice()
 
 
-class FailureCode(str, Enum):
+class FailureCode(Word):
     """Why a search failed: the closed list; empty for what did not fail."""
 
     NONE = ""
@@ -75,9 +75,6 @@ class FailureCode(str, Enum):
     UNREACHABLE = "unreachable"
     UNKNOWN_WORD = "unknown_word"
     MAP_REFUSED = "map_refused"
-
-    def __str__(self) -> str:
-        return self.value
 
     @property
     def sentence(self) -> str:
@@ -123,28 +120,22 @@ MAX_OBJECTS = 20  # objects of one search
 MOTIONS = ("", "drive", "rotate", "reverse", "rest")  # of a planned path; empty: not known
 
 
-class SearchKind(str, Enum):
+class SearchKind(Word):
     """What a search is for: find objects, drive to a place, or drive to where it can be seen."""
 
     FIND = "find"
     GO_TO = "go_to"
     LOOK_AT = "look_at"
 
-    def __str__(self) -> str:
-        return self.value
 
-
-class SearchOrder(str, Enum):
+class SearchOrder(Word):
     """In which order the objects of a search are sought: as given, or the cheapest."""
 
     GIVEN = "given"
     ANY = "any"
 
-    def __str__(self) -> str:
-        return self.value
 
-
-class SearchState(str, Enum):
+class SearchState(Word):
     """States of a search; the last six are final.
 
     ``arrived``: only of a drive to a place; ``interrupted``: the planner was stopped or restarted.
@@ -159,9 +150,6 @@ class SearchState(str, Enum):
     CANCELLED = "cancelled"
     ARRIVED = "arrived"
     INTERRUPTED = "interrupted"
-
-    def __str__(self) -> str:
-        return self.value
 
 
 FINAL_STATES = frozenset(tuple(SearchState)[3:])

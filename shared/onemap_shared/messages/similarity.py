@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -19,19 +18,17 @@ from onemap_shared.messages.checks import (
     Share,
     Text,
     Within,
+    Word,
     without,
 )
 
 
-class Verdict(str, Enum):
+class Verdict(Word):
     """Whether an object is on the map; docs/queries.md has the rule."""
 
     FOUND = "found"
     NOT_HERE = "not_here"
     NOT_LOOKED_YET = "not_looked_yet"
-
-    def __str__(self) -> str:
-        return self.value
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.embeddings import CachedTextEncoder, scores, uncalibrated_queries
-from onemap_perception.text.queries import QueryEncoder, SpellingIndex, unit
+from onemap_perception.text.queries import QueryEncoder, unit
 from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, ObjectClass, Vocabulary
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
@@ -102,15 +102,6 @@ def test_an_object_scores_as_itself_and_not_as_others() -> None:
     # An unrelated word has a low score on every class.
     everything = np.concatenate([sofa, ask("lamp").embeddings])
     assert scores(everything, ask("piano")).max() < 0.1
-
-
-WORDS = ("refrigerator", "sofa", "sofa bed", "table", "stable", "lamp", "clamp", "vase", "")
-INDEX = SpellingIndex(WORDS)
-
-
-@pytest.mark.parametrize(("word", "first"), [("refridgerator", "refrigerator"), ("tabel", "table")])
-def test_a_misspelt_word_is_found(word: str, first: str) -> None:
-    assert INDEX.close_matches(word, 3, 0.75)[0] == first
 
 
 def unit_rows(rng: np.random.Generator, count: int) -> F32:

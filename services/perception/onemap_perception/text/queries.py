@@ -47,7 +47,7 @@ class QueryEncoder:
             [unit(table.embed(entry.aliases).mean(axis=0)) for entry in vocabulary.classes]
         )
         self._neutral = np.concatenate([self._classes, table.embed(vocabulary.neutral)])
-        self._spelling = SpellingIndex(self._suggestible_words())
+        self._suggestible = self._suggestible_words()
 
     def queries(self, texts: Sequence[str], *, encoder_id: str, text_space: str) -> TextEmbeddings:
         """Embeddings, competing words and temperature of these texts; raises UnknownWordError."""
@@ -124,7 +124,7 @@ class QueryEncoder:
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
         word = normalised(text)
-        alike = self._spelling.close_matches(word, MAX_SUGGESTIONS, share)
+        alike = difflib.get_close_matches(word, self._suggestible, MAX_SUGGESTIONS, share)
         return tuple(other for other in alike if other != word)
 
     def _suggestible_words(self) -> tuple[str, ...]:
@@ -154,30 +154,3 @@ def unit(vector: F32) -> F32:
     """The vector (D,) scaled to length one."""
     result: F32 = (vector / np.linalg.norm(vector)).astype(np.float32)
     return result
-
-
-BUCKETS = 64  # letters that share one make the bound larger, never too small
-
-
-class SpellingIndex:
-    """Words to be suggested for others; immutable."""
-
-    def __init__(self, words: Sequence[str]) -> None:
-        self._words = tuple(words)
-        self._letters = np.array([letters(word) for word in words]).reshape(-1, BUCKETS)
-        self._lengths = self._letters.sum(axis=1)
-
-    def close_matches(self, word: str, count: int, share: float) -> list[str]:
-        """As ``difflib.get_close_matches`` of these words: the most similar first."""
-        common = np.minimum(self._letters, letters(word)).sum(axis=1)
-        total = self._lengths + len(word)
-        bound = np.where(total > 0, 2.0 * common / np.maximum(total, 1), 1.0)
-        likely = [self._words[index] for index in np.flatnonzero(bound >= share - 1e-6)]
-        return difflib.get_close_matches(word, likely, count, share)
-
-
-def letters(word: str) -> F32:
-    """How often each letter occurs: (BUCKETS,) float32."""
-    places = np.array([ord(letter) % BUCKETS for letter in word], np.intp)
-    counts: F32 = np.bincount(places, minlength=BUCKETS).astype(np.float32)
-    return counts
