@@ -214,7 +214,6 @@ class Inbox(Generic[M]):
             self._announced.set()
 
     def take(self, timeout_s: float) -> M | None:
-        """See ``Subscription``."""
         deadline = time.monotonic() + timeout_s
         while True:
             with self._arrived:

@@ -12,7 +12,6 @@ from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import checks
 
 M = TypeVar("M")
 CAMERA = Intrinsics(300.0, 300.0, 4.0, 3.0)
@@ -156,7 +155,6 @@ def message_types() -> set[type]:
         for _, cls in inspect.getmembers(m, inspect.isclass)
         if dataclasses.is_dataclass(cls)
         and cls.__module__.startswith(m.__name__)
-        and cls.__module__ != checks.__name__
         and cls not in PARTS
     }
 

@@ -7,9 +7,11 @@ import subprocess
 import sys
 import threading
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TypeVar
 
@@ -69,12 +71,25 @@ class Router:
             self.process.wait()
 
 
-@pytest.fixture
-def router() -> Iterator[Router]:
+@contextmanager
+def running() -> Iterator[Router]:
     router = Router()
     router.start()
     yield router
     router.kill()
+
+
+@pytest.fixture
+def router() -> Iterator[Router]:
+    with running() as router:
+        yield router
+
+
+@pytest.fixture(scope="module")
+def shared_router() -> Iterator[Router]:
+    """Of tests that leave it as it is, each with a namespace of its own."""
+    with running() as router:
+        yield router
 
 
 def join(router: Router, service: str, namespace: str = "", link: LinkParams = NO_LINK) -> Bus:
@@ -91,8 +106,8 @@ def buses(request: pytest.FixtureRequest) -> Iterator[tuple[Bus, Bus]]:
         router = MemoryRouter()
         pair = (router.bus("perception"), router.bus("mapper"))
     else:
-        router = request.getfixturevalue("router")
-        pair = (join(router, "perception", "fleet/r1"), join(router, "mapper", "fleet/r1"))
+        router, space = request.getfixturevalue("shared_router"), f"fleet/{uuid.uuid4().hex}"
+        pair = (join(router, "perception", space), join(router, "mapper", space))
     yield pair
     for bus in pair:
         bus.close()
@@ -363,8 +378,9 @@ def test_one_thread_waits_for_several_topics(buses: tuple[Bus, Bus]) -> None:
 def test_a_process_serves_under_the_keys_of_a_second_robot(buses: tuple[Bus, Bus]) -> None:
     """It is seen there, so that no other takes its role."""
     _, mapper = buses
-    own, other = mapper.sibling("fleet/r2"), mapper.sibling("fleet/r2")
-    assert own.namespace == "fleet/r2"
+    second = f"{mapper.namespace}2"
+    own, other = mapper.sibling(second), mapper.sibling(second)
+    assert own.namespace == second
     assert own.members() == frozenset()
     assert own.claim() == ()
     own.serve(keys.MAP_SAVE, lambda request: summary(request.name))

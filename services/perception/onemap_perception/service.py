@@ -65,22 +65,22 @@ class PerceptionTelemetry:
         self.encode_ms, self.frame_age_ms = encode_ms, frame_age_ms
         self.failure = ""
 
-    def frame_failed(self, reason: str, out_of_memory: bool) -> None:
-        """A frame was dropped for this reason."""
+    def frame_failed(self, problem: BackendError) -> None:
+        """A frame was dropped because of this."""
         self.frames_failed += 1
-        self.out_of_memory += out_of_memory
-        self.failure = reason
+        self.out_of_memory += isinstance(problem, OutOfDeviceMemoryError)
+        self.failure = str(problem)
 
     def detection_done(self, detect_ms: float) -> None:
         """The detector finished a frame."""
         self.detect_ms = detect_ms
         self.detector_failure = ""
 
-    def detection_failed(self, reason: str, out_of_memory: bool) -> None:
-        """The detector failed on a frame for this reason."""
+    def detection_failed(self, problem: BackendError) -> None:
+        """The detector failed on a frame because of this."""
         self.detections_failed += 1
-        self.out_of_memory += out_of_memory
-        self.detector_failure = reason
+        self.out_of_memory += isinstance(problem, OutOfDeviceMemoryError)
+        self.detector_failure = str(problem)
 
     @property
     def timings(self) -> dict[str, float]:
@@ -267,7 +267,7 @@ class Perception:
         except BackendError as problem:
             if not self._telemetry.failure:
                 LOG.warning("frame %d dropped: %s", frame.sequence, problem)
-            self._telemetry.frame_failed(str(problem), _out_of_memory(problem))
+            self._telemetry.frame_failed(problem)
             return None
         encoded_s = time.perf_counter()
         tracing.stage("encode", frame.stamp_ns, encoded_s - begun_s)
@@ -290,7 +290,7 @@ class Perception:
         except BackendError as problem:
             if not self._telemetry.detector_failure:
                 LOG.warning("detection failed on a frame: %s", problem)
-            self._telemetry.detection_failed(str(problem), _out_of_memory(problem))
+            self._telemetry.detection_failed(problem)
             return
         if result is None:
             return
@@ -331,10 +331,6 @@ class Perception:
         self._telemetry.text_problem = ""
         LOG.info("searching for %s", name)
         return target
-
-
-def _out_of_memory(problem: BackendError) -> bool:
-    return isinstance(problem, OutOfDeviceMemoryError)
 
 
 def build(bus: Bus, config: PerceptionConfig) -> Worker:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from enum import Enum
 from functools import cache
-from math import inf, isfinite
+from math import inf
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -137,99 +137,78 @@ def printable(name: str, field: str) -> None:
         )
 
 
-@dataclass(frozen=True)
-class Within:
+def within(low: float, high: float = inf, *, above: bool = False, rule: str = "") -> Check:
     """A number from ``low`` (itself only unless ``above``) to ``high``; no infinity, no NaN.
 
     rule: what it must be, where the limits alone do not say it.
     """
 
-    low: float
-    high: float = inf
-    above: bool = False
-    rule: str = ""
+    def check(value: float, name: str) -> None:
+        low_enough = low < value if above else low <= value
+        if not (low_enough and value <= high and value < inf):
+            limits = f"{'above' if above else 'at least'} {low:g}"
+            limits += f", at most {high:g}" if high < inf else ""
+            raise ValueError(f"{name} is {value}; it must be {rule or limits}")
 
-    def __call__(self, value: float, name: str) -> None:
-        """See ``Check``."""
-        low_enough = self.low < value if self.above else self.low <= value
-        if low_enough and value <= self.high and value < inf:
-            return
-        limits = f"{'above' if self.above else 'at least'} {self.low:g}"
-        if self.high < inf:
-            limits += f", at most {self.high:g}"
-        raise ValueError(f"{name} is {value}; it must be {self.rule or limits}")
+    return check
 
 
-@dataclass(frozen=True)
-class Chars:
-    """A text of at most ``limit`` characters."""
+def chars(limit: int) -> Check:
+    """A text of at most so many characters."""
 
-    limit: int
+    def check(text: str, name: str) -> None:
+        if len(text) > limit:
+            raise ValueError(f"{name} has {len(text)} characters; the limit is {limit}")
 
-    def __call__(self, text: str, name: str) -> None:
-        """See ``Check``."""
-        if len(text) > self.limit:
-            raise ValueError(f"{name} has {len(text)} characters; the limit is {self.limit}")
+    return check
 
 
-@dataclass(frozen=True)
-class Items:
+def items(most: int, *, least: int = 0) -> Check:
     """A tuple of ``least`` to ``most`` entries."""
 
-    most: int
-    least: int = 0
+    def check(values: tuple[Any, ...], name: str) -> None:
+        if not least <= len(values) <= most:
+            raise ValueError(f"{len(values)} {name}; between {least} and {most} are allowed")
 
-    def __call__(self, items: tuple[Any, ...], name: str) -> None:
-        """See ``Check``."""
-        if not self.least <= len(items) <= self.most:
-            raise ValueError(
-                f"{len(items)} {name}; between {self.least} and {self.most} are allowed"
-            )
+    return check
 
 
-@dataclass(frozen=True)
-class Numbers:
+def numbers(count: int, *, optional: bool = False) -> Check:
     """A tuple of ``count`` finite numbers; of none as well, if ``optional``."""
 
-    count: int
-    optional: bool = False
+    def check(values: tuple[float, ...], name: str) -> None:
+        if len(values) != count and (values or not optional):
+            none = ", or none" if optional else ""
+            raise ValueError(f"{name} has {len(values)} numbers; it needs {count}{none}")
+        finite(values, name)
 
-    def __call__(self, numbers: tuple[float, ...], name: str) -> None:
-        """See ``Check``."""
-        if len(numbers) != self.count and (numbers or not self.optional):
-            none = ", or none" if self.optional else ""
-            raise ValueError(f"{name} has {len(numbers)} numbers; it needs {self.count}{none}")
-        if not all(map(isfinite, numbers)):
-            raise ValueError(f"{name} contains NaN or infinity")
+    return check
 
 
-@dataclass(frozen=True)
-class Text:
-    """A text, or each of a tuple, cleaned by ``check_text``; empty as well if ``optional``."""
+def cleaned(what: str = "text", *, optional: bool = False) -> Check:
+    """A text, or each of a tuple, as ``check_text`` cleans it; empty as well if ``optional``."""
 
-    what: str = "text"
-    optional: bool = False
-
-    def __call__(self, value: Any, _: str) -> Any:
-        """See ``Check``."""
+    def check(value: Any, _: str) -> Any:
         if isinstance(value, tuple):
-            return tuple(check_text(text, self.what) for text in value)
-        return value if self.optional and value == "" else check_text(value, self.what)
+            return tuple(check_text(text, what) for text in value)
+        return value if optional and value == "" else check_text(value, what)
+
+    return check
 
 
 def check_text(text: str, what: str = "text") -> str:
     """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
-    cleaned = " ".join(text.split())
-    if not cleaned:
+    plain = " ".join(text.split())
+    if not plain:
         raise ValueError(f"{what} is empty: name an object, for example 'sofa'")
-    if len(cleaned) > MAX_TEXT_CHARS:
+    if len(plain) > MAX_TEXT_CHARS:
         raise ValueError(
-            f"{what} has {len(cleaned)} characters; the limit is {MAX_TEXT_CHARS}: "
+            f"{what} has {len(plain)} characters; the limit is {MAX_TEXT_CHARS}: "
             "name an object, for example 'sofa'"
         )
-    if not any(character.isalpha() for character in cleaned) or not cleaned.isprintable():
+    if not any(character.isalpha() for character in plain) or not plain.isprintable():
         raise ValueError(f"{what} holds no readable word: name an object, for example 'sofa'")
-    return cleaned
+    return plain
 
 
 def check_picture(picture: bytes, _: str) -> None:
@@ -293,9 +272,9 @@ def jpeg_size_px(data: bytes) -> tuple[int, int] | None:
 
 Pose: TypeAlias = Annotated[F64, rigid]
 Name: TypeAlias = Annotated[str, printable]
-ObjectName: TypeAlias = Annotated[str, Text("object name")]
+ObjectName: TypeAlias = Annotated[str, cleaned("object name")]
 Picture: TypeAlias = Annotated[bytes, check_picture]
 Image: TypeAlias = Annotated[bytes, check_image]
 Finite: TypeAlias = Annotated[float, finite]
-Share: TypeAlias = Annotated[float, Within(0, 1)]
-Count: TypeAlias = Annotated[int, Within(0)]
+Share: TypeAlias = Annotated[float, within(0, 1)]
+Count: TypeAlias = Annotated[int, within(0)]

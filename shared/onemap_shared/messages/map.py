@@ -16,14 +16,14 @@ import numpy as np
 from onemap_shared.geometry import F32, I32, MAX_COORDINATE_M, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages.checks import (
-    Chars,
     Count,
-    Items,
     Message,
     Shape,
-    Text,
-    Within,
+    chars,
+    cleaned,
     expect,
+    items,
+    within,
     without,
 )
 
@@ -32,11 +32,11 @@ MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores o
 
 SHA256 = re.compile(r"[0-9a-f]{64}")
 MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
-FileText: TypeAlias = Annotated[str, Chars(MAX_FILE_TEXT_CHARS)]
-Sought: TypeAlias = Annotated[str, Text(optional=True)]
-Coordinate: TypeAlias = Annotated[float, Within(-MAX_COORDINATE_M, MAX_COORDINATE_M)]
-Slope: TypeAlias = Annotated[float, Within(-90, 90)]
-Rivals: TypeAlias = Annotated[tuple[str, ...], Items(MAX_RIVALS), Text("rival")]
+FileText: TypeAlias = Annotated[str, chars(MAX_FILE_TEXT_CHARS)]
+Sought: TypeAlias = Annotated[str, cleaned(optional=True)]
+Coordinate: TypeAlias = Annotated[float, within(-MAX_COORDINATE_M, MAX_COORDINATE_M)]
+Slope: TypeAlias = Annotated[float, within(-90, 90)]
+Rivals: TypeAlias = Annotated[tuple[str, ...], items(MAX_RIVALS), cleaned("rival")]
 
 
 class Occupancy(IntEnum):
@@ -240,7 +240,7 @@ class MapList(Message):
         left_out: number of older files that are not listed.
     """
 
-    maps: Annotated[tuple[SavedMap, ...], Items(MAX_LISTED_MAPS)]
+    maps: Annotated[tuple[SavedMap, ...], items(MAX_LISTED_MAPS)]
     left_out: Count = 0
 
 
@@ -306,7 +306,7 @@ class MapDigest(Message):
 TILE_CELLS = 64  # cells along the edge of a tile: of 6.4 m at 0.1 m, a camera sees two to four
 MASK_BYTES = TILE_CELLS * TILE_CELLS // 8
 RANKS = 255  # of cosines, 1 to 255
-KeyPart: TypeAlias = Annotated[str, Chars(400)]  # that of 31 names has 250
+KeyPart: TypeAlias = Annotated[str, chars(400)]  # that of 31 names has 250
 
 
 @dataclass(frozen=True, slots=True)

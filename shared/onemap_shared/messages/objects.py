@@ -6,23 +6,23 @@ from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
 from onemap_shared.messages.checks import (
-    Chars,
     Count,
-    Items,
     Message,
-    Numbers,
     ObjectName,
     Picture,
     Share,
-    Within,
+    chars,
+    items,
+    numbers,
+    within,
 )
 
 MAX_LISTED_OBJECTS = 150  # in one message of 256 kB, with names of 200 characters in any script
-Id: TypeAlias = Annotated[str, Chars(64)]
-PositionM: TypeAlias = Annotated[tuple[float, float, float], Numbers(3)]
-ExtentM: TypeAlias = Annotated[tuple[float, float, float, float], Numbers(4)]
-BoxPx: TypeAlias = Annotated[tuple[float, ...], Numbers(4, optional=True)]
-StampNs: TypeAlias = Annotated[int, Within(0, 2**63 - 1, rule="nanoseconds since 1970")]
+Id: TypeAlias = Annotated[str, chars(64)]
+PositionM: TypeAlias = Annotated[tuple[float, float, float], numbers(3)]
+ExtentM: TypeAlias = Annotated[tuple[float, float, float, float], numbers(4)]
+BoxPx: TypeAlias = Annotated[tuple[float, ...], numbers(4, optional=True)]
+StampNs: TypeAlias = Annotated[int, within(0, 2**63 - 1, rule="nanoseconds since 1970")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class KeptObject(Message):
     last_seen_ns: StampNs
     box_px: BoxPx = ()
     picture_bytes: Count = 0
-    height_m: Annotated[tuple[float, ...], Numbers(2, optional=True)] = ()
+    height_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
 
     def _check(self) -> None:
         if not self.object_id:
@@ -125,5 +125,5 @@ class ObjectList(Message):
             others took their room.
     """
 
-    objects: Annotated[tuple[KeptObject, ...], Items(MAX_LISTED_OBJECTS)]
+    objects: Annotated[tuple[KeptObject, ...], items(MAX_LISTED_OBJECTS)]
     left_out: Count = 0

@@ -11,16 +11,16 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, I32, I64, U8, U16, Bool
 from onemap_shared.messages.checks import (
     Image,
-    Items,
     Message,
     Name,
     Picture,
     Pose,
     Shape,
     Share,
-    Text,
-    Within,
+    cleaned,
     finite,
+    items,
+    within,
 )
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
@@ -93,7 +93,7 @@ class Detections(Message):
     points_map: Annotated[F32, Shape("P", 3), finite]
     point_owner: Annotated[I32, Shape("P")]
     picture: Picture = b""
-    picture_scale: Annotated[float, Within(0, 1, above=True)] = 1.0
+    picture_scale: Annotated[float, within(0, 1, above=True)] = 1.0
     independent: bool = False
 
     def _check(self) -> None:
@@ -112,7 +112,7 @@ class TextRequest(Message):
         texts: 1 to 256 texts.
     """
 
-    texts: Annotated[tuple[str, ...], Items(256, least=1), Text()]
+    texts: Annotated[tuple[str, ...], items(256, least=1), cleaned()]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,14 +10,14 @@ from onemap_shared.geometry import F32, MAX_COORDINATE_M
 from onemap_shared.messages.checks import (
     Count,
     Finite,
-    Items,
     Message,
-    Numbers,
     Shape,
-    Text,
-    Within,
     Word,
+    cleaned,
     finite,
+    items,
+    numbers,
+    within,
 )
 
 MAX_GOAL_OPTIONS = 5  # of one choice: the best, and the chosen one
@@ -37,7 +37,7 @@ class GoalOption(Message):
     """
 
     kind: str
-    xy_m: Annotated[tuple[float, float], Numbers(2)]
+    xy_m: Annotated[tuple[float, float], numbers(2)]
     score: Finite
     travel_m: Finite
     utility: Finite
@@ -57,7 +57,7 @@ class GoalChoice(Message):
 
     number: int = 0
     sentence: str = ""
-    options: Annotated[tuple[GoalOption, ...], Items(MAX_GOAL_OPTIONS)] = ()
+    options: Annotated[tuple[GoalOption, ...], items(MAX_GOAL_OPTIONS)] = ()
     left_out: int = 0
 
 
@@ -153,8 +153,8 @@ class SearchState(Word):
 
 
 FINAL_STATES = frozenset(tuple(SearchState)[3:])
-ObjectNames: TypeAlias = Annotated[tuple[str, ...], Text("object name")]
-Limit: TypeAlias = Annotated[float, Within(0)]
+ObjectNames: TypeAlias = Annotated[tuple[str, ...], cleaned("object name")]
+Limit: TypeAlias = Annotated[float, within(0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +172,7 @@ class SearchRequest(Message):
     """
 
     objects: ObjectNames
-    patience_s: Annotated[float, Within(0, above=True)] = 2.0
+    patience_s: Annotated[float, within(0, above=True)] = 2.0
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
     order: SearchOrder = SearchOrder.GIVEN
@@ -367,7 +367,7 @@ class PlannedPath(Message):
     regions_m: Annotated[F32, Shape("R", 2), finite]
     region_scores: Annotated[F32, Shape("R")]
     motion: str = ""
-    look_m: Annotated[tuple[float, ...], Numbers(2, optional=True)] = ()
+    look_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
 
     def _check(self) -> None:
         if self.motion not in MOTIONS:

@@ -11,14 +11,14 @@ from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages.checks import (
     Image,
-    Items,
     Message,
-    Numbers,
     Shape,
     Share,
-    Text,
-    Within,
     Word,
+    cleaned,
+    items,
+    numbers,
+    within,
     without,
 )
 
@@ -75,10 +75,10 @@ def _check_area(area_m: tuple[float, ...], name: str) -> None:
         raise ValueError(f"{name} is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
 
 
-Sought: TypeAlias = Annotated[str, Text()]
-Negatives: TypeAlias = Annotated[tuple[str, ...], Items(MAX_NEGATIVES), Text("negative")]
+Sought: TypeAlias = Annotated[str, cleaned()]
+Negatives: TypeAlias = Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")]
 AreaM: TypeAlias = Annotated[tuple[float, ...], _check_area]
-PointM: TypeAlias = Annotated[tuple[float, ...], Numbers(2, optional=True)]
+PointM: TypeAlias = Annotated[tuple[float, ...], numbers(2, optional=True)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class SimilarityRequest(Message):
     """
 
     text: Sought
-    max_regions: Annotated[int, Within(1, 100)] = 5
+    max_regions: Annotated[int, within(1, 100)] = 5
     include_grid: bool = False
     negatives: Negatives = ()
     area_m: AreaM = ()
