@@ -141,6 +141,15 @@ class Access:
     calls: tuple[Procedure[Any, Any], ...] = ()
 
 
+QUERIES = (MAP_SIMILARITY, MAP_IMAGE_SIMILARITY, MAP_SEARCH_VIEW)
+FILES = (MAP_SAVE, MAP_LOAD, MAP_LIST, MAP_DELETE, MAP_MERGE, MAP_CLEAR)
+OBJECTS = (MAP_OBJECTS, MAP_OBJECT, MAP_FORGET)
+SEARCHES = (SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST)
+WATCHED = (
+    *(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_CMD_VEL),
+    *(DETECTIONS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH, ALL_HEARTBEATS),
+)
+
 # The roles by the names of their certificates. tests/shared/test_keys.py reads what each service
 # uses, so that a key that is missing here fails before a router refuses it.
 ROLES: Mapping[str, Access] = {
@@ -163,22 +172,8 @@ ROLES: Mapping[str, Access] = {
         publishes=(MAP_REVISION, MAP_QUERIES, FIELD_RECEIPTS),
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
-            MAP_SIMILARITY,
-            MAP_IMAGE_SIMILARITY,
-            MAP_SEARCH_VIEW,
-            MAP_VIEW_CHANGES,
-            MAP_SEARCH_RESET,
-            MAP_SAVE,
-            MAP_LOAD,
-            MAP_LIST,
-            MAP_DELETE,
-            MAP_MERGE,
-            MAP_CLEAR,
-            MAP_DIGEST,
-            MAP_REMEMBER,
-            MAP_OBJECTS,
-            MAP_OBJECT,
-            MAP_FORGET,
+            *(*QUERIES, *FILES, *OBJECTS),
+            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_REMEMBER),
         ),
         calls=(EMBED_TEXT, EMBED_IMAGE),
     ),
@@ -186,56 +181,18 @@ ROLES: Mapping[str, Access] = {
         names=("planner",),
         publishes=(ROBOT_CMD_VEL, SEARCH_STATE, SEARCH_PATH),
         subscribes=(ROBOT_ODOMETRY, MAP_REVISION, DETECTIONS),
-        serves=(SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST),
+        serves=SEARCHES,
         calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
     ),
     "gateway": Access(
         names=("gateway",),
-        subscribes=(
-            ROBOT_RGBD,
-            ROBOT_ODOMETRY,
-            ROBOT_CMD_VEL,
-            DETECTIONS,
-            MAP_REVISION,
-            SEARCH_STATE,
-            SEARCH_PATH,
-            ALL_HEARTBEATS,
-        ),
-        calls=(
-            MAP_SIMILARITY,
-            MAP_IMAGE_SIMILARITY,
-            MAP_SEARCH_VIEW,
-            MAP_SAVE,
-            MAP_LOAD,
-            MAP_LIST,
-            MAP_DELETE,
-            MAP_MERGE,
-            MAP_CLEAR,
-            MAP_OBJECTS,
-            MAP_OBJECT,
-            MAP_FORGET,
-            SEARCH_START,
-            SEARCH_CANCEL,
-            SEARCH_GET,
-            SEARCH_LIST,
-        ),
+        subscribes=WATCHED,
+        calls=(*QUERIES, *FILES, *OBJECTS, *SEARCHES),
     ),
     # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
     "tools": Access(
         names=("doctor", "status", "demo", "recorder", "viewer"),
-        subscribes=(
-            ROBOT_RGBD,
-            ROBOT_ODOMETRY,
-            ROBOT_POSE_GRAPH,
-            ROBOT_CMD_VEL,
-            FIELD,
-            DETECTIONS,
-            MAP_REVISION,
-            MAP_QUERIES,
-            SEARCH_STATE,
-            SEARCH_PATH,
-            ALL_HEARTBEATS,
-        ),
+        subscribes=(*WATCHED, ROBOT_POSE_GRAPH, FIELD, MAP_QUERIES),
         calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
     ),
 }
