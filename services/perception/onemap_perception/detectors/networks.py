@@ -18,31 +18,22 @@ from onemap_shared.geometry import U8
 from onemap_shared.names import normalised
 
 SIDE_PX = 640  # RT-DETR's own square; it was trained on images squeezed into it
-# Usual names of objects, with COCO's name.
-SYNONYMS = {
-    "sofa": "couch",
-    "settee": "couch",
-    "television": "tv",
-    "tv set": "tv",
-    "telly": "tv",
-    "tv monitor": "tv",
-    "plant": "potted plant",
-    "houseplant": "potted plant",
-    "house plant": "potted plant",
-    "fridge": "refrigerator",
-    "phone": "cell phone",
-    "mobile phone": "cell phone",
-    "cellphone": "cell phone",
-    "bike": "bicycle",
-    "motorbike": "motorcycle",
-    "plane": "airplane",
-    "aeroplane": "airplane",
-    "hairdryer": "hair drier",
-    "hair dryer": "hair drier",
-    "teddy": "teddy bear",
-    "doughnut": "donut",
-    "wineglass": "wine glass",
+# COCO's names, with usual other ones.
+USUAL_NAMES = {
+    "couch": ("sofa", "settee"),
+    "tv": ("television", "tv set", "telly", "tv monitor"),
+    "potted plant": ("plant", "houseplant", "house plant"),
+    "refrigerator": ("fridge",),
+    "cell phone": ("phone", "mobile phone", "cellphone"),
+    "bicycle": ("bike",),
+    "motorcycle": ("motorbike",),
+    "airplane": ("plane", "aeroplane"),
+    "hair drier": ("hairdryer", "hair dryer"),
+    "teddy bear": ("teddy",),
+    "donut": ("doughnut",),
+    "wine glass": ("wineglass",),
 }
+SYNONYMS = {usual: name for name, others in USUAL_NAMES.items() for usual in others}
 
 
 class CocoNetwork:
