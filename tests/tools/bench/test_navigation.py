@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache, reduce
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,13 +16,12 @@ from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
-from onemap_simulator.generation.stairwell import Opening, with_stairwell
 from onemap_simulator.ground_truth.truth import SceneTruth
-from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.lockstep import SearchEnd, SystemConfig
+from onemap_tools.bench.lockstep import SearchEnd
+from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import run, setups
 from onemap_tools.bench.navigation.episode import (
     EpisodeSetup,
@@ -38,39 +37,23 @@ from onemap_tools.bench.navigation.episodes import (
     NavigationEpisode,
     apartment_seeds,
     draw_episode,
-    draw_openings,
 )
 from onemap_tools.bench.navigation.records import Failure
 from onemap_tools.bench.navigation.results import episode_line, table_lines
-from onemap_tools.bench.options import FeaturesName, MethodName, NavigationBench
+from onemap_tools.bench.options import MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 from tests.tools.bench.test_results import episode, failed
 
 OPTIONS = NavigationBench(method="oracle", episodes=3, apartments="odd", objects_per_episode=2)
-FOUND = ObjectSummary(
-    name="bed",
-    outcome="found",
-    reason="",
-    position_m=(1.0, 2.0, 0.4),
-    time_s=10.0,
-    path_length_m=8.0,
-    shortest_path_m=4.0,
-    true_distance_m=1.0,
-    goal_distance_m=0.0,
-    nearest="bed",
-)
+FOUND = ObjectSummary("bed", "found", "", (1.0, 2.0, 0.4), 10.0, 8.0, 4.0, 1.0, 0.0, "bed")
 MISSED = replace(FOUND, outcome="not_found", goal_distance_m=inf)
 LATE = replace(MISSED, outcome="failed", reason="not found within 300 s, the limit for one object")
 
 
-def setup(
-    method: MethodName, features: FeaturesName = "simulated", limit_s: float = 20.0
-) -> EpisodeSetup:
-    options = NavigationBench(
-        method=method, features=features, objects_per_episode=2, limit=limit_s
-    )
-    return EpisodeSetup(0, SystemConfig.read(None, seed=2), options)
+def setup(method: MethodName, limit_s: float = 20.0, **changes: Any) -> EpisodeSetup:
+    options = replace(OPTIONS, method=method, limit=limit_s, seed=2, apartments="all", **changes)
+    return setups(options)[0]
 
 
 def room() -> Scene:
@@ -177,17 +160,17 @@ def test_results_are_judged_at_true_places() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+def test_a_run_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
     options = replace(OPTIONS, episodes=2, objects_per_episode=1, out=tmp_path)
-    first = run(replace(options, workers=2), told.append)
+    first = run(options, told.append)
     assert [len(told), first["episodes"], first["metrics"]["spl"]["value"]] == [2, 2, 1.0]
+    monkeypatch.setattr(benchmark, "worker_pool", ThreadPoolExecutor)  # starts at once
     file = tmp_path / "episodes.jsonl"
     file.write_text(file.read_text()[:-40])
-    told.clear()
     second = run(options, told.append)
-    assert len(told) == 1  # the other was finished
-    assert "found, SPL 1.00" in told[0]
+    assert len(told) == 3  # the other was finished
+    assert "found, SPL 1.00" in told[-1]
     for result in (first, second):
         del result["wall_s"]
         for each in result["results"]:
@@ -209,10 +192,7 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
-    plain = setup("onemap", limit_s=5.0)
-    simulator = plain.config.simulator.model_copy(update={"errors": "all"})
-    harsh = replace(plain, config=replace(plain.config, simulator=simulator))
-    first, second = (run_episode(harsh) for _ in range(2))
+    first, second = (run_episode(setup("onemap", 3.0, errors="all")) for _ in range(2))
     assert first == second
     assert first.frames_lost > 0
     assert first.pose_error_m > 0.001
@@ -220,63 +200,39 @@ def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", [each for each in get_args(MethodName) if each != "oracle"])
-def test_every_method_runs_an_episode(method: MethodName) -> None:
-    record = run_episode(setup(method, limit_s=4.0))
+@pytest.mark.parametrize(
+    ("method", "changes"),
+    [
+        ("onemap", {"order": "any", "features": "mini"}),
+        ("onemap_reset", {}),
+        ("onemap_no_consensus", {"features": "uncalibrated"}),
+        ("vlfm", {}),
+        ("nearest_frontier", {}),
+    ],
+)
+def test_every_method_and_kind_of_features_runs_an_episode(
+    method: MethodName, changes: dict[str, Any]
+) -> None:
+    record = run_episode(setup(method, 2.0, **changes))
     assert len(record.objects) == 2
     assert len(record.trajectory) == pytest.approx(4 * record.simulated_s, abs=2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "changes", [{"features": "uncalibrated"}, {"features": "mini"}, {"order": "any"}]
-)
-def test_every_kind_of_features_and_order_runs_an_episode(changes: dict[str, Any]) -> None:
-    made = setup("onemap", limit_s=3.0)
-    record = run_episode(replace(made, options=replace(made.options, **changes)))
     assert record.trajectory[0] == pytest.approx(record.start[:2])
-    assert len(record.objects) == 2
-
-
-@cache
-def drawn(seed: int) -> tuple[Scene, SceneTruth, NavigationEpisode, tuple[Opening, ...]]:
-    config, scene = SimulatorConfig(seed=seed), generate_apartment(seed)
-    truth = scene_truth(scene, config)
-    made = draw_episode(scene, truth, config, 3)
-    return scene, truth, made, draw_openings(scene, truth, made, config, 2)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 8, 26])
-def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object(seed: int) -> None:
-    scene, truth, made, openings = drawn(seed)
-    assert openings
-    config = SimulatorConfig(seed=seed)
-    opened = scene_truth(reduce(with_stairwell, openings, scene), config)
-    for name in made.objects:
-        before = truth.distances(name, *made.start[:2]).path_m
-        after = opened.distances(name, *made.start[:2]).path_m
-        assert isfinite(after)
-        assert after >= before - 1e-6
-    floor, start = CollisionMap.of(scene, config.robot.height_m), np.array(made.start[:2])
-    for x0, y0, x1, y1 in openings:
-        outside = np.maximum(np.maximum((x0, y0) - start, start - (x1, y1)), 0)
+def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object() -> None:
+    opened, plain = (run_episode(setup("oracle", stairwells=wells)) for wells in (2, 0))
+    assert len(opened.stairwells) > len(plain.stairwells) == 0
+    assert opened.start == plain.start
+    before, after = (
+        [item.shortest_path_m or inf for item in each.objects] for each in (plain, opened)
+    )
+    assert isfinite(sum(after))
+    assert after[0] >= before[0] - 1e-6
+    assert sum(after) > sum(before)
+    floor = CollisionMap.of(generate_apartment(opened.seed), 1.1)
+    for x0, y0, x1, y1 in opened.stairwells:
+        x, y, _ = opened.start
+        outside = (max(x0 - x, x - x1, 0), max(y0 - y, y - y1, 0))
         assert np.hypot(*outside) >= FROM_START_M
         assert all(floor.clearance_m(x, y) > 0 for x in (x0, x1) for y in (y0, y1))
-    assert draw_openings(scene, truth, made, config, 1) == openings[:1]
-
-
-@pytest.mark.slow
-def test_an_episode_records_its_stairwells() -> None:
-    made = setup("oracle")
-    record, plain = (
-        run_episode(
-            replace(made, options=replace(made.options, objects_per_episode=3, stairwells=wells))
-        )
-        for wells in (2, 0)
-    )
-    assert len(record.stairwells) == len(drawn(2)[3]) > 0
-    assert not plain.stairwells
-    assert record.start == plain.start
-    ways = [sum(item.path_length_m for item in each.objects) for each in (record, plain)]
-    assert ways[0] > ways[1]

@@ -10,7 +10,6 @@ import pytest
 from onemap_perception.config import SHIPPED
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.text.embeddings import scores
-from onemap_perception.text.vocabulary import load_table, load_vocabulary
 from onemap_simulator.rendering.label_renderer import label_colours
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
@@ -18,7 +17,6 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedDetectorParams,
     SimulatedEncoder,
     SimulatedFeatureParams,
-    compact_table,
 )
 from tests.tools.bench.test_navigation import room
 
@@ -48,18 +46,13 @@ def test_without_errors_every_patch_is_its_object_s_word() -> None:
 def test_with_errors_most_patches_still_are_and_a_seed_repeats_them() -> None:
     beds = score(encoder(SimulatedFeatureParams(confusion=0.0)), "bed")
     assert beds[:, 0].mean() > 0.3 > beds[:, 3].mean()
-    np.testing.assert_array_equal(
-        beds, score(encoder(SimulatedFeatureParams(confusion=0.0)), "bed")
+    same, other = (
+        score(encoder(SimulatedFeatureParams(confusion=0.0), seed), "bed") for seed in (1, 2)
     )
-    assert not np.array_equal(
-        beds, score(encoder(SimulatedFeatureParams(confusion=0.0), seed=2), "bed")
-    )
-
-
-def test_a_confused_object_looks_like_another_of_the_scene() -> None:
-    wrong = encoder(replace(EXACT, confusion=1.0))
-    assert score(wrong, "bed")[:, :2].max() < 0.5
-    assert score(wrong, "wall").max() < 0.999
+    np.testing.assert_array_equal(beds, same)
+    assert not np.array_equal(beds, other)
+    confused = encoder(replace(EXACT, confusion=1.0))  # it looks like another of the scene
+    assert score(confused, "bed")[:, :2].max() < 0.5
 
 
 def test_uncalibrated_scores_are_all_high_and_close() -> None:
@@ -71,16 +64,6 @@ def test_uncalibrated_scores_are_all_high_and_close() -> None:
     assert beds.min() > 0.5
     assert 0.02 < beds[:, 0].mean() - beds[:, 3].mean() < 0.3
     assert simulated.encoder_id != encoder(EXACT).encoder_id
-
-
-def test_fewer_dimensions_keep_the_cosines_of_the_classes() -> None:
-    vocabulary, table = load_vocabulary(SHIPPED), load_table(SHIPPED)
-    rows = table.embed(vocabulary.names)
-    few = compact_table(table, vocabulary, SimulatedFeatureParams().dimension)
-    small = few.embed(vocabulary.names)
-    assert small.shape[1] == SimulatedFeatureParams().dimension
-    changes = np.abs(small @ small.T - rows @ rows.T)
-    assert (changes.mean() < 0.03, changes.max() < 0.11) == (True, True)
 
 
 RIGHT = SimulatedDetectorParams(miss=0.0, confusion=0.0, stray=0.0)
@@ -109,12 +92,9 @@ def test_without_errors_every_large_object_is_boxed() -> None:
     assert frames(RIGHT, "toilet", count=1) == []
 
 
-def test_errors_come_as_often_as_set() -> None:
+def test_errors_come_as_often_as_set_and_structure_is_never_confused() -> None:
     assert len(frames(replace(RIGHT, miss=0.3), "bed")) / 300 == pytest.approx(0.7, abs=0.08)
     assert len(frames(replace(RIGHT, stray=0.1), "toilet")) / 300 == pytest.approx(0.1, abs=0.06)
-
-
-def test_a_confused_object_stays_confused_but_structure_is_never() -> None:
     wrong = frames(replace(RIGHT, confusion=1.0), "toilet")
     assert len(wrong) / 300 == pytest.approx(0.5, abs=0.1)
     assert {detection.box_px for detection in wrong} == {(10.0, 5.0, 30.0, 15.0)}

@@ -212,6 +212,8 @@ class LockstepSimulation:
     watch: told of every frame of a search, and of what was detected in it.
     """
 
+    state: PlannerState  # from the first search on
+
     def __init__(
         self,
         robot: Robot,
@@ -222,7 +224,6 @@ class LockstepSimulation:
         watch: Callable[[RgbdFrame, Detections], None] | None = None,
     ) -> None:
         self.robot, self.now_s = robot, 0.0  # simulated seconds since the start
-        self.state: PlannerState | None = None
         self.ends: list[SearchEnd] = []  # one for each result of the search
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -253,22 +254,21 @@ class LockstepSimulation:
         self.ends.clear()
         end_s = self.now_s + limit_s
         while self.state.search.active and self.now_s < end_s:
-            self.step(self.state)
+            self.step()
         return self.state.search
 
-    def step(self, state: PlannerState) -> None:
+    def step(self) -> None:
         """One period of the velocity controller."""
         robot, planner = self.robot, self._config.planner
         rgbd_hz = self._config.simulator.rgbd_hz
         for frame in robot.frames(self.now_s, capture=self._is_due("frame", rgbd_hz)):
-            self._process_frame(state.search, frame)
-            state = self.state or state
+            self._process_frame(self.state.search, frame)
         T_map_body = robot.odometry()
         pose = Pose2d(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
         if self._is_due("plan", planner.plan_hz):
-            self._plan(state, pose)
-        active = self.state is not None and self.state.search.active
-        search_id = state.search.search_id if active else ""
+            self._plan(self.state, pose)
+        search = self.state.search
+        search_id = search.search_id if search.active else ""
         age_s = max(self.now_s - self._seen_s, 1.0 / rgbd_hz)
         inputs = ControllerInputs(self.now_s, search_id, pose, "", map_age_s=age_s)
         self._controller, _ = self._controller.update(
@@ -315,7 +315,7 @@ class LockstepSimulation:
         """Clear what the method does not keep from one object to the next."""
         if self._method.value_map is not None:
             self._method.value_map.clear()
-        if self._method.forgets and self.state is not None and index > 0:
+        if self._method.forgets and index > 0:
             self._take_map(BeliefMap(self.belief.params, first_revision=self.belief.revision))
             self.state = replace(
                 self.state, visited_frontiers=(), found_objects=(), trail=(), known_m2=0.0

@@ -54,22 +54,23 @@ def run(options: PerceptionBench, _tell: Callable[[str], None]) -> dict[str, Any
     if options.random_weights:
         if unknown := set(options.backend or ()) - set(BACKENDS):
             raise ValueError(f"--backend is {min(unknown)!r}; there are {', '.join(BACKENDS)}")
-        for backend in options.backend or BACKENDS:
-            for device in ["cpu"] if backend == "mini" else devices:
-                make = partial(random_encoder, backend, device, options.architecture)
-                makers.append((backend, device, make))
+        makers += [
+            (backend, device, partial(random_encoder, backend, device, options.architecture))
+            for backend in options.backend or BACKENDS
+            for device in (["cpu"] if backend == "mini" else devices)
+        ]
     else:
         config = load(options.config, "perception", PerceptionConfig)[2].encoder
         device = "cpu" if isinstance(config, MiniParams) else config.device
         makers.append((config.backend, device, partial(configured_encoder, config)))
-    results = [
-        {
-            "backend": backend,
-            "device": device,
-            **_measured(make, size_px, options.frames, on_gpu=device.startswith("cuda")),
-        }
-        for backend, device, make in makers
-    ]
+    results = []
+    for backend, device, make in makers:
+        row: dict[str, Any] = {"backend": backend, "device": device}
+        try:
+            row |= measure(make(), size_px, options.frames, on_gpu=device.startswith("cuda"))
+        except BackendError as problem:
+            row["problem"] = str(problem)
+        results.append(row)
     return {
         "benchmark": "perception",
         "image": options.size,
@@ -121,16 +122,6 @@ def random_encoder(backend: str, device: str, architecture: str) -> MeasuredEnco
         return pixel_values(resized(rgb, size), mean, std)
 
     return MeasuredEncoder(lambda rgb: tower(prepare(rgb)), tower, prepare)
-
-
-def _measured(
-    make: Callable[[], MeasuredEncoder], size_px: tuple[int, int], frames: int, *, on_gpu: bool
-) -> dict[str, Any]:
-    """Milliseconds per frame and memory of one backend; ``problem`` says why there are none."""
-    try:
-        return measure(make(), size_px, frames, on_gpu=on_gpu)
-    except BackendError as problem:
-        return {"problem": str(problem)}
 
 
 def measure(

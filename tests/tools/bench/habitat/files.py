@@ -19,41 +19,29 @@ def write(path: Path, document: Any) -> Path:
 
 
 def goal(category: str, object_id: int, *places: list[float]) -> dict[str, Any]:
+    pose = {"rotation": [0, 0, 0, 1]}
     return {
         "position": [0.0, 0.4, 0.0],
-        "radius": None,
         "object_id": object_id,
         "object_name": f"{category}_{object_id}",
-        "object_name_id": None,
         "object_category": category,
         "room_id": None,
-        "room_name": None,
-        "view_points": [
-            {"agent_state": {"position": place, "rotation": [0, 0, 0, 1]}, "iou": 0.1}
-            for place in places
-        ],
-    }
-
-
-def objectnav_episode(scene: str, category: str, config: str) -> dict[str, Any]:
-    return {
-        "episode_id": "0",
-        "scene_id": scene,
-        "scene_dataset_config": config,
-        "additional_obj_config_paths": [],
-        "start_position": [1.0, 0.2, -2.0],
-        "start_rotation": FACING_LEFT,
-        "info": {"geodesic_distance": 3.5, "euclidean_distance": 3.0, "closest_goal_object_id": 7},
-        "goals": [],
-        "start_room": None,
-        "shortest_paths": None,
-        "object_category": category,
+        "view_points": [{"agent_state": {"position": at, **pose}, "iou": 0.1} for at in places],
     }
 
 
 def objectnav(scene: str, *categories: str, config: str = "") -> dict[str, Any]:
     """A file of ``content``: an episode and two instances per category."""
     name = scene.rpartition("/")[2]
+    episode = {
+        "episode_id": "0",
+        "scene_id": scene,
+        "scene_dataset_config": config,
+        "start_position": [1.0, 0.2, -2.0],
+        "start_rotation": FACING_LEFT,
+        "info": {"geodesic_distance": 3.5, "euclidean_distance": 3.0, "closest_goal_object_id": 7},
+        "goals": [],
+    }
     goals = {
         f"{name}_{category}": [
             goal(category, 7 + i, [2.0, 0.2, -3.0 - i], [2.5, 0.2, -3.0 - i]) for i in range(2)
@@ -61,20 +49,15 @@ def objectnav(scene: str, *categories: str, config: str = "") -> dict[str, Any]:
         for category in categories
     }
     return {
-        "episodes": [objectnav_episode(scene, category, config) for category in categories],
+        "episodes": [{**episode, "object_category": category} for category in categories],
         "goals_by_category": goals,
         "category_to_task_category_id": {name: i for i, name in enumerate(categories)},
-        "category_to_scene_annotation_category_id": {name: i for i, name in enumerate(categories)},
     }
 
 
 def index_file() -> dict[str, Any]:
     """``val.json.gz`` of a split with a file per scene."""
-    return {
-        "episodes": [],
-        "category_to_task_category_id": {"chair": 0},
-        "category_to_scene_annotation_category_id": {"chair": 0},
-    }
+    return {"episodes": [], "category_to_task_category_id": {"chair": 0}}
 
 
 def multi_object(scene: str, *sequences: list[str]) -> dict[str, Any]:

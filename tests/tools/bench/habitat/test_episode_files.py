@@ -27,9 +27,8 @@ CONFIG_V1 = "./data/scene_datasets/hm3d/hm3d_annotated_basis.scene_dataset_confi
 def test_an_objectnav_file_of_version_1() -> None:
     file = parse_episodes(objectnav(SCENE_V1, "chair", "tv_monitor", config=CONFIG_V1), "a file")
     first, second = file.episodes
-    assert (first.index, second.index) == (0, 1)
     assert first.scene == SCENE_V1
-    assert first.scene_config == "hm3d/hm3d_annotated_basis.scene_dataset_config.json"
+    assert first.annotations == "hm3d/hm3d_annotated_basis.scene_dataset_config.json"
     assert first.start == (1.0, 0.2, -2.0)
     assert np.linalg.norm(first.rotation) == pytest.approx(1, abs=1e-12)
     assert (first.objects, second.objects) == (("chair",), ("tv_monitor",))
@@ -44,7 +43,7 @@ def test_version_2_may_name_scenes_from_the_working_directory() -> None:
     document = objectnav("data/scene_datasets/" + SCENE_V2, "plant", config=plain)
     (episode,) = parse_episodes(document, "a file").episodes
     assert episode.scene == SCENE_V2
-    assert episode.scene_config == "hm3d_v0.2/hm3d_annotated_basis.scene_dataset_config.json"
+    assert episode.annotations == "hm3d_v0.2/hm3d_annotated_basis.scene_dataset_config.json"
 
 
 def test_the_paper_s_episodes_hold_sequences_and_no_goals() -> None:
@@ -71,17 +70,15 @@ def changed(**values: Any) -> dict[str, Any]:
         ({"episodes": 3}, "f.gz: episodes: "),
         (changed(start_position=[0, 1]), r"f.gz: episodes\.0\.start_position"),
         (changed(start_position=[0, float("nan"), 0]), r"episodes\.0\.start_position\.1"),
-        (changed(start_position=[0, 1e6, 0]), r"episodes\.0\.start_position\.1"),
-        (changed(start_rotation=[0, 0, 0, 0]), "f.gz: episode 0 has a start_rotation of length 0"),
-        (changed(object_category=None), "episode 0 has neither object_category nor object_goals"),
-        (changed(scene_id="../../etc/passwd"), "a scene lies below the folder of scenes"),
-        (changed(scene_id="./"), "a scene lies below the folder of scenes"),
-        (changed(scene_id="/etc/passwd"), "a scene lies below the folder of scenes"),
         (
-            changed(scene_dataset_config="../annotated.json"),
-            "a scene lies below the folder of scenes",
+            changed(start_rotation=[0, 0, 0, 0]),
+            r"f.gz: episodes\.0\.start_rotation: .* has length 0",
         ),
-        (changed(object_goals=["chair"] * 21), r"episodes\.0\.object_goals"),
+        (changed(object_category=None), r"f.gz: episodes\.0\.object_category"),
+        (changed(scene_id="../../etc/passwd"), "a scene lies below the folder of scenes"),
+        (changed(scene_id="/etc/passwd"), "a scene lies below the folder of scenes"),
+        (changed(scene_dataset_config="../annotated.json"), "a scene lies below the folder"),
+        (changed(object_goals=["chair"] * 21), r"f.gz: episodes\.0\.object_goals"),
     ],
 )
 def test_what_is_no_episode_is_refused_with_its_place(document: Any, complaint: str) -> None:
@@ -144,33 +141,16 @@ def test_what_cannot_be_read_is_refused_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(ValueError, match="there is no file or folder"):
-        read_episodes(tmp_path / "absent", None, None)
-    with pytest.raises(ValueError, match=r"holds 0 files \*\.json\.gz; 1 to 2000 are read"):
+        read_episodes(tmp_path / "none", None, None)
+    with pytest.raises(ValueError, match=r"holds 0 files \*\.json\.gz"):
         read_episodes(tmp_path, None, None)
     file = write(tmp_path / "a.json.gz", index_file())
-    with pytest.raises(ValueError, match="holds no episode"):
+    with pytest.raises(ValueError, match="holds no episode; of a split give the folder"):
         read_episodes(file, None, None)
-    whole = file.read_bytes()
-    file.write_bytes(whole[:-12])
-    with pytest.raises(ValueError, match="not readable as JSON in gzip"):
-        read_episodes(file, None, None)
-    file.write_bytes(gzip.compress(b"[" * 100_000))
-    with pytest.raises(ValueError, match="not readable as JSON in gzip"):
-        read_episodes(file, None, None)
-    file.write_bytes(gzip.compress(b"{"))
-    with pytest.raises(ValueError, match="not readable as JSON in gzip"):
+    monkeypatch.setattr(episode_files, "MAX_JSON_BYTES", 1_000_000)
+    file.write_bytes(gzip.compress(b" " * 20_000_000))
+    with pytest.raises(ValueError, match="unpacks to more than 1000000 bytes"):
         read_episodes(file, None, None)
     monkeypatch.setattr(episode_files, "MAX_FILE_BYTES", 10)
     with pytest.raises(ValueError, match=r"has \d+ bytes; at most 10 are read"):
         read_episodes(file, None, None)
-
-
-def test_a_file_that_unpacks_without_end_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(episode_files, "MAX_JSON_BYTES", 1_000_000)
-    bomb = tmp_path / "bomb.json.gz"
-    bomb.write_bytes(gzip.compress(b" " * 20_000_000))
-    assert bomb.stat().st_size < 100_000
-    with pytest.raises(ValueError, match="unpacks to more than 1000000 bytes"):
-        read_episodes(bomb, None, None)

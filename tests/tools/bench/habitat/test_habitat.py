@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -93,34 +91,6 @@ def opened(habitat: FakeHabitat, files: tuple[Path, Path]) -> HabitatWorld:
     return made
 
 
-def test_without_habitat_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> Any:
-        raise ImportError(f"No module named {name!r}")
-
-    monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(ValueError, match=r"No module named 'habitat_sim'.*MIT licence.*Matterport"):
-        HabitatWorld(PARAMS)
-    monkeypatch.setattr(importlib, "import_module", lambda name: name)
-    assert world.habitat_sim() == "habitat_sim"
-
-
-def test_sensors_and_body_are_those_of_the_parameters(
-    opened: HabitatWorld, habitat: FakeHabitat, files: tuple[Path, Path]
-) -> None:
-    (simulator,) = habitat.made
-    backend, (agent,) = simulator.configuration.backend, simulator.configuration.agents
-    assert (backend.scene_id, backend.scene_dataset_config_file) == tuple(map(str, files))
-    assert backend.allow_sliding is False
-    assert (agent.radius, agent.height) == (0.18, 0.88)
-    assert [(each.uuid, each.sensor_type) for each in agent.sensor_specifications] == [
-        ("color", "c"),
-        ("depth", "d"),
-        ("semantic", "s"),
-    ]
-    assert agent.sensor_specifications[1].resolution == [30, 40]
-    np.testing.assert_array_equal(agent.sensor_specifications[1].position, [0, 0.88, 0])
-
-
 def test_what_cannot_be_opened_is_said_in_a_sentence(
     habitat: FakeHabitat, files: tuple[Path, Path]
 ) -> None:
@@ -146,16 +116,9 @@ def test_boxes_have_y_up(habitat: FakeHabitat, files: tuple[Path, Path], *, meth
     np.testing.assert_allclose(sofa.upper, [-2.0, FLOOR_Y_M + 0.8, -2.5], atol=1e-6)
 
 
-def test_up_right_and_forward_of_habitat_are_those_of_the_map() -> None:
-    right, up, ahead = np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.array([0, 0, -1.0])
-    np.testing.assert_allclose(R_MAP_HABITAT @ ahead, [1, 0, 0])
-    np.testing.assert_allclose(R_MAP_HABITAT @ right, [0, -1, 0])
-    np.testing.assert_allclose(R_MAP_HABITAT @ up, [0, 0, 1])
-    assert np.linalg.det(R_MAP_HABITAT) == pytest.approx(1)
-
-
-@pytest.mark.parametrize("yaw_rad", [-3.0, -1.2, 0.0, 0.4, np.pi / 2, 3.1])
+@pytest.mark.parametrize("yaw_rad", [-3.0, 0.0, 0.4, np.pi / 2])
 def test_an_agent_heads_where_its_body_heads(yaw_rad: float) -> None:
+    np.testing.assert_allclose(R_MAP_HABITAT @ (0, 0, -1.0), [1, 0, 0])  # both look ahead
     T_map_body = body_pose((0.5, 3.0, 2.0), habitat_rotation(yaw_rad), 2.5)
     check_rigid(T_map_body, "T_map_body")
     assert yaw_of(T_map_body) == pytest.approx(yaw_rad)
@@ -239,25 +202,15 @@ def test_a_claim_far_from_any_instance_names_what_stands_there() -> None:
     assert (unnoticed.success, unnoticed.claimed_wrongly, unnoticed.nearest) == (False, False, "")
 
 
-@pytest.mark.parametrize(
-    ("name", "category", "counts"),
-    [
-        ("couch", "sofa", True),
-        ("Sofa set", "sofa", True),
-        ("tv", "tv_monitor", True),
-        ("flower vase", "plant", True),
-        ("flower vase", "bed", False),
-        ("armchair", "chair", True),  # as the released evaluation compares
-        ("", "chair", False),
-        ("wall", "chair", False),
-    ],
-)
-def test_names_of_annotators_count_as_in_the_released_evaluation(
-    name: str, category: str, *, counts: bool
-) -> None:
-    box = AnnotatedBox(1, name, (0, 0, 0), (1, 1, 1))
-    assert is_instance(box, category, GOALS) is counts
-    assert is_instance(box, category, CategoryGoals(frozenset({1}), GOALS.view_points))
+def test_names_of_annotators_count_as_in_the_released_evaluation() -> None:
+    instances = [("couch", "sofa"), ("Sofa set", "sofa"), ("tv", "tv_monitor")]
+    instances += [("flower vase", "plant"), ("armchair", "chair")]  # as it compares
+    others = (("flower vase", "bed"), ("", "chair"), ("wall", "chair"))
+    by_id = CategoryGoals(frozenset({1}), GOALS.view_points)
+    for name, category in (*instances, *others):
+        box = AnnotatedBox(1, name, (0, 0, 0), (1, 1, 1))
+        assert is_instance(box, category, GOALS) is ((name, category) in instances)
+        assert is_instance(box, category, by_id)
 
 
 def test_without_annotations_only_habitat_s_rule_applies() -> None:
@@ -282,7 +235,14 @@ def run_one(
         (folder / name).touch()
     config = SystemConfig()
     options = HabitatBench(episodes=folder, scenes=folder, out=folder, limit=limit_s)
-    begin = HabitatEpisode(4, SCENE, CONFIG, START, habitat_rotation(yaw), objects)
+    begin = HabitatEpisode(
+        index=4,
+        scene_id=SCENE,
+        scene_dataset_config=CONFIG,
+        start_position=START,
+        start_rotation=habitat_rotation(yaw),
+        objects=objects,
+    )
     goals = {
         ("Room.basis.glb", name): CategoryGoals(frozenset({ids}), VIEW_POINTS)
         for name, ids in (("sofa", 4), ("tv_monitor", 5))

@@ -222,7 +222,7 @@ def run_episode(
     perception: PerceptionPipeline,
 ) -> EpisodeRecord:
     """Open the scene, search for the objects, judge every result; ``wall_s`` stays 0."""
-    world.open(options.scenes / episode.scene, options.scenes / episode.scene_config)
+    world.open(options.scenes / episode.scene, options.scenes / episode.annotations)
     world.place(episode.start, episode.rotation)
     boxes, robot = world.boxes(), HabitatRobot(world)
     words = tuple(WORDS.get(name, name.replace("_", " ")) for name in episode.objects)
@@ -235,14 +235,13 @@ def run_episode(
 
     def watch(_frame: RgbdFrame, found: Detections) -> None:
         counts.trajectory.append(simulation.xy)
-        state, image = simulation.state, robot.image
-        if state is None or image is None or not state.search.active:
+        search, image = simulation.state.search, robot.image
+        if image is None or not search.active:
             return
-        index = state.search.index
-        heights_m[index].append(float(robot.pose[2, 3]))
-        shown = np.isin(image.semantic_ids, list(truths[index].semantic_ids))
+        heights_m[search.index].append(float(robot.pose[2, 3]))
+        shown = np.isin(image.semantic_ids, list(truths[search.index].semantic_ids))
         if shown.mean() >= IN_VIEW_SHARE:
-            counts.add(state.search.target, found)
+            counts.add(search.target, found)
 
     def judged(index: int, result: ObjectResult) -> ObjectSummary:
         heights = heights_m[index] or [0.0]

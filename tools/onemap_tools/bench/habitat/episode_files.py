@@ -14,15 +14,23 @@ import io
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+)
 
 from onemap_shared.geometry import F64
-from onemap_tools.bench.habitat.world import Point, Quaternion
+from onemap_tools.bench.habitat.world import Quaternion
 
 SUFFIX = ".json.gz"
 MAX_FILE_BYTES = 256 * 2**20  # compressed; all of objectnav_hm3d_v2 together has 260 MB
@@ -39,19 +47,54 @@ Coordinate = Annotated[float, Field(ge=-1e5, le=1e5)]  # metres; 100 km is no ho
 Position = tuple[Coordinate, Coordinate, Coordinate]
 
 
-@dataclass(frozen=True, slots=True)
-class HabitatEpisode:
+def _inside(name: str) -> str:
+    """The path of a scene's file below the folder of all scenes."""
+    path = PurePosixPath(name.removeprefix("./").removeprefix(SCENE_ROOT))
+    if path.is_absolute() or ".." in path.parts or not path.parts:
+        raise ValueError(
+            f"{name!r}: a scene lies below the folder of scenes, and its path neither begins with "
+            "'/' nor holds '..'"
+        )
+    return str(path)
+
+
+def _unit(rotation: Quaternion) -> Quaternion:
+    length = float(np.linalg.norm(rotation))
+    if abs(length - 1) > MAX_ROTATION_ERROR:
+        raise ValueError(f"a rotation has length {length:.3g} instead of 1")
+    x, y, z, w = (part / length for part in rotation)
+    return x, y, z, w
+
+
+class _Layout(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+
+class HabitatEpisode(_Layout):
     """A start, Habitat's coordinates, and the categories to find one after the other.
 
     scene, scene_config: files of the scene and of its annotations, relative to the scenes' folder.
     """
 
-    index: int
-    scene: str
-    scene_config: str
-    start: Point
-    rotation: Quaternion
-    objects: tuple[str, ...]
+    index: int = 0
+    scene: Annotated[str, AfterValidator(_inside)] = Field(alias="scene_id")
+    scene_config: str = Field(default="", alias="scene_dataset_config")
+    start: Position = Field(alias="start_position")
+    rotation: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate, Coordinate], AfterValidator(_unit)
+    ] = Field(alias="start_rotation")
+    objects: Annotated[
+        tuple[Name, ...],
+        BeforeValidator(lambda named: [named] if isinstance(named, str) else named),
+        Field(min_length=1, max_length=MAX_OBJECTS),
+    ] = Field(validation_alias=AliasChoices("object_goals", "object_category"))
+
+    @property
+    def annotations(self) -> str:
+        """``scene_config`` where it holds them: files differ in which description they name."""
+        if "annotated" in self.scene_config:
+            return _inside(self.scene_config)
+        return f"{PurePosixPath(self.scene).parts[0]}/{ANNOTATIONS}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +117,6 @@ class EpisodeFile:
     goals: GoalsOfScene
 
 
-class _Layout(BaseModel):
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-
 class _AgentState(_Layout):
     position: Position
 
@@ -91,17 +130,8 @@ class _Goal(_Layout):
     view_points: list[_ViewPoint] = []
 
 
-class _Episode(_Layout):
-    scene_id: Name
-    scene_dataset_config: str = ""
-    start_position: Position
-    start_rotation: tuple[Coordinate, Coordinate, Coordinate, Coordinate]
-    object_category: Name | None = None
-    object_goals: Annotated[list[Name], Field(max_length=MAX_OBJECTS)] = []
-
-
 class _File(_Layout):
-    episodes: Annotated[list[_Episode], Field(max_length=MAX_EPISODES)]
+    episodes: Annotated[list[HabitatEpisode], Field(max_length=MAX_EPISODES)]
     goals_by_category: dict[str, list[_Goal]] = {}
 
 
@@ -118,9 +148,8 @@ def read_episodes(path: Path, goals: Path | None, count: int | None) -> EpisodeF
             break
         content = parse_episodes(_json(file), str(file))
         known |= content.goals
-        episodes += [
-            replace(each, index=len(episodes) + n) for n, each in enumerate(content.episodes)
-        ]
+        episodes += content.episodes
+    episodes = [each.model_copy(update={"index": n}) for n, each in enumerate(episodes)]
     if not (episodes := episodes[:count]):
         raise ValueError(f"{path} holds no episode; of a split give the folder")
     if goals is not None:
@@ -168,7 +197,8 @@ def parse_episodes(document: Any, where: str) -> EpisodeFile:
     """The episodes and goals of a document; ``where`` begins the sentence of a ValueError."""
     try:
         layout = _File.model_validate(document)
-        episodes = [_episode(index, each) for index, each in enumerate(layout.episodes)]
+        for episode in layout.episodes:
+            _inside(episode.annotations)
     except ValidationError as problem:
         first = problem.errors()[0]
         place = ".".join(map(str, first["loc"])) or "the document"
@@ -186,7 +216,7 @@ def parse_episodes(document: Any, where: str) -> EpisodeFile:
             frozenset(goal.object_id for goal in found),
             np.array(places, np.float64).reshape(-1, 3),
         )
-    return EpisodeFile(tuple(episodes), goals)
+    return EpisodeFile(tuple(layout.episodes), goals)
 
 
 def goals_of(goals: GoalsOfScene, scene: str, name: str) -> CategoryGoals:
@@ -198,33 +228,3 @@ def goals_of(goals: GoalsOfScene, scene: str, name: str) -> CategoryGoals:
             "ObjectNav episodes of the same scenes with --goals"
         )
     return found
-
-
-def _episode(index: int, layout: _Episode) -> HabitatEpisode:
-    single = [layout.object_category] if layout.object_category else []
-    objects = tuple(layout.object_goals or single)
-    if not objects:
-        raise ValueError(f"episode {index} has neither object_category nor object_goals")
-    scene = _inside(layout.scene_id, index)
-    # The verdict needs the annotations, and files differ in which description they name.
-    config = f"{PurePosixPath(scene).parts[0]}/{ANNOTATIONS}"
-    if "annotated" in layout.scene_dataset_config:
-        config = _inside(layout.scene_dataset_config, index)
-    length = float(np.linalg.norm(layout.start_rotation))
-    if abs(length - 1) > MAX_ROTATION_ERROR:
-        raise ValueError(
-            f"episode {index} has a start_rotation of length {length:.3g} instead of 1"
-        )
-    x, y, z, w = (part / length for part in layout.start_rotation)
-    return HabitatEpisode(index, scene, config, layout.start_position, (x, y, z, w), objects)
-
-
-def _inside(name: str, index: int) -> str:
-    """The path of a scene's file below the folder of all scenes."""
-    path = PurePosixPath(name.removeprefix("./").removeprefix(SCENE_ROOT))
-    if path.is_absolute() or ".." in path.parts or not path.parts:
-        raise ValueError(
-            f"episode {index} names {name!r}: a scene lies below the folder of scenes, and its "
-            "path neither begins with '/' nor holds '..'"
-        )
-    return str(path)

@@ -39,7 +39,7 @@ from onemap_tools.bench.lockstep import (
 )
 from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode, draw_openings
 from onemap_tools.bench.navigation.methods import search_method
-from onemap_tools.bench.navigation.records import EpisodeRecord, Failure, ObjectRecord
+from onemap_tools.bench.navigation.records import OBJECT, EpisodeRecord, Failure, ObjectRecord
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -117,13 +117,13 @@ def _search(
 
     def watch(frame: RgbdFrame, found: Detections) -> None:
         counts.trajectory.append(simulation.xy)
-        state = simulation.state
-        if state is None or not state.search.active:
+        search = simulation.state.search
+        if not search.active:
             return
         pixels = pixels_in_view(labels, frame, robot.truth_of(frame), len(categories))
         shown = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
-        if normalised(state.search.target) in {categories[index] for index in shown}:
-            counts.add(state.search.target, found)
+        if normalised(search.target) in {categories[index] for index in shown}:
+            counts.add(search.target, found)
 
     simulation = LockstepSimulation(
         robot,
@@ -221,21 +221,14 @@ def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:
 def object_record(judged: ObjectSummary, counts: FrameCounts) -> ObjectRecord:
     """The record of a judged result."""
     in_view, detected = counts.in_view[judged.name], counts.detected[judged.name]
-    return ObjectRecord(
-        name=judged.name,
-        outcome=str(judged.outcome),
-        reason=judged.reason,
-        success=judged.success,
-        claimed_wrongly=judged.claimed_wrongly,
-        spl=judged.spl,
-        path_length_m=judged.path_length_m,
-        shortest_path_m=_finite(judged.shortest_path_m),
-        goal_distance_m=_finite(judged.goal_distance_m),
-        time_s=judged.time_s,
-        in_view=in_view,
-        detected=detected,
-        failure=failure_of(judged, in_view, detected),
-        timed_out=not judged.claimed and is_timeout(judged.reason),
+    return OBJECT.validate_python(
+        {
+            **judged.document(),
+            "in_view": in_view,
+            "detected": detected,
+            "failure": failure_of(judged, in_view, detected),
+            "timed_out": not judged.claimed and is_timeout(judged.reason),
+        }
     )
 
 
@@ -261,10 +254,6 @@ def is_timeout(reason: str) -> bool:
 def not_sought(name: str) -> ObjectResult:
     """The result for an object that the search did not come to."""
     return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
-
-
-def _finite(value: float) -> float | None:
-    return value if isfinite(value) else None
 
 
 def oracle_objects(

@@ -104,7 +104,7 @@ class EpisodeRecord:
         }
 
 
-EPISODE = TypeAdapter(EpisodeRecord)
+EPISODE, OBJECT = TypeAdapter(EpisodeRecord), TypeAdapter(ObjectRecord)
 
 
 def _rounded(value: Any, digits: int) -> Any:

@@ -25,9 +25,10 @@ from onemap_tools.bench.transport.link import (
     ADDRESSES,
     EmulatedLink,
     LinkShape,
+    emulated_link,
     emulation_problem,
 )
-from onemap_tools.bench.transport.peers import PeerTask, make_stream, sizes_kb
+from onemap_tools.bench.transport.peers import PeerTask, make_stream
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import LOOPBACK, any_free_port
 
@@ -78,7 +79,7 @@ def run(options: TransportBench, tell: Callable[[str], None]) -> dict[str, Any]:
         for count in options.streams or [1]:
             for name, setting in chosen.items():
                 stream, path = streams[setting.channels]
-                frame_kb, field_kb = sizes_kb(stream, setting.link)
+                frame_kb, field_kb = stream.sizes_kb(setting.link)
                 row = {"setting": name, "streams": count}
                 row |= {"frame_kb": round(frame_kb, 1), "field_kb": round(field_kb, 1)}
                 tell(f"{name}, {count} robots")
@@ -93,11 +94,18 @@ def measure(
     with ExitStack() as stack:
         emulated = None
         if shape is not None:
-            emulated = stack.enter_context(EmulatedLink(shape, options.congestion_control))
+            emulated = stack.enter_context(emulated_link(shape, options.congestion_control))
         host = ADDRESSES[0] if emulated else LOOPBACK
         endpoint = f"tcp/{host}:{PORT if emulated else any_free_port()}"
         router = psutil.Process(stack.enter_context(_router(endpoint, emulated)))
-        task = PeerTask(endpoint, str(path), streams, options.rate, options.encode * 1e-3, link)
+        task = PeerTask(
+            endpoint=endpoint,
+            stream=path,
+            streams=streams,
+            rate_hz=options.rate,
+            encode_s=options.encode * 1e-3,
+            link=link,
+        )
         peers = {role: _peer(role, task, emulated) for role in ROLES}
         try:
             time.sleep(WARM_UP_S)
@@ -169,7 +177,7 @@ def _router(endpoint: str, link: EmulatedLink | None) -> Iterator[int]:
 
 def _peer(role: str, task: PeerTask, link: EmulatedLink | None) -> subprocess.Popen[str]:
     """A process of this role that is connected."""
-    own = [sys.executable, "-m", f"{__package__}.peers", role, task.to_json()]
+    own = [sys.executable, "-m", f"{__package__}.peers", role, task.model_dump_json()]
     process = subprocess.Popen(
         _command(link, int(role == REMOTE), own),
         stdin=subprocess.PIPE,

@@ -1,6 +1,6 @@
 """A link between two network namespaces of this machine: rate, delay, loss, a full buffer.
 
-``EmulatedLink`` makes the namespaces and starts ``python -m onemap_tools.bench.transport.link NAME
+``emulated_link`` makes the namespaces and starts ``python -m onemap_tools.bench.transport.link NAME
 NAME RATE_BPS DELAY_S LOSS``, which makes the interface ``link0`` in both, says "ready", passes the
 packets on, and answers every line on its standard input with the bytes carried each way and the
 packets dropped. Linux, as root.
@@ -18,11 +18,10 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 
@@ -31,7 +30,6 @@ MIN_BUFFER_BYTES = 64 * 1024  # of slow links: a few packets of every connection
 TUN = Path("/dev/net/tun")
 ADDRESSES = ("10.77.0.1", "10.77.0.2")  # of the robot's side and the other one
 CONGESTION_CONTROL = "/proc/sys/net/ipv4/tcp_congestion_control"
-ENDING_S = 5.0
 TUNSETIFF = 0x400454CA
 IFF_TUN, IFF_NO_PI = 0x0001, 0x1000
 CLONE_NEWNET = 0x40000000
@@ -96,91 +94,64 @@ def emulation_problem() -> str:
     if not TUN.exists():
         return f"emulated links need {TUN}: load the kernel module tun"
     probe = f"onemap-probe-{os.getpid()}"
-    made = subprocess.run(["ip", "netns", "add", probe], capture_output=True, check=False)
-    if made.returncode:
-        reason = made.stderr.decode(errors="replace").strip()
-        return f"network namespaces cannot be made here: {reason}"
-    subprocess.run(["ip", "netns", "del", probe], capture_output=True, check=False)
+    try:
+        _run("ip", "netns", "add", probe)
+        _run("ip", "netns", "del", probe)
+    except ValueError as problem:
+        return f"network namespaces cannot be made here: {problem}"
     return ""
 
 
+@dataclass(frozen=True, slots=True)
 class EmulatedLink:
-    """A context manager: two namespaces, and the process that passes packets between them.
+    """Two namespaces, and the process that passes packets between them."""
 
-    ``congestion_control`` of TCP in both namespaces, for example cubic; empty: the machine's.
-    ValueError where no link can be emulated.
-    """
-
-    def __init__(self, shape: LinkShape, congestion_control: str = "") -> None:
-        self._shape, self._congestion_control = shape, congestion_control
-        self.names = tuple(f"onemap-{os.getpid()}-{side}" for side in "ab")
-        self._process: subprocess.Popen[str] | None = None
-
-    def __enter__(self) -> EmulatedLink:
-        problem = emulation_problem()
-        if problem:
-            raise ValueError(problem)
-        try:
-            self._make()
-        except BaseException:
-            self._remove()
-            raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._remove()
+    names: tuple[str, str]
+    process: subprocess.Popen[str]
 
     def command(self, side: int, *command: str) -> tuple[str, ...]:
         """A command line that runs ``command`` in the namespace of side 0 or 1."""
         return ("ip", "netns", "exec", self.names[side], *command)
 
-    def carried(self) -> Mapping[str, int]:
+    def carried(self) -> dict[str, int]:
         """Bytes from side 0 to 1 (``up``) and back (``down``) so far, and packets dropped."""
-        assert self._process is not None
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write("\n")
-        self._process.stdin.flush()
-        up, down, dropped = self._process.stdout.readline().split()
-        return {"up": int(up), "down": int(down), "dropped": int(dropped)}
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        counts = map(int, self.process.stdout.readline().split())
+        return dict(zip(("up", "down", "dropped"), counts, strict=True))
 
-    def _make(self) -> None:
-        for name in self.names:
-            _ip("netns", "add", name)
-            _ip("-n", name, "link", "set", "lo", "up")
-        shape = self._shape
-        numbers = (shape.rate_bps, shape.delay_s, shape.loss)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", f"{__package__}.link", *self.names, *map(str, numbers)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
+
+@contextmanager
+def emulated_link(shape: LinkShape, congestion_control: str = "") -> Iterator[EmulatedLink]:
+    """A link while the context lasts.
+
+    ``congestion_control`` of TCP in both namespaces, for example cubic; empty: the machine's.
+    ValueError where no link can be emulated.
+    """
+    names = (f"onemap-{os.getpid()}-a", f"onemap-{os.getpid()}-b")
+    with ExitStack() as stack:
+        for name in names:
+            _run("ip", "netns", "add", name)
+            stack.callback(_run, "ip", "netns", "del", name)
+            _run("ip", "-n", name, "link", "set", "lo", "up")
+        numbers = map(str, (shape.rate_bps, shape.delay_s, shape.loss))
+        command = [sys.executable, "-m", f"{__package__}.link", *names, *numbers]
+        process = stack.enter_context(
+            subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         )
-        assert self._process.stdout is not None
-        if self._process.stdout.readline() != "ready\n":
+        stack.callback(process.terminate)
+        assert process.stdout is not None
+        if process.stdout.readline() != "ready\n":
             raise ValueError(f"the link could not be made: is {TUN} allowed here?")
-        for name, own, other in zip(self.names, ADDRESSES, reversed(ADDRESSES), strict=True):
-            _ip("-n", name, "addr", "add", own, "peer", other, "dev", "link0")
-            _ip("-n", name, "link", "set", "link0", "up")
-            if self._congestion_control:
-                write = f"echo {self._congestion_control} > {CONGESTION_CONTROL}"
+        for name, own, other in zip(names, ADDRESSES, reversed(ADDRESSES), strict=True):
+            _run("ip", "-n", name, "addr", "add", own, "peer", other, "dev", "link0")
+            _run("ip", "-n", name, "link", "set", "link0", "up")
+            if congestion_control:
+                write = f"echo {congestion_control} > {CONGESTION_CONTROL}"
                 _run("ip", "netns", "exec", name, "sh", "-c", write)
-
-    def _remove(self) -> None:
-        if self._process is not None:
-            self._process.terminate()
-            self._process.communicate(timeout=ENDING_S)
-        for name in self.names:
-            subprocess.run(["ip", "netns", "del", name], capture_output=True, check=False)
-
-
-def _ip(*arguments: str) -> None:
-    _run("ip", *arguments)
+        yield EmulatedLink(names, process)
 
 
 def _run(*command: str) -> None:

@@ -12,11 +12,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from onemap_perception.config import EncoderParams
 from onemap_perception.errors import BackendError
@@ -26,14 +27,15 @@ from onemap_shared import keys
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.frame_sender import compressions
-from onemap_shared.geometry import F16, F32, U8, U16
+from onemap_shared.geometry import F16, F32, U8, U16, inverse
 from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
 from onemap_shared.wire import encode
+from onemap_simulator.errors import DepthErrorParams
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import TRAINING
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm, noisy_depth
+from onemap_simulator.rendering.rgbd_camera import CameraParams, RgbdCamera
 
 WAIT_S = 0.2
 APARTMENT = 800  # encoders are trained from 1000 on
@@ -42,7 +44,7 @@ DEPTH_NOISE_M = 0.002  # at 1 m, as a stereo camera's: without it depth compress
 POSE = np.eye(4)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Stream:
     """N images and what perception made of them: rgb (N, H, W, 3), depth_mm (N, H, W), features
     (N, h, w, D), variance (N, H, W)."""
@@ -73,21 +75,26 @@ class Stream:
             frame.T_map_camera,
         )
 
+    def sizes_kb(self, params: LinkParams) -> tuple[float, float]:
+        """Mean kB of a frame and of a field on the wire."""
+        frames = [self.frame(number, 1) for number in range(len(self.rgb))]
+        return _mean_kb(frames, params), _mean_kb([self.field(frame) for frame in frames], params)
+
     def save(self, path: Path) -> None:
         """Write the stream to an .npz file."""
-        np.savez(
-            path,
-            rgb=self.rgb,
-            depth_mm=self.depth_mm,
-            features=self.features,
-            variance=self.variance,
-        )
+        np.savez(path, **vars(self))
 
 
 def load_stream(path: Path) -> Stream:
     """The stream of an .npz file."""
     with np.load(path, allow_pickle=False) as file:
-        return Stream(file["rgb"], file["depth_mm"], file["features"], file["variance"])
+        return Stream(**file)
+
+
+def _mean_kb(messages: Sequence[RgbdFrame | FeatureField], params: LinkParams) -> float:
+    how = compressions(type(messages[0]), params.compression)
+    packets = [encode(message, how) for message in messages]
+    return float(np.mean([len(each.header) + len(each.body) for each in packets])) / 1e3
 
 
 def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = IMAGES) -> Stream:
@@ -98,16 +105,14 @@ def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = 
         raise ValueError(str(problem)) from problem
     rng = np.random.default_rng(APARTMENT)
     scene = generate_apartment(APARTMENT, TRAINING)
-    camera = CameraParams(width=size_px[0], height=size_px[1])
-    renderer = Renderer(scene)
+    params = CameraParams(width=size_px[0], height=size_px[1])
+    camera = RgbdCamera(Renderer(scene), params, rng, DepthErrorParams(noise_m=DEPTH_NOISE_M))
     frames, fields = [], []
     for number, pose in enumerate(sample_camera_poses(scene, rng, images)):
-        view = renderer.render(pose, camera.intrinsics, width=size_px[0], height=size_px[1])
-        depth_m = noisy_depth(view.depth_m, DEPTH_NOISE_M, rng)
-        depth_mm = measured_mm(depth_m, camera.min_depth_m, camera.max_depth_m)
-        frame = RgbdFrame(number, 1, view.rgb, depth_mm, camera.intrinsics, POSE)
+        image = camera.capture(pose @ inverse(params.mount))
+        frame = RgbdFrame(number, 1, image.rgb, image.depth_mm, camera.intrinsics, POSE)
         frames.append(frame)
-        fields.append(feature_field(frame, network.encode(view.rgb), network, VarianceParams()))
+        fields.append(feature_field(frame, network.encode(frame.rgb), network, VarianceParams()))
     return Stream(
         np.stack([frame.rgb for frame in frames]),
         np.stack([frame.depth_mm for frame in frames]),
@@ -116,21 +121,7 @@ def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = 
     )
 
 
-def sizes_kb(stream: Stream, params: LinkParams) -> tuple[float, float]:
-    """Mean kB of a frame and of a field on the wire."""
-    frames = [stream.frame(number, 1) for number in range(len(stream.rgb))]
-    fields = [stream.field(frame) for frame in frames]
-    return _mean_kb(frames, params), _mean_kb(fields, params)
-
-
-def _mean_kb(messages: Sequence[RgbdFrame | FeatureField], params: LinkParams) -> float:
-    how = compressions(type(messages[0]), params.compression)
-    packets = [encode(message, how) for message in messages]
-    return float(np.mean([len(each.header) + len(each.body) for each in packets])) / 1e3
-
-
-@dataclass(frozen=True, slots=True)
-class PeerTask:
+class PeerTask(BaseModel):
     """What a process of the benchmark is told.
 
     endpoint: of the router. stream: the .npz file of frames and fields. streams: robots at once,
@@ -139,21 +130,11 @@ class PeerTask:
     """
 
     endpoint: str
-    stream: str
+    stream: Path
     streams: int
     rate_hz: float
     encode_s: float
     link: LinkParams
-
-    def to_json(self) -> str:
-        """For the command line."""
-        return json.dumps({**asdict(self), "link": self.link.model_dump()})
-
-    @classmethod
-    def of_json(cls, text: str) -> PeerTask:
-        """The task of a command line."""
-        values = json.loads(text)
-        return cls(**{**values, "link": LinkParams.model_validate(values["link"])})
 
 
 class Peer:
@@ -198,7 +179,7 @@ class Peer:
 
 def main(role: str, task: PeerTask) -> dict[str, Any]:
     """Run every stream of this role until standard input is closed; what was counted."""
-    stop, stream = threading.Event(), load_stream(Path(task.stream))
+    stop, stream = threading.Event(), load_stream(task.stream)
     peers, threads = [], []
     for number in range(task.streams):
         config = BusConfig(connect=(task.endpoint,), namespace=f"bench/r{number}", link=task.link)
@@ -221,4 +202,4 @@ def main(role: str, task: PeerTask) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(main(sys.argv[1], PeerTask.of_json(sys.argv[2]))), flush=True)
+    print(json.dumps(main(sys.argv[1], PeerTask.model_validate_json(sys.argv[2]))), flush=True)
