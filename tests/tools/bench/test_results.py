@@ -10,18 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_tools.bench.navigation.records import (
+from onemap_tools.bench.navigation.results import (
     EPISODE,
     EpisodeRecord,
     Estimate,
     Failure,
     ObjectRecord,
+    ResultsFolder,
     comparison,
     estimates,
+    paths_of,
+    read_beside,
     resampling,
     summary,
+    table_lines,
 )
-from onemap_tools.bench.navigation.results import ResultsFolder, paths_of, read_beside, table_lines
 
 
 def found(name: str, shortest_m: float, driven_m: float) -> ObjectRecord:

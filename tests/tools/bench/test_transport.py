@@ -16,7 +16,14 @@ from onemap_perception.config import MiniParams
 from onemap_tools.bench.options import TransportBench
 from onemap_tools.bench.transport import benchmark
 from onemap_tools.bench.transport import link as links
-from onemap_tools.bench.transport.benchmark import SETTINGS, THIN, run, summary
+from onemap_tools.bench.transport.benchmark import (
+    SETTINGS,
+    THIN,
+    load_stream,
+    make_stream,
+    run,
+    summary,
+)
 from onemap_tools.bench.transport.link import (
     ADDRESSES,
     BUFFER_S,
@@ -25,7 +32,6 @@ from onemap_tools.bench.transport.link import (
     emulated_link,
     emulation_problem,
 )
-from onemap_tools.bench.transport.peers import load_stream, make_stream
 
 RECEIVE = f"""
 import socket

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -56,9 +56,7 @@ def mini(
     threads: Threads = CORES,
 ) -> None:
     """All four steps, from nothing to weights and card; continues where it was stopped."""
-    with _cli_errors():
-        from onemap_tools.train import pipeline
-
+    with _pipeline() as pipeline:
         # Not only after a quarter of an hour of rendering.
         pipeline.find_pretrained()
         pipeline.choose_device(device)
@@ -77,9 +75,7 @@ def render(
     processes: Processes = CORES,
 ) -> None:
     """Render training and held-out frames; continues an interrupted rendering."""
-    with _cli_errors():
-        from onemap_tools.train import pipeline
-
+    with _pipeline() as pipeline:
         pipeline.render(_folders(work, output), apartments, per_apartment, processes)
 
 
@@ -94,25 +90,20 @@ def train(
     threads: Threads = CORES,
 ) -> None:
     """Train on the rendered frames; continues from the last checkpoint."""
-    with _cli_errors():
-        from onemap_tools.train import pipeline
-        from onemap_tools.train.params import TrainParams
-
-        params = TrainParams(steps=steps, seed=seed)
+    with _pipeline() as pipeline:
+        params = pipeline.TrainParams(steps=steps, seed=seed)
         pipeline.train(_folders(work, output), params, device, threads)
 
 
 @app.command()
 def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
     """Write weights, embedding table and calibration; checks the weights against torch."""
-    with _cli_errors():
-        from onemap_tools.train import pipeline
-
-        report = pipeline.export(_folders(work, output))
-    typer.echo(f"exported; least cosine to torch {report.least_cosine:.6f}")
-    if report.dropped_floor:
+    with _pipeline() as pipeline:
+        least_cosine, dropped_floor = pipeline.export(_folders(work, output))
+    typer.echo(f"exported; least cosine to torch {least_cosine:.6f}")
+    if dropped_floor:
         typer.echo(
-            f"the floor {report.dropped_floor:g} was of the weights before and is dropped: "
+            f"the floor {dropped_floor:g} was of the weights before and is dropped: "
             "'onemap bench queries --config' measures that of these"
         )
 
@@ -125,9 +116,7 @@ def evaluate(
     as_json: Json = False,
 ) -> None:
     """Measure the exported encoder on apartments outside the training set."""
-    with _cli_errors():
-        from onemap_tools.train import pipeline
-
+    with _pipeline() as pipeline:
         folders = _folders(work, output)
         if card:
             pipeline.training_record(folders)  # known before the minutes of the evaluation
@@ -135,7 +124,6 @@ def evaluate(
         if card:
             pipeline.write_card(folders, figures)
         from onemap_tools.train.model_card import figures_table
-
     typer.echo(f"encoder {figures['encoder_id']}\n{figures_table(figures)}", err=as_json)
     if as_json:
         typer.echo(json.dumps(figures))
@@ -148,20 +136,20 @@ def _folders(folder: Path, output: Path | None) -> TrainingFolders:
 
 
 @contextmanager
-def _cli_errors() -> Iterator[None]:
-    """Turn foreseeable errors into a CliError."""
+def _pipeline() -> Iterator[Any]:
+    """The module, which is slow to import; turns foreseeable errors into a CliError."""
     try:
         with requires_extra("train", "Training"):
-            yield
-    except CliError:
-        raise
+            from onemap_tools.train import pipeline
+
+            yield pipeline
+    except (ValueError, OSError) as problem:
+        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
     except Exception as problem:
         from safetensors import SafetensorError
 
         from onemap_perception.errors import BackendError
-        from onemap_tools.train.pipeline import TrainingError
 
-        foreseen = BackendError | TrainingError | ValueError | OSError | SafetensorError
-        if not isinstance(problem, foreseen):
+        if not isinstance(problem, BackendError | SafetensorError):
             raise
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem

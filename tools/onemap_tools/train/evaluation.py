@@ -6,7 +6,8 @@ its confusion matrix of an image takes 30 times as long.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 
@@ -19,7 +20,7 @@ from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text.embeddings import scores
 from onemap_perception.text.vocabulary import Calibration, Vocabulary
-from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train.frames import FrameDataset
 from onemap_tools.train.losses import patch_targets
@@ -54,22 +55,18 @@ class WordQueries:
 
 @dataclass(slots=True)
 class _RetrievalMetrics:
-    """Per word: R-precision in images that show it, and scores of images with and without it."""
+    """By index of the word: R-precision in images that show it, and scores of images with it and
+    without."""
 
-    count: int
-    precision: list[list[float]] = field(init=False)
-    present: list[list[float]] = field(init=False)
-    absent: list[list[float]] = field(init=False)
+    words: WordQueries
+    precision: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    present: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    absent: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
 
-    def __post_init__(self) -> None:
-        self.precision = [[] for _ in range(self.count)]
-        self.present = [[] for _ in range(self.count)]
-        self.absent = [[] for _ in range(self.count)]
-
-    def add(self, score: F32, shares: F32, words: WordQueries) -> None:
+    def add(self, score: F32, shares: F32) -> None:
         """Add an image: score (P, N) of words and shares (P, K) of classes, per patch."""
         best = np.sort(score, axis=0)[-TOP_PATCHES:].mean(axis=0)
-        for index, label in enumerate(words.classes):
+        for index, label in enumerate(self.words.classes):
             relevant: Bool = shares[:, label] > 0.5
             if relevant.sum() >= MIN_PATCHES:
                 self.precision[index].append(r_precision(score[:, index], relevant))
@@ -77,21 +74,17 @@ class _RetrievalMetrics:
             elif shares[:, label].max() == 0:
                 self.absent[index].append(float(best[index]))
 
-    def summary(self, texts: Sequence[str]) -> dict[str, object]:
+    def summary(self) -> dict[str, object]:
         """Means over words, so that frequent classes do not dominate."""
-        seen = [index for index in range(self.count) if self.precision[index]]
+        seen, texts = sorted(self.precision), self.words.texts
         by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
-        per_word = [
-            auroc(*_scores_and_labels(self.present[i], self.absent[i]))
-            for i in seen
-            if self.absent[i]
-        ]
-        pooled = _scores_and_labels(list(chain(*self.present)), list(chain(*self.absent)))
+        areas = [auroc_of(self.present[i], self.absent[i]) for i in seen if i in self.absent]
+        every = [list(chain(*scores.values())) for scores in (self.present, self.absent)]
         return {
             "words": len(seen),
             "r_precision": float(np.mean(list(by_word.values()))),
-            "auroc_mean_over_words": float(np.mean(per_word)),
-            "auroc_pooled": auroc(*pooled),
+            "auroc_mean_over_words": float(np.mean(areas)),
+            "auroc_pooled": auroc_of(*every),
             "r_precision_by_word": dict(sorted(by_word.items(), key=lambda item: item[1])),
         }
 
@@ -101,38 +94,37 @@ def evaluate(
 ) -> dict[str, object]:
     """All figures over the frames; ``progress`` receives the number done."""
     names = WordQueries.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
-    held_out = WordQueries.of(held_out_queries(vocabulary), encoder)
+    synonyms = [(word, i) for i, entry in enumerate(vocabulary.classes) for word in entry.held_out]
+    held_out = WordQueries.of(synonyms, encoder)
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
-    retrieval = {
-        "names": _RetrievalMetrics(len(names.texts)),
-        "held_out": _RetrievalMetrics(len(held_out.texts)),
-    }
+    by_name, by_synonym = _RetrievalMetrics(names), _RetrievalMetrics(held_out)
     detector = DetectorMetrics(vocabulary.names)
-    stated: list[F32] = []
-    observed: list[F32] = []
-    for number, (rgb, features, label) in enumerate(_encode_frames(encoder, frames)):
+    stated, observed = list[F32](), list[F32]()
+    for number in range(len(frames)):
+        rgb, label = np.asarray(frames.rgb[number]), np.asarray(frames.label[number])
+        features = encoder.encode(rgb)
         rows, columns, dim = features.shape
         flat = features.reshape(-1, dim).astype(np.float32)
         shares = patch_targets(_fit_to_patches(label, rows, columns)[None], classes)
         detector.add(Image(rgb, features), names.queries, shares)
         name_scores = scores(flat, names.queries)
-        retrieval["names"].add(name_scores, shares, names)
-        retrieval["held_out"].add(scores(flat, held_out.queries), shares, held_out)
+        by_name.add(name_scores, shares)
+        by_synonym.add(scores(flat, held_out.queries), shares)
         stated.append(name_scores[::SAMPLED].ravel())
         observed.append(shares[::SAMPLED].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
-    bins = reliability(_concatenate(stated), _concatenate(observed))
+    bins = reliability(np.concatenate(stated), np.concatenate(observed))
     per_class = iou(counts)
     return {
         "frames": len(frames),
-        "pixel_accuracy": accuracy(counts),
+        "pixel_accuracy": float(np.trace(counts) / max(counts.sum(), 1)),
         "miou": float(np.nanmean(per_class)),
         "classes": int(np.isfinite(per_class).sum()),
-        "names": retrieval["names"].summary(names.texts),
-        "held_out_aliases": retrieval["held_out"].summary(held_out.texts),
+        "names": by_name.summary(),
+        "held_out_aliases": by_synonym.summary(),
         "detector": detector.summary(),
         "reliability": bins,
         "calibration_error": calibration_error(bins),
@@ -152,17 +144,6 @@ def _ascending(names: Sequence[str], values: F64) -> dict[str, float]:
     return dict(sorted(finite, key=lambda item: item[1]))
 
 
-def held_out_queries(vocabulary: Vocabulary) -> list[tuple[str, int]]:
-    """Synonyms that were never training targets, with the index of their class."""
-    return [(word, i) for i, entry in enumerate(vocabulary.classes) for word in entry.held_out]
-
-
-def _encode_frames(encoder: Encoder, frames: FrameDataset) -> Iterator[tuple[U8, F16, U8]]:
-    for rgb, label in zip(frames.rgb, frames.label, strict=True):
-        image = np.asarray(rgb)
-        yield image, encoder.encode(image), np.asarray(label)
-
-
 def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
     """The label image at 8 pixels per patch."""
     size = (columns * 8, rows * 8)
@@ -176,15 +157,6 @@ def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
     large = cv2.resize(cosines, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
     best: I64 = large.argmax(axis=2)
     return best
-
-
-def _scores_and_labels(present: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
-    values = np.array([*present, *absent], np.float64)
-    return values, np.arange(len(values)) < len(present)
-
-
-def _concatenate(parts: Sequence[F32]) -> F64:
-    return np.concatenate(parts).astype(np.float64)
 
 
 @dataclass(slots=True)
@@ -269,11 +241,6 @@ def confusion(label: U8, predicted: I64, classes: int) -> I64:
     return np.bincount(index, minlength=classes * classes).reshape(classes, classes)
 
 
-def accuracy(counts: I64) -> float:
-    """Share of correct pixels."""
-    return float(np.trace(counts) / max(counts.sum(), 1))
-
-
 def iou(counts: I64) -> F64:
     """Intersection over union of each class (K,); NaN for a class that does not occur."""
     hit = np.diag(counts).astype(np.float64)
@@ -293,28 +260,25 @@ def r_precision(scores: F32, relevant: Bool) -> float:
     return float(relevant.ravel()[best].mean())
 
 
-def auroc(scores: F64, positive: Bool) -> float:
-    """Probability that a positive scores above a negative, ties counting half (Mann-Whitney).
-
-    NaN unless there are both.
-    """
-    ranks = rankdata(scores)
-    positives = int(positive.sum())
-    negatives = len(positive) - positives
-    if positives == 0 or negatives == 0:
+def auroc_of(present: Sequence[float], absent: Sequence[float]) -> float:
+    """Probability that a score of ``present`` is above one of ``absent``, ties counting half
+    (Mann-Whitney); NaN unless there are both."""
+    if not present or not absent:
         return float("nan")
-    above = ranks[positive].sum() - positives * (positives + 1) / 2
-    return float(above / (positives * negatives))
+    count = len(present)
+    ranks = rankdata([*present, *absent])
+    above = ranks[:count].sum() - count * (count + 1) / 2
+    return float(above / (count * len(absent)))
 
 
-def reliability(probability: F64, right: F64, bins: int = 10) -> list[dict[str, float]]:
+def reliability(probability: F32, right: F32, bins: int = 10) -> list[dict[str, float]]:
     """Per bin of stated probability: its mean, the observed frequency, and the count."""
-    place = np.minimum((probability * bins).astype(int), bins - 1)
-    rows = []
+    place, rows = np.minimum((probability * bins).astype(int), bins - 1), []
     for index in range(bins):
-        inside = place == index
-        if inside.any():
-            stated, true = float(probability[inside].mean()), float(right[inside].mean())
+        if (inside := place == index).any():
+            stated, true = (
+                float(each[inside].mean(dtype=np.float64)) for each in (probability, right)
+            )
             rows.append({"stated": stated, "right": true, "count": float(inside.sum())})
     return rows
 

@@ -53,7 +53,7 @@ from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
 from onemap_tools.train.network import MiniNetwork, find_backbone_weights
 from onemap_tools.train.params import TrainParams
 from onemap_tools.train.trainer import (
-    TrainingProgress,
+    RECORD,
     TrainingRecord,
     load_averaged_network,
     train_mini,
@@ -66,12 +66,6 @@ COMPARED_IMAGES = 5  # between torch and ONNX
 # Of glibc's malloc.h.
 M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
 UNLIMITED_BYTES = 2**31 - 1
-
-ShowProgress = Callable[[int, str], None]
-
-
-class TrainingError(Exception):
-    """A step cannot be done; one sentence for the user."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +96,12 @@ def find_pretrained() -> tuple[Path, EmbedTexts]:
     """The backbone's checkpoint and the sentence encoder that training starts from.
 
     Raises:
-        TrainingError: one of them is not installed; says how to install it.
+        ValueError: one of them is not installed; says how to install it.
     """
     sentence_encoder = _open_sentence_encoder()
     weights = find_backbone_weights()
     if weights is None:
-        raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
+        raise ValueError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
     return weights, sentence_encoder
 
 
@@ -117,23 +111,23 @@ def render(folders: TrainingFolders, apartments: int, per_apartment: int, proces
     for name, spec in frame_sets(apartments, per_apartment).items():
         with _progress_bar(f"rendering {name}", spec.count) as show:
             for done in render_frames(folders.work / name, names, spec, processes):
-                show(done, "")
+                show(done)
 
 
 def check_vocabulary(vocabulary: Vocabulary) -> Vocabulary:
-    """The vocabulary; TrainingError where a training with it cannot work."""
+    """The vocabulary; ValueError where a training with it cannot work."""
     known = set(load_vocabulary(SHIPPED).names)
     if unknown := [name for name in vocabulary.names if name not in known]:
-        raise TrainingError(
+        raise ValueError(
             f"{VOCABULARY_FILE}: the simulator draws nothing of the class {unknown[0]!r}: name "
             "classes as the shipped one does, and put other words for them into 'aliases'"
         )
     if bare := [entry.name for entry in vocabulary.classes if not entry.aliases]:
-        raise TrainingError(
+        raise ValueError(
             f"{VOCABULARY_FILE}: the class {bare[0]!r} has no aliases: list at least its name"
         )
     if not any(entry.held_out for entry in vocabulary.classes):
-        raise TrainingError(
+        raise ValueError(
             f"{VOCABULARY_FILE}: no class has a word in 'held_out', by which synonyms are "
             "evaluated: add one"
         )
@@ -148,21 +142,18 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
     frames = _open_frames(folders, "train")
     weights, sentence_encoder = find_pretrained()
     bank = build_text_bank(folders.vocabulary, sentence_encoder)
-    keep_freed_memory()
+    if sys.platform == "linux":
+        keep_freed_memory()
     torch.set_num_threads(threads)
     chosen = choose_device(device)
     with _progress_bar("training", params.total_steps) as show:
-
-        def report(progress: TrainingProgress) -> None:
-            show(progress.step, f"loss {progress.loss:.3f}")
-
         train_mini(
             frames,
             bank,
             folders.work / "run",
             params=replace(params, backbone_weights=weights),
             device=chosen,
-            report=report,
+            report=lambda progress: show(progress.step, f"loss {progress.loss:.3f}"),
         )
 
 
@@ -172,30 +163,21 @@ def choose_device(device: str) -> torch.device:
     return open_device(automatic if device == "auto" else device)
 
 
-def keep_freed_memory() -> bool:
-    """Make malloc keep freed memory for the next step; returns whether the C library can.
+def keep_freed_memory() -> None:
+    """Make glibc's malloc keep freed memory for the next step.
 
-    By default glibc returns large arrays to the kernel, and every step faults their pages in
-    again.
+    By default it returns large arrays to the kernel, and every step faults their pages in again.
     """
-    if sys.platform != "linux":
-        return False
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # musl has none
-    return mallopt is not None and bool(
-        mallopt(M_MMAP_MAX, 0) and mallopt(M_TRIM_THRESHOLD, UNLIMITED_BYTES)
-    )
+    if mallopt := getattr(ctypes.CDLL(None), "mallopt", None):  # musl has none
+        mallopt(M_MMAP_MAX, 0)
+        mallopt(M_TRIM_THRESHOLD, UNLIMITED_BYTES)
 
 
-@dataclass(frozen=True, slots=True)
-class ExportReport:
-    """Least cosine of a patch to torch; the floor of the weights before, which does not hold."""
-
-    least_cosine: float
-    dropped_floor: float
-
-
-def export(folders: TrainingFolders) -> ExportReport:
+def export(folders: TrainingFolders) -> tuple[float, float]:
     """Write weights, embedding table, calibration and what they were trained with.
+
+    Returns the least cosine of a patch to torch, and the floor of the weights before, which does
+    not hold for these.
 
     All of them or, where a step fails, none: an encoder that was there stays as it was.
     """
@@ -210,18 +192,16 @@ def export(folders: TrainingFolders) -> ExportReport:
         path = export_network(network, made)
         cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
         if not cosine >= MIN_COSINE:  # also if it is NaN
-            raise TrainingError(
-                f"the exported network differs from torch: least cosine {cosine:.5f}"
-            )
+            raise ValueError(f"the exported network differs from torch: least cosine {cosine:.5f}")
         write_embedding_table(folders.vocabulary, _open_sentence_encoder(), made)
         before = floor_of(output)
         same = before > 0 and (output / NETWORK_FILE).read_bytes() == path.read_bytes()
         save_calibration(made, replace(DEFAULT_CALIBRATION, floor=before if same else 0.0))
         _fit_temperature(made, frames)
-        (made / TRAINING_FILE).write_text(record.dump() + "\n", encoding="utf-8")
+        (made / TRAINING_FILE).write_text(json.dumps(asdict(record)) + "\n", encoding="utf-8")
         for file in made.iterdir():
             file.replace(output / file.name)
-    return ExportReport(cosine, 0.0 if same else before)
+    return cosine, 0.0 if same else before
 
 
 def floor_of(folder: Path) -> float:
@@ -256,26 +236,22 @@ def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
     for name in EVALUATION_SETS:
         frames = _open_frames(folders, name)
         with _progress_bar(f"evaluating {name}", len(frames)) as show:
-
-            def progress(done: int, show: ShowProgress = show) -> None:
-                show(done, "")
-
-            result[name] = evaluate(encoder, folders.vocabulary, frames, progress)
+            result[name] = evaluate(encoder, folders.vocabulary, frames, show)
     return result
 
 
 def training_record(folders: TrainingFolders) -> TrainingRecord:
-    """What the exported weights were trained with; TrainingError where that is not known."""
+    """What the exported weights were trained with; ValueError where that is not known."""
     path = folders.output / TRAINING_FILE
     try:
-        return TrainingRecord.parse(path.read_text(encoding="utf-8"))
+        return RECORD.validate_json(path.read_bytes())
     except FileNotFoundError:
-        raise TrainingError(
+        raise ValueError(
             f"{path} is missing, from which the card says what the weights were trained with: "
             "export them with 'onemap train export'"
         ) from None
     except ValueError as problem:
-        raise TrainingError(f"{path}: {problem}") from problem
+        raise ValueError(f"{path}: {problem}") from problem
 
 
 def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
@@ -306,12 +282,9 @@ def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, 
 
 def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
     """The frames of a set, whose labels are indices into the vocabulary's classes."""
-    try:
-        frames = open_frames(folders.work / name)
-    except FileNotFoundError as problem:
-        raise TrainingError(str(problem)) from problem
+    frames = open_frames(folders.work / name)
     if frames.classes != folders.vocabulary.names:
-        raise TrainingError(
+        raise ValueError(
             f"the pictures in {folders.work / name} were rendered for other classes than those of "
             f"{folders.output}: give the --output they were rendered with, or another --work"
         )
@@ -321,20 +294,16 @@ def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
 def _open_sentence_encoder() -> EmbedTexts:
     folder = find_model_folder()
     if folder is None:
-        raise TrainingError(f"training needs the sentence encoder: {INSTALL}")
+        raise ValueError(f"training needs the sentence encoder: {INSTALL}")
     return MiniLm(folder).embed
 
 
 @contextmanager
-def _progress_bar(title: str, total: int) -> Iterator[ShowProgress]:
+def _progress_bar(title: str, total: int) -> Iterator[Callable[..., None]]:
     """A progress bar on the terminal; yields a function of (done, note)."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-    )
+    note_column = TextColumn("{task.fields[note]}")
+    title_column = TextColumn("{task.description}")
+    columns = (title_column, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), note_column)
     with Progress(*columns) as progress:
         task = progress.add_task(title, total=total, note="")
-        yield lambda done, note: progress.update(task, completed=done, note=note)
+        yield lambda done, note="": progress.update(task, completed=done, note=note)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from pydantic import TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor
@@ -43,18 +44,6 @@ class TrainingRecord:
     pictures: int
     apartments: int
 
-    def dump(self) -> str:
-        """As JSON."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def parse(cls, text: str) -> TrainingRecord:
-        """The record of ``dump``; ValueError if the text is something else."""
-        try:
-            return cls(**json.loads(text))
-        except TypeError as problem:
-            raise ValueError(f"not the record of a training: {problem}") from problem
-
     def difference(self, asked: TrainingRecord) -> str:
         """In words, what differs: "steps 7500 rather than 5000, seed 0 rather than 1"."""
         other = asdict(asked)
@@ -63,6 +52,9 @@ class TrainingRecord:
             for name, value in asdict(self).items()
             if value != other[name]
         )
+
+
+RECORD = TypeAdapter(TrainingRecord)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,16 +87,21 @@ def train_mini(
         state.load(folder)
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
-    average_loss, log = math.nan, _Log(folder, state.step)
+    average, logged = math.nan, (state.step, time.perf_counter())
     for batch in BatchSource(frames, params).stream(state.step, params.total_steps):
         loss = loss_of(state.network, batch, state.step)
         state.optimize(loss)
-        average_loss = _moving_average(average_loss, loss.item())
-        progress = TrainingProgress(state.step, params.total_steps, average_loss)
+        new = loss.item()
+        average = new if math.isnan(average) else (1 - LOSS_WEIGHT) * average + LOSS_WEIGHT * new
+        progress = TrainingProgress(state.step, params.total_steps, average)
         report(progress)
         if state.step % params.checkpoint_interval == 0 or state.step == params.total_steps:
             state.save(folder)
-            log.append(progress)
+            before, logged = logged, (state.step, time.perf_counter())
+            step_s = (logged[1] - before[1]) / (logged[0] - before[0])
+            line = asdict(progress) | {"loss": round(average, 4), "step_s": round(step_s, 3)}
+            with (folder / LOG_FILE).open("a", encoding="utf-8") as file:
+                file.write(json.dumps(line) + "\n")
     return state.averaged_network.eval()
 
 
@@ -161,7 +158,11 @@ class TrainState:
         for index, state in self._optimizer.state_dict()["state"].items():
             tensors |= {f"{OPTIMIZER}.{index}.{k}": v for k, v in state.items()}
         part = folder / f"{CHECKPOINT}.part"
-        metadata = {"format": FORMAT, "step": str(self.step), "record": self._record.dump()}
+        metadata = {
+            "format": FORMAT,
+            "step": str(self.step),
+            "record": json.dumps(asdict(self._record)),
+        }
         save_file({k: v.contiguous() for k, v in tensors.items()}, part, metadata=metadata)
         part.replace(folder / CHECKPOINT)
 
@@ -174,7 +175,7 @@ class TrainState:
         sections: dict[str, dict[str, Tensor]] = {NETWORK: {}, AVERAGE: {}, OPTIMIZER: {}}
         with _open_checkpoint(folder, device=str(self._device)) as file:
             metadata = file.metadata()
-            if other := TrainingRecord.parse(metadata["record"]).difference(self._record):
+            if other := RECORD.validate_json(metadata["record"]).difference(self._record):
                 raise ValueError(
                     f"{folder} holds a training with {other}: repeat its options, or choose "
                     "another --work"
@@ -207,7 +208,7 @@ def load_averaged_network(folder: Path) -> tuple[MiniNetwork, TrainingRecord]:
     with _open_checkpoint(folder) as file:
         names = [name for name in file.keys() if name.startswith(prefix)]  # noqa: SIM118
         network.load_state_dict({n.removeprefix(prefix): file.get_tensor(n) for n in names})
-        record = TrainingRecord.parse(file.metadata()["record"])
+        record = RECORD.validate_json(file.metadata()["record"])
     return network.eval(), record
 
 
@@ -301,28 +302,3 @@ class _BatchLoss:
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
         weights = self._weak_weights if step >= params.weak_from_step else self._strong_weights
         return alignment_loss(rows, targets, self._texts.sample(generator), weights)
-
-
-def _moving_average(average: float, value: float) -> float:
-    """NaN: there is no average yet."""
-    return value if math.isnan(average) else (1 - LOSS_WEIGHT) * average + LOSS_WEIGHT * value
-
-
-class _Log:
-    """A line of ``log.jsonl`` for every checkpoint, with the seconds a step took since the last."""
-
-    def __init__(self, folder: Path, step: int) -> None:
-        self._path = folder / LOG_FILE
-        self._last = (step, time.perf_counter())
-
-    def append(self, progress: TrainingProgress) -> None:
-        step, since_s = self._last
-        self._last = (progress.step, time.perf_counter())
-        line = {
-            "step": progress.step,
-            "steps": progress.steps,
-            "loss": round(progress.loss, 4),
-            "step_s": round((self._last[1] - since_s) / (progress.step - step), 3),
-        }
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")

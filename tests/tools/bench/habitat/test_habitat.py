@@ -14,7 +14,7 @@ from onemap_shared.geometry import Velocity2d, check_rigid, yaw_of
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.habitat import benchmark, world
-from onemap_tools.bench.habitat.episode import (
+from onemap_tools.bench.habitat.benchmark import (
     CategoryTruth,
     HabitatRobot,
     is_instance,
@@ -31,7 +31,7 @@ from onemap_tools.bench.habitat.world import (
     habitat_rotation,
 )
 from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
-from onemap_tools.bench.navigation.records import EpisodeRecord, Failure
+from onemap_tools.bench.navigation.results import EpisodeRecord, Failure
 from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedDetector,
     SimulatedDetectorParams,

@@ -13,21 +13,18 @@ from typing import Any
 import torch
 
 from onemap_tools.bench.lockstep import SystemConfig
-from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
-from onemap_tools.bench.navigation.episodes import apartment_seeds
-from onemap_tools.bench.navigation.records import (
+from onemap_tools.bench.navigation.episode import EpisodeSetup, apartment_seeds, run_episode
+from onemap_tools.bench.navigation.results import (
     EPISODE,
     EpisodeRecord,
-    comparison,
-    estimates,
-    summary,
-)
-from onemap_tools.bench.navigation.results import (
     ResultsFolder,
+    comparison,
     episode_line,
     episode_picture,
+    estimates,
     picture_name,
     read_beside,
+    summary,
     table_lines,
 )
 from onemap_tools.bench.options import NavigationBench
