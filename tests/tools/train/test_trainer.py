@@ -12,18 +12,21 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from onemap_tools.train.batches import build_text_bank
+from onemap_tools.train.batches import (
+    TrainParams,
+    alignment_loss,
+    build_text_bank,
+    class_weights,
+    patch_targets,
+)
 from onemap_tools.train.frames import NO_CLASS
-from onemap_tools.train.losses import alignment_loss, class_weights, patch_targets
 from onemap_tools.train.network import (
     FEATURE_DIM,
     FROZEN_STAGES,
-    DepthwiseConv,
     EfficientNetLite0,
     MiniNetwork,
     load_backbone_weights,
 )
-from onemap_tools.train.params import TrainParams
 from onemap_tools.train.trainer import (
     CHECKPOINT,
     LOG_FILE,
@@ -76,15 +79,6 @@ def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
     torch.save({"_conv_stem.weight": torch.zeros(3)}, tmp_path / "other.pth")
     with pytest.raises(ValueError, match="does not hold the backbone"):
         load_backbone_weights(EfficientNetLite0(), tmp_path / "other.pth")
-
-
-def test_the_output_of_a_depthwise_convolution_has_the_dtype_of_its_input() -> None:
-    layer, x = DepthwiseConv(8, 5), torch.randn(2, 8, 6, 7).bfloat16()
-    y = layer(x)
-    assert y.dtype == torch.bfloat16
-    y.float().sum().backward()
-    assert layer.weight.grad is not None
-    assert layer.weight.grad.dtype == torch.float32
 
 
 def test_features_have_stride_8_and_length_one() -> None:

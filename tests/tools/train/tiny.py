@@ -12,9 +12,9 @@ import torch
 from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
+from onemap_tools.train.batches import TrainParams
 from onemap_tools.train.frames import NO_CLASS, FrameDataset
 from onemap_tools.train.network import EfficientNetLite0
-from onemap_tools.train.params import TrainParams
 
 VOCABULARY = Vocabulary(
     prompt="a {}",

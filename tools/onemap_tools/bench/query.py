@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -87,31 +88,23 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     first, other = texts[:2]
     every, own = np.arange(store.count), first.concepts[:1]
     plain = replace(other, concepts=other.concepts[:1], neutral=None)
-    warm, unasked = ScoreCache(), Unasked()
+    warm, numbers = ScoreCache(), count()
+
+    def unasked(like: TextQuery) -> TextQuery:  # under a new name: its scores are not kept
+        return replace(like, text=f"{like.text}, {next(numbers)}")
+
     warm.scores_of_all([first], store, now)
     asks: dict[str, Callable[[], object]] = {
         "read_ms": lambda: _read(store),
         "product_ms": lambda: store.products(every, own),
         "first_calibrated_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
-        "plain_text_ms": lambda: warm.scores_of_all([unasked.query(plain)], store, now),
-        "calibrated_text_ms": lambda: warm.scores_of_all([unasked.query(other)], store, now),
+        "plain_text_ms": lambda: warm.scores_of_all([unasked(plain)], store, now),
+        "calibrated_text_ms": lambda: warm.scores_of_all([unasked(other)], store, now),
         "texts_at_once_ms": lambda: warm.scores_of_all(
-            [unasked.query(text) for text in texts], store, now
+            [unasked(text) for text in texts], store, now
         ),
     }
     return {name: best_ms(ask, clock) for name, ask in asks.items()}
-
-
-class Unasked:
-    """Queries under names that were never asked, so that their scores are not kept."""
-
-    def __init__(self) -> None:
-        self._asked = 0
-
-    def query(self, like: TextQuery) -> TextQuery:
-        """The same query for a text of another name."""
-        self._asked += 1
-        return replace(like, text=f"{like.text}, {self._asked}")
 
 
 def _unit(count: int, generator: torch.Generator) -> Tensor:

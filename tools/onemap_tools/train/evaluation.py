@@ -22,8 +22,8 @@ from onemap_perception.text.embeddings import scores
 from onemap_perception.text.vocabulary import Calibration, Vocabulary
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
+from onemap_tools.train.batches import patch_targets
 from onemap_tools.train.frames import FrameDataset
-from onemap_tools.train.losses import patch_targets
 
 MIN_PATCHES = 2  # of a thing in an image; smaller ones are below the encoder's resolution
 SAMPLED = 21  # of so many patches one: no divisor of the columns, so that all parts of images occur

@@ -38,7 +38,7 @@ from onemap_perception.text.vocabulary import (
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE
-from onemap_tools.train.batches import build_text_bank
+from onemap_tools.train.batches import TrainParams, build_text_bank
 from onemap_tools.train.evaluation import DEFAULT_CALIBRATION, evaluate, fit_temperature
 from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
@@ -51,7 +51,6 @@ from onemap_tools.train.frames import (
 from onemap_tools.train.model_card import EVALUATION_SETS, model_card
 from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
 from onemap_tools.train.network import MiniNetwork, find_backbone_weights
-from onemap_tools.train.params import TrainParams
 from onemap_tools.train.trainer import (
     RECORD,
     TrainingRecord,

@@ -21,11 +21,17 @@ from torch import Tensor
 from torch.optim.lr_scheduler import LambdaLR
 from torch.optim.swa_utils import AveragedModel
 
-from onemap_tools.train.batches import Batch, BatchSource, TextBank, class_frequency
+from onemap_tools.train.batches import (
+    Batch,
+    BatchSource,
+    TextBank,
+    TrainParams,
+    alignment_loss,
+    class_frequency,
+    class_weights,
+)
 from onemap_tools.train.frames import FrameDataset
-from onemap_tools.train.losses import alignment_loss, class_weights
 from onemap_tools.train.network import MiniNetwork, load_backbone_weights
-from onemap_tools.train.params import TrainParams
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = "7"  # of the checkpoint; those before hold other weights that learn, or other names
