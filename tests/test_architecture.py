@@ -107,7 +107,7 @@ ONLY_IN = {
     "uvicorn": {"onemap_gateway.connections", "onemap_gateway.service"},
     "embreex": {"onemap_simulator.rendering.ray_tracer"},
     "trimesh": {
-        "onemap_simulator.scene.mesh_texture",
+        "onemap_simulator.scene.loading",
         "onemap_simulator.scene.scene_file",
     },
     "onnxruntime": {"onemap_perception.onnx"},

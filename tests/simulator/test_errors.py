@@ -16,7 +16,6 @@ from onemap_simulator.errors import (
     FrameLink,
     FrameLinkParams,
     Localisation,
-    LoopClosureParams,
     LoopClosures,
     RobotErrors,
     true_place,
@@ -32,17 +31,16 @@ from onemap_simulator.physics.people import (
 )
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
-from onemap_simulator.rendering.depth_errors import (
+from onemap_simulator.rendering.label_renderer import LabelRenderer
+from onemap_simulator.rendering.rgbd_camera import (
+    CameraParams,
+    RgbdCamera,
     depth_edges,
     faces_without_return,
     quantised,
     with_depth_errors,
 )
-from onemap_simulator.rendering.label_renderer import LabelRenderer
-from onemap_simulator.rendering.rgbd_camera import CameraParams, RgbdCamera
 from tests.simulator.scenes import SceneBuilder, box_room
-
-CLOSING = LoopClosureParams(radius_m=1.0, min_way_m=8.0)
 
 
 def circle(turns: float, backwards_after: float = np.inf) -> list[F64]:
@@ -57,8 +55,8 @@ def circle(turns: float, backwards_after: float = np.inf) -> list[F64]:
     return poses
 
 
-def closures(poses: list[F64], params: LoopClosureParams = CLOSING) -> list[int]:
-    known = LoopClosures(params)
+def closures(poses: list[F64]) -> list[int]:
+    known = LoopClosures()
     closed = [k for k, pose in enumerate(poses) if known.closes(pose)]
     assert known.count == len(closed)
     return closed
@@ -127,9 +125,7 @@ def test_without_way_there_is_no_drift_and_a_correction_removes_it() -> None:
     np.testing.assert_allclose(drift.reported(moved), moved)
 
 
-def localisation(
-    drift: DriftParams | None = DRIFT, closing: LoopClosureParams | None = None
-) -> Localisation:
+def localisation(drift: DriftParams | None = DRIFT, closing: bool = False) -> Localisation:
     return Localisation(RobotErrors(drift, closing), np.random.default_rng(1))
 
 
@@ -143,7 +139,7 @@ def test_without_errors_the_pose_is_the_true_one_and_so_is_every_place() -> None
 
 def test_a_loop_closure_takes_the_pose_back_to_the_true_one_at_once() -> None:
     poses = circle(1.2)
-    jumping = localisation(closing=CLOSING)
+    jumping = localisation(closing=True)
     errors = [np.linalg.norm((jumping.reported(pose) - pose)[:2, 3]) for pose in poses]
     assert jumping.jumps == 1
     closed = int(np.argmin(errors[50:])) + 50
@@ -198,7 +194,7 @@ def test_late_frames_arrive_in_their_order_within_the_limits() -> None:
 
 
 def test_frames_are_lost_as_often_and_in_bursts_as_long_as_set() -> None:
-    losing = link(lost_share=0.2, lost_in_a_row=4.0)
+    losing = link(lost_share=0.2)
     for k in range(20000):
         losing.send(k, float(k))
     kept = losing.arrived(20000.0)
@@ -225,15 +221,15 @@ def measured(depth: F32, params: DepthErrorParams, seed: int = 0) -> F32:
 
 
 def test_only_jumps_of_depth_are_edges_and_slanted_planes_are_not() -> None:
-    edges = depth_edges(two_walls(), 0.1)
+    edges = depth_edges(two_walls())
     assert edges[:, 29:31].all()
     assert not edges[:, :29].any()
     assert not edges[:, 31:].any()
     rays = ray_directions(CAMERA.intrinsics, 160, 120) @ CAMERA.mount[:3, :3].T
     floor = np.where(rays[..., 2] < -0.05, -1.0 / np.minimum(rays[..., 2], -0.05), 0.0)
-    below = depth_edges(floor.astype(np.float32), 0.1)[60:]
+    below = depth_edges(floor.astype(np.float32))[60:]
     assert not below.any()
-    assert not depth_edges(np.zeros((4, 4), np.float32), 0.1).any()
+    assert not depth_edges(np.zeros((4, 4), np.float32)).any()
 
 
 def test_pixels_at_edges_fly_between_front_and_back_or_have_no_return() -> None:
@@ -263,7 +259,7 @@ def test_glass_and_black_surfaces_give_no_return() -> None:
     builder.add("television", (3.9, 0.5, 0.5), (3.95, 2, 1.5), texture=black)
     scene = builder.build()
     params = DepthErrorParams(dark_below=25.0, glass=True)
-    camera = RgbdCamera.of(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0), params)
+    camera = RgbdCamera(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0), params)
     image = camera.capture(RobotState(0.0, 0.0, 0.0).pose)
     labels = (
         LabelRenderer(scene).render(CAMERA.mount, CAMERA.intrinsics, width=160, height=120).labels

@@ -7,19 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_shared.camera import Intrinsics, ray_directions, unproject
+from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, camera_mount, check_rigid, pose_2d, transform
 from onemap_simulator.errors import DepthErrorParams
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
 from onemap_simulator.physics.robot import RobotState
-from onemap_simulator.rendering.bystanders import (
-    CLOTHES_RGB,
-    ViewRays,
-    cylinder_hits,
-    person_label,
-    with_person,
-)
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.label_renderer import (
     LabelRenderer,
@@ -29,7 +22,14 @@ from onemap_simulator.rendering.label_renderer import (
 )
 from onemap_simulator.rendering.lighting import HALF_DISTANCE_M, HEMISPHERE, LightMap
 from onemap_simulator.rendering.ray_tracer import RayTracer
-from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.rendering.rendered_image import (
+    CLOTHES_RGB,
+    RenderedImage,
+    ViewRays,
+    cylinder_hits,
+    person_label,
+    with_person,
+)
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import (
     CameraParams,
@@ -151,11 +151,10 @@ def test_occlusion_between_two_points(end: tuple[float, float, float], blocked: 
 
 
 def test_labels_and_depth_are_those_of_the_renderer() -> None:
-    scene = box_room()
     T_map_camera = pose_2d(1.0, 1.0, 0.3) @ camera_mount(0.1, 1.0, 0.2)
     intrinsics = Intrinsics.from_fov(40, 30, 1.3)
-    fast = LabelRenderer(scene).render(T_map_camera, intrinsics, width=40, height=30)
-    full = Renderer(scene).render(T_map_camera, intrinsics, width=40, height=30)
+    fast = LabelRenderer(SCENE).render(T_map_camera, intrinsics, width=40, height=30)
+    full = RENDERER.render(T_map_camera, intrinsics, width=40, height=30)
     np.testing.assert_array_equal(fast.labels, full.labels)
     np.testing.assert_array_equal(fast.depth_m, full.depth_m)
     np.testing.assert_array_equal(labels_of(fast.rgb), full.labels)
@@ -166,13 +165,10 @@ def test_colours_keep_every_label() -> None:
     np.testing.assert_array_equal(labels_of(label_colours(labels)), labels)
 
 
-ROOM_RENDERER = Renderer(box_room())
-
-
 def camera(noise_m: float = 0.0) -> RgbdCamera:
     params = CameraParams(width=32, height=24)
     errors = DepthErrorParams(noise_m=noise_m)
-    return RgbdCamera(ROOM_RENDERER, params, np.random.default_rng(0), errors)
+    return RgbdCamera(SCENE, RENDERER, params, np.random.default_rng(0), errors)
 
 
 def test_the_camera_measures_within_its_range_only() -> None:
@@ -273,12 +269,10 @@ def test_a_person_is_seen_in_labels_colours_and_depth_before_the_wall_alone() ->
 
 
 def test_the_depth_is_that_of_small_steps_along_each_ray() -> None:
-    T = (POSE @ CAMERA.mount).astype(np.float32)
-    directions = ray_directions(CAMERA.intrinsics, 160, 120).reshape(-1, 3) @ T[:3, :3].T
-    rays = ViewRays(T[:3, 3], directions)
+    rays = ViewRays.of(POSE @ CAMERA.mount, CAMERA.intrinsics, 160, 120)
     place = np.array([1.4, 1.2], np.float32)
     depth, facing = cylinder_hits(rays, place, AHEAD)
-    slow = marched_depth(rays.origin, directions, place, AHEAD, step_m=0.004)
+    slow = marched_depth(rays.origin, rays.directions, place, AHEAD, step_m=0.004)
     assert ((depth > 0) == (slow > 0)).mean() > 0.998
     both = (depth > 0) & (slow > 0)
     assert np.median(np.abs(depth - slow)[both]) < 0.005
@@ -289,7 +283,8 @@ def test_a_scene_that_names_no_person_shows_them_as_nothing_known() -> None:
     scene = box_room()
     assert person_label(scene) == -1
     assert label_colour(-1) == (0, 0, 0)
-    image = RgbdCamera(LabelRenderer(scene), CAMERA, np.random.default_rng(0)).capture(POSE, AHEAD)
+    camera = RgbdCamera(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0))
+    image = camera.capture(POSE, AHEAD)
     assert labels_of(image.rgb)[60, 80] == -1
     assert 1000 < image.depth_mm[60, 80] < 1300
 

@@ -18,8 +18,12 @@ from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recorder import write_recording
-from onemap_simulator.replay.recording import RecordedFrame, Recording, RecordingError
+from onemap_simulator.replay.recording import (
+    RecordedFrame,
+    Recording,
+    RecordingError,
+    write_recording,
+)
 from onemap_simulator.replay.service import body_below, build, check
 from tests.memory_bus import MemoryRouter
 

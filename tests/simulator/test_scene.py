@@ -9,19 +9,27 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
-from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.physics.collision import MissingFloor
 from onemap_simulator.scene.cell_masks import connected_part
-from onemap_simulator.scene.corrections import read_corrections
-from onemap_simulator.scene.loading import floor_height, load_scene
+from onemap_simulator.scene.loading import (
+    ROBOT_CLEARANCE_M,
+    floor_height,
+    free_space,
+    load_scene,
+    start_pose,
+)
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import Scene, SceneObject
-from onemap_simulator.scene.scene_file import category_of, check_file, read_scene_file
-from onemap_simulator.scene.spawn import ROBOT_CLEARANCE_M, free_space, start_pose
+from onemap_simulator.scene.scene_file import (
+    category_of,
+    check_file,
+    read_corrections,
+    read_scene_file,
+)
 from tests.reference.occupancy_raster import touched_cells
 from tests.simulator.scene_files import RED, room_of, write_two_materials
 from tests.simulator.scenes import SceneBuilder, box_room, object_vertices
@@ -294,9 +302,6 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
     for x, y in have:
         near = {(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
         assert near & sampled or not sampled
-
-
-masks = arrays(bool, st.tuples(st.integers(1, 12), st.integers(1, 12)))
 
 
 def test_the_connected_part_stays_on_its_side_of_a_wall() -> None:

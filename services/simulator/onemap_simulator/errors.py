@@ -20,8 +20,13 @@ ErrorChoice = Literal["none", "drift", "jump", "late", "dropped", "depth", "peop
 
 KEPT_EVERY_M = 0.05  # between two poses of the history
 LEAST_SHARE = 0.25  # of the largest bias: every run drifts
+# The pose jumps back to the true one, as SLAM without a pose graph does, near an earlier place:
+CLOSING_RADIUS_M = 1.0
+CLOSING_WAY_M = 8.0  # since that place and the last closure: a loop, not a turn in a room
 PLACE_EVERY_M = 0.25  # of way between two places that are remembered
 SAME_VIEW_RAD = np.pi / 4  # two views overlap by half at a field of view of 79 degrees
+LOST_IN_A_ROW = 4.0  # mean number of frames: networks lose in bursts (Gilbert, 1960)
+EDGE_JUMP = 0.1  # change of depth, over the depth, from which on it is an edge
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,21 +41,12 @@ class DriftParams:
 
 
 @dataclass(frozen=True, slots=True)
-class LoopClosureParams:
-    """When the drifting pose jumps back to the true one, as SLAM without a pose graph does."""
-
-    radius_m: float = 1.0  # to an earlier place with a heading within 45 degrees
-    min_way_m: float = 8.0  # since that place and the last closure: a loop, not a turn in a room
-
-
-@dataclass(frozen=True, slots=True)
 class FrameLinkParams:
     """Delays and losses of frames; stamps and poses stay those of the capture."""
 
     min_delay_s: float = 0.0
     max_delay_s: float = 0.0  # each frame's delay is drawn evenly between both
     lost_share: float = 0.0  # of the frames, in [0, 1)
-    lost_in_a_row: float = 4.0  # mean: losses of wireless networks come in bursts (Gilbert, 1960)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +58,6 @@ class DepthErrorParams:
     step_m: float = 0.0
     edge_flying: float = 0.0  # of the pixels at edges: anywhere between front and back
     edge_holes: float = 0.0  # of the pixels at edges: no return, as one of two views misses them
-    edge_jump: float = 0.1  # change of depth, over the depth, from which on it is an edge
     dark_below: float = 0.0  # mean colour of a texture below which its surface gives no return
     glass: bool = False  # windows and mirrors give no return
 
@@ -72,7 +67,7 @@ class RobotErrors:
     """All errors of one robot; None and the defaults: none."""
 
     drift: DriftParams | None = None
-    loop_closure: LoopClosureParams | None = None
+    loop_closure: bool = False  # the drifting pose jumps back to the true one
     link: FrameLinkParams = FrameLinkParams()
     depth: DepthErrorParams = DepthErrorParams()
     people: int = 0  # who walk about
@@ -85,7 +80,7 @@ STEREO = DepthErrorParams(
 ERRORS: Mapping[ErrorChoice, RobotErrors] = {
     "none": RobotErrors(),
     "drift": RobotErrors(drift=DriftParams()),
-    "jump": RobotErrors(drift=DriftParams(), loop_closure=LoopClosureParams()),
+    "jump": RobotErrors(drift=DriftParams(), loop_closure=True),
     # Compressed images over a busy wireless network.
     "late": RobotErrors(link=FrameLinkParams(min_delay_s=0.1, max_delay_s=0.6)),
     "dropped": RobotErrors(link=FrameLinkParams(lost_share=0.2)),
@@ -93,7 +88,7 @@ ERRORS: Mapping[ErrorChoice, RobotErrors] = {
     "people": RobotErrors(people=2),
     "all": RobotErrors(
         drift=DriftParams(),
-        loop_closure=LoopClosureParams(),
+        loop_closure=True,
         link=FrameLinkParams(min_delay_s=0.1, max_delay_s=0.6, lost_share=0.2),
         depth=STEREO,
         people=2,
@@ -110,8 +105,7 @@ class Localisation:
 
     def __init__(self, errors: RobotErrors, rng: np.random.Generator) -> None:
         self._drift = None if errors.drift is None else DriftingOdometry(errors.drift, rng)
-        closing = errors.loop_closure if errors.drift else None
-        self._closures = None if closing is None else LoopClosures(closing)
+        self._closures = LoopClosures() if errors.loop_closure else None
         self._history: list[tuple[F64, F64]] = []  # reported, true T_map_body
         self.largest_error_m = 0.0
 
@@ -130,7 +124,9 @@ class Localisation:
             T_reported = T_true
         error_m = float(np.linalg.norm(T_reported[:2, 3] - T_true[:2, 3]))
         self.largest_error_m = max(self.largest_error_m, error_m)
-        self._keep(T_reported, T_true)
+        last_xy = self._history[-1][0][:2, 3] if self._history else np.inf
+        if np.hypot(*(T_reported[:2, 3] - last_xy)) >= KEPT_EVERY_M:
+            self._history.append((T_reported, T_true))
         return T_reported
 
     def true_place(self, x_m: float, y_m: float) -> tuple[float, float]:
@@ -145,13 +141,6 @@ class Localisation:
         near = np.flatnonzero(away <= away.min() + KEPT_EVERY_M)
         T_reported, T_true = self._history[int(near[-1])]
         return true_place(T_reported, T_true, (x_m, y_m))
-
-    def _keep(self, T_reported: F64, T_true: F64) -> None:
-        if self._history:
-            step = T_reported[:2, 3] - self._history[-1][0][:2, 3]
-            if np.hypot(*step) < KEPT_EVERY_M:
-                return
-        self._history.append((T_reported, T_true))
 
 
 def true_place(T_reported: F64, T_true: F64, place: tuple[float, ...]) -> tuple[float, float]:
@@ -199,8 +188,7 @@ class DriftingOdometry:
 class LoopClosures:
     """Recognises earlier places along the true way."""
 
-    def __init__(self, params: LoopClosureParams) -> None:
-        self._params = params
+    def __init__(self) -> None:
         self._way_m = 0.0
         self._closed_m = 0.0
         self._last_xy: F64 | None = None
@@ -213,7 +201,7 @@ class LoopClosures:
         if self._last_xy is not None:
             self._way_m += float(np.linalg.norm(xy - self._last_xy))
         self._last_xy = xy
-        closed = self._way_m - self._closed_m >= self._params.min_way_m and self._knows(xy, yaw_rad)
+        closed = self._way_m - self._closed_m >= CLOSING_WAY_M and self._knows(xy, yaw_rad)
         if closed:
             self._closed_m = self._way_m
             self.count += 1
@@ -222,10 +210,9 @@ class LoopClosures:
         return closed
 
     def _knows(self, xy: F64, yaw_rad: float) -> bool:
-        params = self._params
         return any(
-            self._way_m - way_m >= params.min_way_m
-            and np.hypot(x - xy[0], y - xy[1]) <= params.radius_m
+            self._way_m - way_m >= CLOSING_WAY_M
+            and np.hypot(x - xy[0], y - xy[1]) <= CLOSING_RADIUS_M
             and abs(wrap_angle(yaw - yaw_rad)) <= SAME_VIEW_RAD
             for way_m, x, y, yaw in self._places
         )
@@ -264,11 +251,11 @@ class FrameLink(Generic[Item]):
 
     def _loses(self) -> bool:
         """Whether the next frame is lost: a chain of two states, losing and not."""
-        params = self._params
-        if params.lost_share == 0:
+        lost_share = self._params.lost_share
+        if lost_share == 0:
             return False
-        ends = 1.0 / params.lost_in_a_row
-        begins = min(ends * params.lost_share / (1.0 - params.lost_share), 1.0)
+        ends = 1.0 / LOST_IN_A_ROW
+        begins = min(ends * lost_share / (1.0 - lost_share), 1.0)
         chance = self._rng.random()
         self._losing = chance >= ends if self._losing else chance < begins
         return self._losing

@@ -10,7 +10,15 @@ import numpy as np
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.scene.loading import assemble, size_problem
+from onemap_simulator.scene.loading import (
+    BODY_HEIGHTS_M,
+    CELL_SIZE_M,
+    assemble,
+    floor_cells,
+    free_space,
+    size_problem,
+    start_pose,
+)
 from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import UNNAMED, Scene
 from onemap_simulator.scene.scene_file import (
@@ -18,13 +26,6 @@ from onemap_simulator.scene.scene_file import (
     SceneFile,
     missing_node,
     read_scene_file,
-)
-from onemap_simulator.scene.spawn import (
-    BODY_HEIGHTS_M,
-    CELL_SIZE_M,
-    floor_cells,
-    free_space,
-    start_pose,
 )
 
 MIN_WIDTH_M = 1.0  # narrower is probably not in metres
@@ -85,11 +86,9 @@ class SceneInspection:
     @property
     def extent_m(self) -> tuple[StartPose, StartPose]:
         """The smallest and the largest x, y, z."""
-        low, high = self.scene.vertices.min(axis=0), self.scene.vertices.max(axis=0)
-        return (
-            (float(low[0]), float(low[1]), float(low[2])),
-            (float(high[0]), float(high[1]), float(high[2])),
-        )
+        points = self.scene.vertices
+        x, y, z = np.stack([np.min(points, axis=0), np.max(points, axis=0)], axis=1).tolist()
+        return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
 def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspection:
@@ -109,11 +108,23 @@ def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspe
     else:
         warnings += _floor_warnings(scene)
         start = start or start_pose(*free_space(scene))
-        floor = _floor_of(scene, start, radius_m, height_m)
+        collision = CollisionMap.of(scene, height_m)
+        reachable = np.zeros(collision.clearance.shape, bool)
+        if start is not None:
+            reachable = collision.reachable_cells(start[0], start[1], radius_m)
+        floor = FloorMap(collision.grid, collision.clearance <= 0, reachable)
         problems += _start_problems(file, start, floor, radius_m)
     return SceneInspection(
         scene=replace(scene, start=start or scene.start),
-        nodes=_nodes(file),
+        nodes=tuple(
+            SceneNode(
+                node.name,
+                file.category(node.name),
+                node.name in file.corrections.categories,
+                node.triangles,
+            )
+            for node in file.nodes
+        ),
         up=file.up,
         up_reason=_up_reason(file),
         floor_m=floor_m,
@@ -122,18 +133,6 @@ def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspe
         floor=floor,
         warnings=tuple(warnings),
         problems=tuple(problems),
-    )
-
-
-def _nodes(file: SceneFile) -> tuple[SceneNode, ...]:
-    return tuple(
-        SceneNode(
-            node.name,
-            file.category(node.name),
-            node.name in file.corrections.categories,
-            node.triangles,
-        )
-        for node in file.nodes
     )
 
 
@@ -169,14 +168,6 @@ def _floor_warnings(scene: Scene) -> list[str]:
             "wrong, look whether the up axis is right."
         )
     return warnings
-
-
-def _floor_of(scene: Scene, start: StartPose | None, radius_m: float, height_m: float) -> FloorMap:
-    collision = CollisionMap.of(scene, height_m)
-    reachable = np.zeros(collision.clearance.shape, bool)
-    if start is not None:
-        reachable = collision.reachable_cells(start[0], start[1], radius_m)
-    return FloorMap(collision.grid, collision.clearance <= 0, reachable)
 
 
 def _start_problems(

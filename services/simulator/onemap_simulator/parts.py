@@ -10,8 +10,7 @@ from onemap_shared.messages import RgbdFrame
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors import ERRORS, FrameLink, Localisation
 from onemap_simulator.ground_truth.truth import SceneTruth
-from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.physics.collision import CollisionMap, MissingFloor
 from onemap_simulator.physics.people import People
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
@@ -49,7 +48,7 @@ class RobotParts:
             missing_floor=MissingFloor.of(scene, robot.height_m),
             people=People.of(scene, errors.people, people_rng, robot_radius_m=robot.radius_m),
         )
-        camera = RgbdCamera.of(scene, renderer, config.camera, camera_rng, errors.depth)
+        camera = RgbdCamera(scene, renderer, config.camera, camera_rng, errors.depth)
         localisation = Localisation(errors, drift_rng)
         return cls(simulation, camera, localisation, FrameLink(errors.link, link_rng))
 

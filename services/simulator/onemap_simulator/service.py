@@ -13,7 +13,7 @@ import queue
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -32,7 +32,6 @@ from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
-from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera
 from onemap_simulator.scene.loading import load_scene
@@ -168,20 +167,15 @@ class SimulatorWorker:
 
     def health(self) -> Health:
         """Ready once the first image was published."""
-        counts = self._simulation.counts
         return Health(
             ready=self._camera.sequence > 0,
             metrics={
                 **self._camera.metrics(time.monotonic()),
-                "collisions": counts.collisions,
-                "commands_received": counts.commands_received,
+                **asdict(self._simulation.counts),
                 "commands_refused": self._commands.counters.refused,
                 "commands_late": self._gate.late,
                 "commands_foreign": self._gate.foreign,
                 "commands_disordered": self._gate.disordered,
-                "deadman_stops": counts.deadman_stops,
-                "edges_crossed": counts.edges_crossed,
-                "people_touched": counts.people_touched,
                 "largest_pose_error_m": self._localisation.largest_error_m,
                 "pose_jumps": self._localisation.jumps,
             },
@@ -239,11 +233,9 @@ def open_scene(config: SimulatorConfig) -> Scene:
         scene = generate_apartment(config.seed, STYLES[config.style])
     else:
         scene = load_scene(Path(config.scene))
-    return scene if config.start is None else _with_start(scene, config.start, config.robot)
-
-
-def _with_start(scene: Scene, start: tuple[float, float, float], robot: RobotParams) -> Scene:
-    x, y, _ = start
+    if config.start is None:
+        return scene
+    (x, y, _), robot = config.start, config.robot
     clearance_m = CollisionMap.of(scene, robot.height_m).clearance_m(x, y)
     if clearance_m < robot.radius_m:
         raise ValueError(
@@ -251,7 +243,7 @@ def _with_start(scene: Scene, start: tuple[float, float, float], robot: RobotPar
             f"scene {scene.name!r}; the robot needs {robot.radius_m:g} m: choose a place on its "
             "free floor"
         )
-    return replace(scene, start=start)
+    return replace(scene, start=config.start)
 
 
 def check_scene(name: str) -> None:

@@ -20,8 +20,7 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.replay.recorder import write_recording
-from onemap_simulator.replay.recording import RecordedFrame
+from onemap_simulator.replay.recording import RecordedFrame, write_recording
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.bench import scene as bench_scene
 from onemap_tools.bench.frames import rendered_frames

@@ -15,16 +15,17 @@ from onemap_shared.messages import Truth, TruthRequest
 from onemap_shared.names import normalised, same_name
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
-from onemap_simulator.ground_truth.visibility import visible_from
-from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.rendering.ray_tracer import RayTracer
+from onemap_simulator.physics.collision import CollisionMap, MissingFloor
+from onemap_simulator.rendering.ray_tracer import SHADOW_MARGIN, RayTracer
 from onemap_simulator.scene.cell_masks import distance_m
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 
 CELL_SIZE_M = 0.05
 ALL_HEIGHTS_M = (-np.inf, np.inf)
+SAMPLES = 48  # surface points per object to which rays are cast: 0.1 m apart on a chair
+# Fractional parts of the multiples of these fill the unit cube evenly (Roberts, R3 sequence).
+_EVEN: F64 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +64,16 @@ class SceneTruth:
             return CategoryDistances(0, np.inf, np.inf)
         mine = self._triangles(np.isin(self.scene.face_object, objects))
         straight = float(horizontal_distances(mine, place).min(initial=np.inf))
-        return CategoryDistances(len(objects), straight, self._path_m(wanted, place))
+        start = self._nearest_cell(place)
+        cells = np.inf if start is None else self._paths_to(wanted).length(start)
+        return CategoryDistances(len(objects), straight, cells * CELL_SIZE_M)
 
     def shortest_path(self, name: str, x_m: float, y_m: float) -> F64:
         """Places (N, 2) in metres from a place to a category's nearest success place.
 
         Empty if no path leads there. Not string-pulled: ``distances`` has its length.
         """
-        start = _nearest(self._free, self._grid, np.array([x_m, y_m]))
+        start = self._nearest_cell(np.array([x_m, y_m]))
         if start is None:
             return np.zeros((0, 2))
         return self._grid.centres(self._paths_to(normalised(name)).cells_from(start))
@@ -126,12 +129,14 @@ class SceneTruth:
         heights = np.full(len(cells), self._eye_height_m)
         return np.column_stack([self._grid.centres(cells), heights]).astype(np.float32)
 
-    def _path_m(self, category: str, place: F64) -> float:
-        """Length in metres of the path from a place (2,) to a category's nearest success place."""
-        start = _nearest(self._free, self._grid, place)
-        if start is None:
-            return np.inf
-        return self._paths_to(category).length(start) * CELL_SIZE_M
+    def _nearest_cell(self, place: F64) -> I64 | None:
+        """The free cell (2,) nearest to a place (2,), None if there is none within two cells."""
+        cells: I64 = np.argwhere(self._free)
+        if len(cells) == 0:
+            return None
+        apart = np.linalg.norm(self._grid.centres(cells) - place, axis=1)
+        nearest = int(apart.argmin())
+        return cells[nearest] if apart[nearest] <= 2 * CELL_SIZE_M else None
 
     def _paths_to(self, category: str) -> ShortestPaths:
         if category not in self._paths:
@@ -169,11 +174,38 @@ def horizontal_distances(triangles: F64, place: F64) -> F64:
     return np.where(inside, 0.0, nearest)
 
 
-def _nearest(free: Bool, grid: GridSpec, place: F64) -> I64 | None:
-    """The free cell (2,) nearest to a place (2,), None if there is none within two cells."""
-    cells: I64 = np.argwhere(free)
-    if len(cells) == 0:
-        return None
-    apart = np.linalg.norm(grid.centres(cells) - place, axis=1)
-    nearest = int(apart.argmin())
-    return cells[nearest] if apart[nearest] <= 2 * grid.cell_size_m else None
+def visible_from(tracer: RayTracer, scene: Scene, index: int, eyes: F32) -> Bool:
+    """Whether (N,) object ``index`` is visible from eyes (N, 3) float32 in metres.
+
+    It is if the ray to any of its sampled surface points hits no other object first. A part of
+    the object that occludes the point counts as the object.
+    """
+    seen = np.zeros(len(eyes), bool)
+    triangles = scene.vertices[scene.faces[scene.face_object == index]].astype(np.float64)
+    for point in surface_points(triangles, SAMPLES).astype(np.float32):
+        waiting = np.flatnonzero(~seen)
+        if not len(waiting):
+            break
+        hits = tracer.first_hits(eyes[waiting], point - eyes[waiting])
+        free = (hits.face < 0) | (hits.distance >= 1.0 - SHADOW_MARGIN)
+        seen[waiting] = free | (scene.face_object[hits.face] == index)
+    return seen
+
+
+def surface_points(triangles: F64, count: int) -> F64:
+    """Points (count, 3) spread evenly by area over triangles (N, 3, 3), deterministic.
+
+    Any first few of them cover the surface coarsely. Triangles without any area give their
+    corners.
+    """
+    edges = triangles[:, 1:] - triangles[:, :1]
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).cumsum()
+    if area[-1] <= 0:
+        return triangles.reshape(-1, 3)[:count]
+    even = (0.5 + np.arange(1, count + 1)[:, None] * _EVEN) % 1.0
+    chosen = np.minimum(np.searchsorted(area, even[:, 0] * area[-1], "right"), len(area) - 1)
+    u, v = even[:, 1], even[:, 2]
+    beyond = u + v > 1  # the other half of the parallelogram, folded back
+    weights = np.where(beyond, 1.0 - np.stack([u, v]), np.stack([u, v]))
+    points: F64 = triangles[chosen, 0] + np.einsum("kn,nkd->nd", weights, edges[chosen])
+    return points

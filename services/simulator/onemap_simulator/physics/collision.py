@@ -1,4 +1,4 @@
-"""Collision map: distances to the nearest obstacle, from the scene's geometry."""
+"""Distances to the nearest obstacle, and to the nearest place without floor, of a scene."""
 
 from __future__ import annotations
 
@@ -8,13 +8,46 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.physics.outlines import REACH_M, Outlines
-from onemap_simulator.scene.cell_masks import clearance_m, connected_part
+from onemap_simulator.scene.cell_masks import clearance_m, connected_part, distance_m
 from onemap_simulator.scene.occupancy_raster import occupied_cells, outline_segments
 from onemap_simulator.scene.scene import Scene
 
 CELL_SIZE_M = 0.025  # an eighth of the robot's radius
 FLOOR_MARGIN_M = 0.05  # rugs and thresholds below this height are not obstacles
+REACH_M = 0.5  # outlines up to this distance are exact; a robot's radius is less
+BLOCK_M = 0.5  # side of the squares for which the outlines nearby are gathered once
+MIN_RADIUS_M = 0.05  # a hole in which no disc of this radius fits is a joint, or a scan's gap
+
+
+class Outlines:
+    """Segments (M, 2, 2) in metres: the outlines of everything at the heights of a robot."""
+
+    def __init__(self, segments: F64) -> None:
+        self._segments = segments
+        self._lower = segments.min(axis=1)
+        self._upper = segments.max(axis=1)
+        self._blocks: dict[tuple[int, int], F64] = {}
+
+    def distance_m(self, x_m: float, y_m: float) -> float:
+        """Distance in metres to the nearest outline; infinity if it is above ``REACH_M``."""
+        segments = self._near(int(x_m // BLOCK_M), int(y_m // BLOCK_M))
+        if not len(segments):
+            return float("inf")
+        start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+        to_place = np.array([x_m, y_m]) - start
+        squared = np.maximum((along**2).sum(axis=1), 1e-18)
+        part = np.clip((to_place * along).sum(axis=1) / squared, 0.0, 1.0)
+        distance = float(np.hypot(*(to_place - part[:, None] * along).T).min())
+        return distance if distance <= REACH_M else float("inf")
+
+    def _near(self, i: int, j: int) -> F64:
+        """The segments whose bounding box comes within ``REACH_M`` of a block."""
+        if (i, j) not in self._blocks:
+            lower = np.array([i, j]) * BLOCK_M - REACH_M
+            upper = lower + BLOCK_M + 2 * REACH_M
+            near = ((self._upper >= lower) & (self._lower <= upper)).all(axis=1)
+            self._blocks[i, j] = np.unique(self._segments[near], axis=0)
+        return self._blocks[i, j]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,3 +106,33 @@ class CollisionMap:
         if apart[nearest] > radius_m:
             return np.zeros_like(free)
         return connected_part(free, cells[nearest])
+
+
+@dataclass(frozen=True, slots=True)
+class MissingFloor:
+    """Distance (nx, ny) float32 in metres over ``grid``: from a cell to the edge of missing floor.
+
+    Stairwells, balconies and steps down: no geometry lies between FLOOR_MARGIN_M below z = 0 and
+    the robot's height. A scene without any floor is taken to have a plane, as for its start.
+    """
+
+    grid: GridSpec
+    distance: F32
+
+    @classmethod
+    def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> MissingFloor:
+        """From a scene."""
+        grid, floor = occupied_cells(scene, cell_size_m, -FLOOR_MARGIN_M, FLOOR_MARGIN_M)
+        _, solid = occupied_cells(scene, cell_size_m, -FLOOR_MARGIN_M, height_m)
+        missing = ~solid if floor.any() else np.zeros_like(solid)
+        core = distance_m(~missing, cell_size_m) >= MIN_RADIUS_M
+        missing &= distance_m(core, cell_size_m) <= MIN_RADIUS_M + cell_size_m
+        edge_m = distance_m(missing, cell_size_m) - np.float32(cell_size_m / 2)
+        return cls(grid, np.maximum(edge_m, np.float32(0.0)))
+
+    def touches(self, x_m: float, y_m: float, radius_m: float) -> bool:
+        """Whether a disc on the floor reaches over a place without floor."""
+        cell = self.grid.cells(np.array([x_m, y_m]))
+        if not self.grid.contains(cell):
+            return False
+        return bool(self.distance[cell[0], cell[1]] < radius_m)

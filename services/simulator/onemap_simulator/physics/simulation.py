@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot
 
 from onemap_shared.geometry import Velocity2d
-from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.physics.collision import CollisionMap, MissingFloor
 from onemap_simulator.physics.people import NOBODY, Bystanders, People
 from onemap_simulator.physics.robot import Deadman, RobotParams, RobotState, step
 
@@ -16,7 +15,7 @@ IMPACT_MPS = 0.05  # below this speed, contact is not counted as a new collision
 MAX_PAUSE_S = 1.0  # simulated at most after a pause, such as a suspended computer
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class SimulationCounts:
     """Since the start: collisions, commands received, stops by the deadman timer.
 
@@ -63,7 +62,7 @@ class Simulation:
     def receive_command(self, command: Velocity2d, now_s: float, validity_s: float) -> None:
         """Follow a command from ``now_s`` on, for at most ``validity_s``."""
         self._deadman = self._deadman.with_command(command, now_s, validity_s)
-        self._count(commands_received=1)
+        self.counts.commands_received += 1
 
     def advance(self, now_s: float) -> bool:
         """Simulate up to ``now_s``; returns whether an obstacle stopped the robot on the way."""
@@ -83,12 +82,13 @@ class Simulation:
                 collides=self._collides,
             )
             if self._deadman.expired_between(self._now_s, self._now_s + dt_s):
-                self._count(deadman_stops=1)
+                self.counts.deadman_stops += 1
             if self.state.collided and before.velocity.speed_mps > IMPACT_MPS:
-                self._count(collisions=1, people_touched=int(self._touched_person(before, dt_s)))
+                self.counts.collisions += 1
+                self.counts.people_touched += self._touched_person(before, dt_s)
             was_over_edge, self._over_edge = self._over_edge, self._is_over_edge()
             if self._over_edge and not was_over_edge:
-                self._count(edges_crossed=1)
+                self.counts.edges_crossed += 1
             collided = collided or self.state.collided
             self._now_s += dt_s
         return collided
@@ -115,7 +115,3 @@ class Simulation:
     def _is_over_edge(self) -> bool:
         state, floor = self.state, self._missing_floor
         return floor is not None and floor.touches(state.x_m, state.y_m, self._parameters.radius_m)
-
-    def _count(self, **more: int) -> None:
-        total = {name: getattr(self.counts, name) + count for name, count in more.items()}
-        self.counts = replace(self.counts, **total)

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_shared.camera import Intrinsics, ray_directions
-from onemap_shared.geometry import F64, I32, U8, check_rigid
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64, I32, U8
 from onemap_simulator.physics.people import NOBODY, Bystanders
-from onemap_simulator.rendering.bystanders import (
+from onemap_simulator.rendering.ray_tracer import RayTracer
+from onemap_simulator.rendering.rendered_image import (
     PersonLook,
+    RenderedImage,
     ViewRays,
     person_label,
     with_bystanders,
 )
-from onemap_simulator.rendering.ray_tracer import RayTracer
-from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.scene.scene import Scene
 
 
@@ -40,18 +40,12 @@ class LabelRenderer:
         people: Bystanders = NOBODY,
     ) -> RenderedImage:
         """Labels, their colours and depth at T_map_camera (4, 4)."""
-        T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
-        directions = ray_directions(intrinsics, width, height).reshape(-1, 3) @ T[:3, :3].T
-        origins = np.broadcast_to(T[:3, 3], directions.shape)
-        hits = self._tracer.first_hits(origins, directions)
-        labels = self._objects[hits.face].reshape(height, width)
-        image = RenderedImage(
-            label_colours(labels),
-            hits.distance.reshape(height, width),
-            labels,
-            hits.face.reshape(height, width),
-        )
-        return with_bystanders(image, ViewRays(T[:3, 3], directions), people, self._person)
+        rays, shape = ViewRays.of(T_map_camera, intrinsics, width, height), (height, width)
+        hits = self._tracer.hits_of(rays.origin, rays.directions)
+        labels = self._objects[hits.face].reshape(shape)
+        distance, face = hits.distance.reshape(shape), hits.face.reshape(shape)
+        image = RenderedImage(label_colours(labels), distance, labels, face)
+        return with_bystanders(image, rays, people, self._person)
 
 
 def label_colours(labels: I32) -> U8:

@@ -51,6 +51,10 @@ class RayTracer:
         distance = np.where(face >= 0, hit["tfar"], np.float32(0))
         return RayHits(face, distance, hit["u"], hit["v"])
 
+    def hits_of(self, origin: F32, directions: F32) -> RayHits:
+        """First intersections of rays from one origin (3,) metres along directions (N, 3)."""
+        return self.first_hits(np.broadcast_to(origin, directions.shape), directions)
+
     def occluded(self, starts: F32, ends: F32) -> Bool:
         """Whether (N,) the segments from points (N, 3) to points (N, 3) metres are blocked."""
         along = ends - starts

@@ -30,7 +30,7 @@ class ReplayWorker:
         self._recording = recording
         index = (recording.directory / INDEX_FILE).read_bytes()
         self._world = f"recording {hashlib.sha256(index).hexdigest()[:12]}"
-        self._config = config
+        self._period_s = 1.0 / config.rate_hz
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._sequence = 0
@@ -46,7 +46,7 @@ class ReplayWorker:
             return
         time.sleep(max(wait_s, 0.0))
         # Frames missed in a stall are not published in a burst.
-        self._due_s = max(self._due_s + 1.0 / self._config.rate_hz, time.monotonic())
+        self._due_s = max(self._due_s + self._period_s, time.monotonic())
         self._publish(self._sequence % len(self._recording))
         self._sequence += 1
 

@@ -4,19 +4,35 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
+import trimesh
 
-from onemap_shared.geometry import F64
-from onemap_simulator.scene.mesh_texture import texture_and_uv
-from onemap_simulator.scene.scene import Scene, SceneObject
+from onemap_shared.geometry import F32, F64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.scene.cell_masks import clearance_m, dilated, largest_part
+from onemap_simulator.scene.occupancy_raster import occupied_cells
+from onemap_simulator.scene.scene import PointLight, Scene, SceneObject
 from onemap_simulator.scene.scene_file import SceneFile, missing_node, read_scene_file
-from onemap_simulator.scene.spawn import ceiling_lamps, free_space, start_pose
 
 AMBIENT = (0.6, 0.6, 0.6)  # bright: unknown rooms may have no place for a lamp
 FLOOR_SEARCH_M = 1.0  # the floor lies within this height of the lowest point
 FLOOR_BIN_M = 0.02
 MAX_WIDTH_M = 200.0  # wider is not in metres, and its floor grid would not fit in memory
+
+MAX_TEXTURE_PX = 1024  # larger images are shrunk: no detail of a 640 x 480 frame is lost
+COLOUR_STEP = 8  # colours per vertex are rounded to this many levels of 255
+PLAIN_GREY = (180, 180, 180)
+CELL_SIZE_M = 0.05
+ROBOT_CLEARANCE_M = 0.3  # from any obstacle: a robot of 0.25 m radius and a cell
+BODY_HEIGHTS_M = (0.05, 1.4)  # geometry between these heights is an obstacle
+FLOOR_HEIGHTS_M = (-0.05, 0.05)  # geometry between these heights is floor
+LAMP_HEIGHT_M = 2.1
+LAMP_SPACING_M = 3.5
+MAX_LAMPS = 8
+LAMP = (0.8, 0.8, 0.78)
 
 # Rotation from glTF's axes (y up) to the map's (z up).
 Z_FROM_Y_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -72,7 +88,7 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
     faces = np.concatenate([mesh.faces + at for mesh, at in zip(meshes, offsets, strict=True)])
     owners = np.repeat(np.arange(len(file.nodes)), [node.triangles for node in file.nodes])
     materials = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
-    looks = [texture_and_uv(mesh) for mesh in meshes]
+    looks = [_texture_and_uv(mesh) for mesh in meshes]
     points = np.concatenate(vertices)
     if not np.isfinite(points).all():
         raise ValueError(f"scene {name} has vertices that are NaN or infinite")
@@ -118,3 +134,114 @@ def floor_height(vertices: F64, faces: np.ndarray) -> float:
     best = int(np.flatnonzero(areas >= 0.9 * areas.max()).max())
     members = bins == best
     return float(np.average(height[low][members], weights=area[low][members]))
+
+
+def _texture_and_uv(mesh: Any) -> tuple[U8, F32]:
+    """A texture (h, w, 3) uint8 RGB and the corners' uv (F, 3, 2) float32 of a trimesh mesh.
+
+    v = 0 is the image's first row. A texture needs uv; without, its mean colour is used.
+    """
+    visual = mesh.visual
+    if isinstance(visual, trimesh.visual.TextureVisuals):
+        material = visual.material
+        image, tint = _image_of(material), _tint_of(material)
+        if image is None:
+            return _plain(tint, len(mesh.faces))
+        tinted = (image * (np.asarray(tint) / 255.0) + 0.5).astype(np.uint8)
+        if visual.uv is None or len(visual.uv) != len(mesh.vertices):
+            mean = tinted.reshape(-1, 3).mean(axis=0)
+            return _plain((int(mean[0]), int(mean[1]), int(mean[2])), len(mesh.faces))
+        uv = np.asarray(visual.uv, dtype=np.float32)[mesh.faces]
+        uv = np.nan_to_num(uv)
+        return tinted, np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)  # trimesh's v points up
+    if visual.kind in ("vertex", "face"):
+        return _from_colours(np.asarray(visual.face_colors)[:, :3])
+    return _plain(PLAIN_GREY, len(mesh.faces))
+
+
+def _image_of(material: Any) -> U8 | None:
+    image = getattr(material, "baseColorTexture", None)
+    if image is None:
+        image = getattr(material, "image", None)
+    if image is None:
+        return None
+    pixels = np.asarray(image.convert("RGB"), dtype=np.uint8)
+    scale = MAX_TEXTURE_PX / max(pixels.shape[:2])
+    if scale < 1.0:
+        pixels = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA).astype(
+            np.uint8
+        )
+    return pixels
+
+
+def _tint_of(material: Any) -> tuple[int, int, int]:
+    """The material's base colour, 0 to 255; white for a textured material without one."""
+    for name in ("baseColorFactor", "diffuse"):
+        colour = getattr(material, name, None)
+        if colour is not None and not (name == "diffuse" and _image_of(material) is not None):
+            values = np.asarray(colour, dtype=np.float64)[:3]
+            if np.issubdtype(np.asarray(colour).dtype, np.floating) and values.max() <= 1.0:
+                values = values * 255
+            red, green, blue = np.clip(values, 0, 255).astype(int).tolist()
+            return (red, green, blue)
+    return (255, 255, 255) if _image_of(material) is not None else PLAIN_GREY
+
+
+def _plain(colour: tuple[int, int, int], faces: int) -> tuple[U8, F32]:
+    return np.full((4, 4, 3), colour, np.uint8), np.full((faces, 3, 2), 0.5, np.float32)
+
+
+def _from_colours(colours: U8) -> tuple[U8, F32]:
+    """One texel per distinct colour, rounded; every face (F, 3) lies wholly within its texel."""
+    rounded = colours.astype(np.int64) // COLOUR_STEP * COLOUR_STEP + COLOUR_STEP // 2
+    palette, index = np.unique(rounded, axis=0, return_inverse=True)
+    index = index.reshape(-1)
+    side = int(np.ceil(np.sqrt(len(palette))))
+    image = np.zeros((side * side, 3), np.uint8)
+    image[: len(palette)] = palette
+    centre = np.stack([index % side + 0.5, index // side + 0.5], axis=-1) / side
+    uv = np.repeat(centre[:, None], 3, axis=1).astype(np.float32)
+    return image.reshape(side, side, 3), uv
+
+
+def free_space(scene: Scene) -> tuple[GridSpec, F32]:
+    """The largest connected floor area: clearance (nx, ny) float32 in metres, 0 outside of it.
+
+    Floor is where geometry lies at height 0; a scene without any is taken to have a plane.
+    """
+    grid, blocked = occupied_cells(scene, CELL_SIZE_M, *BODY_HEIGHTS_M)
+    floor = floor_cells(scene, blocked)
+    if not floor.any():
+        floor = np.ones_like(blocked)
+    clearance = clearance_m(blocked | ~floor, CELL_SIZE_M)
+    return grid, np.where(largest_part(clearance >= ROBOT_CLEARANCE_M), clearance, np.float32(0.0))
+
+
+def floor_cells(scene: Scene, blocked: Bool) -> Bool:
+    """Cells (nx, ny) with geometry at height 0; none if all of it lies below obstacles."""
+    _, floor = occupied_cells(scene, CELL_SIZE_M, *FLOOR_HEIGHTS_M)
+    foot = dilated(blocked)
+    return floor if (floor & ~foot).any() else np.zeros_like(floor)
+
+
+def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | None:
+    """x, y, yaw where the clearance is largest, facing the centre of the free space, or None."""
+    if not clearance.any():
+        return None
+    best = np.array(np.unravel_index(int(clearance.argmax()), clearance.shape))
+    x, y = grid.centres(best)
+    middle = grid.centres(np.argwhere(clearance > 0)).mean(axis=0)
+    return (float(x), float(y), float(np.arctan2(middle[1] - y, middle[0] - x)))
+
+
+def ceiling_lamps(grid: GridSpec, clearance: F32) -> tuple[PointLight, ...]:
+    """Up to MAX_LAMPS lamps over the free space, by farthest point sampling."""
+    places: F64 = grid.centres(np.argwhere(clearance > 0))
+    if not len(places):
+        return ()
+    chosen = [places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]]
+    away = np.linalg.norm(places - chosen[0], axis=1)
+    while len(chosen) < MAX_LAMPS and away.max() > LAMP_SPACING_M:
+        chosen.append(places[away.argmax()])
+        away = np.minimum(away, np.linalg.norm(places - chosen[-1], axis=1))
+    return tuple(PointLight((float(x), float(y), LAMP_HEIGHT_M), LAMP) for x, y in chosen)

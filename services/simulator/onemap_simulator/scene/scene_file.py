@@ -1,26 +1,42 @@
 """Scene files as they are read: named meshes in the file's axes, and their corrections."""
-# Touches files: scenes.
+# Touches files: scenes and the YAML beside them.
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import trimesh
+import yaml
 
-from onemap_simulator.scene.corrections import Corrections, read_corrections
 from onemap_simulator.scene.scene import UNNAMED
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not say
+
+_KEYS = ("categories", "start", "up", "floor")  # of the YAML beside a scene
 
 # Names that exporters give to nodes without one.
 _ANONYMOUS = frozenset({"", "geometry", "mesh", "node", "object", "scene", "world", "default"})
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _COUNTER = re.compile(r"[\s_.\-]*\d+[\s_.\-]*$")
 _SEPARATORS = re.compile(r"[\s_.\-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Corrections:
+    """Contents of ``<stem>.yaml``: node to category, start (x, y, yaw in the map), up axis.
+
+    ``floor_m``: the floor's height along the up axis of the file.
+    """
+
+    categories: dict[str, str] = field(default_factory=dict)
+    start: tuple[float, float, float] | None = None
+    up: str | None = None
+    floor_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +112,42 @@ def check_file(path: Path) -> Corrections:
     if not path.is_file():
         raise ValueError(f"scene {path} does not exist")
     return read_corrections(path.with_suffix(".yaml"))
+
+
+def read_corrections(path: Path) -> Corrections:
+    """Read the YAML beside a scene; a missing file is empty. ValueError names the wrong key."""
+    if not path.is_file():
+        return Corrections()
+    try:
+        raw = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is not valid YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(raw, dict):
+        raise ValueError(f"{path} must hold keys and values, not a {type(raw).__name__}")
+    if unknown := set(raw) - set(_KEYS):
+        raise ValueError(
+            f"{path}: unknown key {min(map(str, unknown))!r}; known are {', '.join(_KEYS)}"
+        )
+    categories, start, up, floor = (raw.get(key) for key in _KEYS)
+    categories = categories or {}
+    if not isinstance(categories, dict) or not all(
+        isinstance(text, str) for names in categories.items() for text in names
+    ):
+        raise ValueError(f"{path}: categories must map node names to category names")
+    if start is not None:
+        if not (isinstance(start, list) and len(start) == 3 and all(map(_is_number, start))):
+            raise ValueError(f"{path}: start is {start!r}; it must be three numbers [x, y, yaw]")
+        start = (float(start[0]), float(start[1]), float(start[2]))
+    if up not in (None, "y", "z"):
+        raise ValueError(f"{path}: up is {up!r}; it must be y or z")
+    if floor is not None and not _is_number(floor):
+        raise ValueError(f"{path}: floor is {floor!r}; it must be a height in metres")
+    return Corrections(categories, start, up, floor)
+
+
+def _is_number(value: Any) -> bool:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and bool(np.isfinite(value))
 
 
 def missing_node(file: SceneFile) -> str:

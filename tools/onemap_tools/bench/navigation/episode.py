@@ -32,8 +32,8 @@ from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import CELL_SIZE_M, SceneTruth, truth_reply
 from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import FLOOR_MARGIN_M, CollisionMap
-from onemap_simulator.rendering.bystanders import with_person
 from onemap_simulator.rendering.label_renderer import LabelRenderer
+from onemap_simulator.rendering.rendered_image import with_person
 from onemap_simulator.scene.cell_masks import connected_part
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import Scene

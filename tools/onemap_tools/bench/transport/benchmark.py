@@ -123,7 +123,8 @@ def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = 
     rng = np.random.default_rng(APARTMENT)
     scene = generate_apartment(APARTMENT, TRAINING)
     params = CameraParams(width=size_px[0], height=size_px[1])
-    camera = RgbdCamera(Renderer(scene), params, rng, DepthErrorParams(noise_m=DEPTH_NOISE_M))
+    errors = DepthErrorParams(noise_m=DEPTH_NOISE_M)
+    camera = RgbdCamera(scene, Renderer(scene), params, rng, errors)
     frames, fields = [], []
     for number, pose in enumerate(sample_camera_poses(scene, rng, images)):
         image = camera.capture(pose @ inverse(params.mount))
