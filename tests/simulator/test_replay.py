@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_shared.camera import Intrinsics, unproject
-from onemap_shared.geometry import camera_mount, pose_2d, transform
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
@@ -67,9 +67,6 @@ def test_the_recorder_refuses_to_mix(directory: Path, tmp_path: Path) -> None:
     small = RecordedFrame(np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16), np.eye(4))
     with pytest.raises(ValueError, match="frame 3 is 2 x 2"):
         write_recording(tmp_path / "mixed", [*frames(), small], INTRINSICS)
-
-
-STUDY = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
 
 
 def test_depth_of_another_scale_becomes_millimetres(directory: Path) -> None:
@@ -135,21 +132,6 @@ def test_bad_images_are_refused(directory: Path) -> None:
     cv2.imwrite(str(directory / "frame-000002.depth.png"), np.zeros((3, 4), np.uint16))
     with pytest.raises(RecordingError, match=r"is 4 x 3, but the camera .* is 8 x 6"):
         recording.frame(2)
-
-
-@pytest.mark.skipif(not STUDY.is_dir(), reason="the recording rgbd_study is not there")
-def test_the_study_room_has_its_floor_at_zero() -> None:
-    recording = Recording.open(STUDY)
-    assert len(recording) == 5
-    frame = recording.frame(0)
-    depth_m = (frame.depth_mm / 1000).astype(np.float32)
-    points = transform(
-        frame.T_map_camera, unproject(depth_m, recording.intrinsics).astype(np.float64)
-    )
-    height = points[depth_m > 0][:, 2]
-    low = height[np.abs(height) < 0.2]
-    assert len(low) > 1000
-    assert abs(np.median(low)) < 0.05
 
 
 FAST = 60.0  # Hz

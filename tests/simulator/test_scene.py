@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
 from onemap_simulator.physics.collision import MissingFloor
 from onemap_simulator.scene.cell_masks import connected_part
@@ -23,7 +22,7 @@ from onemap_simulator.scene.loading import (
     start_pose,
 )
 from onemap_simulator.scene.occupancy_raster import rasterise
-from onemap_simulator.scene.scene import Scene, SceneObject
+from onemap_simulator.scene.scene import Scene
 from onemap_simulator.scene.scene_file import (
     category_of,
     check_file,
@@ -264,24 +263,6 @@ def test_textures_and_plain_materials(tmp_path: Path) -> None:
 
 
 CELL_SIZE_M = 0.1
-
-
-def scene_of(vertices: F64, faces: np.ndarray) -> Scene:
-    count = len(faces)
-    return Scene(
-        name="test",
-        vertices=vertices.astype(np.float32),
-        faces=faces.astype(np.int32),
-        face_object=np.zeros(count, np.int32),
-        face_texture=np.zeros(count, np.int32),
-        face_uv=np.zeros((count, 3, 2), np.float32),
-        textures=(np.zeros((1, 1, 3), np.uint8),),
-        objects=(SceneObject("box"),),
-        lights=(),
-        ambient=(1.0, 1.0, 1.0),
-        rooms=(),
-        start=(0.0, 0.0, 0.0),
-    )
 
 
 @settings(max_examples=60, deadline=None)

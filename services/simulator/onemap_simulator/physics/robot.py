@@ -88,25 +88,12 @@ def _accelerated(
     now: Velocity2d, command: Velocity2d, dt_s: float, params: RobotParams
 ) -> Velocity2d:
     """The velocity after ``dt_s`` seconds of limited acceleration towards the command."""
+    change = params.linear_acceleration_mps2 * dt_s
+    turn = params.angular_acceleration_radps2 * dt_s
     return Velocity2d(
-        _towards(
-            now.linear_mps,
-            command.linear_mps,
-            params.max_linear_mps,
-            params.linear_acceleration_mps2 * dt_s,
-        ),
-        _towards(
-            now.angular_radps,
-            command.angular_radps,
-            params.max_angular_radps,
-            params.angular_acceleration_radps2 * dt_s,
-        ),
-        _towards(
-            now.lateral_mps,
-            command.lateral_mps,
-            params.max_lateral_mps,
-            params.linear_acceleration_mps2 * dt_s,
-        ),
+        _towards(now.linear_mps, command.linear_mps, params.max_linear_mps, change),
+        _towards(now.angular_radps, command.angular_radps, params.max_angular_radps, turn),
+        _towards(now.lateral_mps, command.lateral_mps, params.max_lateral_mps, change),
     )
 
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from onemap_shared.geometry import F32, I32, U8
 
 STRUCTURE = frozenset({"floor", "wall", "ceiling", "door", "window"})
@@ -42,7 +40,7 @@ class PointLight:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """All triangles of a scene, checked when it is made.
+    """All triangles of a scene.
 
     vertices (V, 3) float32 metres; faces (F, 3) int32; face_object (F,) int32 index into
     ``objects``; face_texture (F,) int32 index into ``textures``; face_uv (F, 3, 2) float32
@@ -64,22 +62,6 @@ class Scene:
     rooms: tuple[Room, ...]
     start: tuple[float, float, float]
     names_complete: bool = True
-
-    def __post_init__(self) -> None:
-        count = len(self.faces)
-        shapes = {
-            "faces": (self.faces.shape, (count, 3)),
-            "face_object": (self.face_object.shape, (count,)),
-            "face_texture": (self.face_texture.shape, (count,)),
-            "face_uv": (self.face_uv.shape, (count, 3, 2)),
-        }
-        for name, (have, want) in shapes.items():
-            if have != want:
-                raise ValueError(f"scene {self.name}: {name} has shape {have}, expected {want}")
-        if count == 0:
-            raise ValueError(f"scene {self.name} has no triangles")
-        if not np.isfinite(self.vertices).all():
-            raise ValueError(f"scene {self.name} has vertices that are NaN or infinite")
 
     @property
     def categories(self) -> tuple[str, ...]:
