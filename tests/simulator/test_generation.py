@@ -377,4 +377,4 @@ def test_the_shortest_way_leads_around_an_opening() -> None:
     assert ((way >= (2.0, 1.5)) & (way <= (2.7, 2.5))).all(axis=1).any()
     around = after.shortest_path("sofa", 0.5, 2.0)
     assert not ((around >= (1.9, 1.4)) & (around <= (2.8, 2.6))).all(axis=1).any()
-    assert after.distances("sofa", 0.5, 2.0).path_m > before.distances("sofa", 0.5, 2.0).path_m
+    assert after.path_m("sofa", 0.5, 2.0) > before.path_m("sofa", 0.5, 2.0)

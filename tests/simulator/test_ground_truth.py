@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_shared.messages import TruthRequest
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 from onemap_simulator.ground_truth.truth import SceneTruth, horizontal_distances, visible_from
@@ -34,27 +35,28 @@ def divided_room(*things: Box, wall_height_m: float = 2.5) -> Scene:
 
 
 def test_the_path_goes_around_walls() -> None:
-    found = truth_of(divided_room()).distances("bed", 1.0, 0.6)
-    assert found.straight_line_m == pytest.approx(4.0)
+    found = truth_of(divided_room()).reply(TruthRequest("Bed ", 1.0, 0.6))
+    assert found.instances == 1
+    assert found.distance_m == pytest.approx(4.0)
     # Past the wall's two corners (2.9, 3) and (3.1, 3) at 0.2 m, then to 1.5 m from the bed.
     corner_in, corner_out = np.array([2.8, 3.2]), np.array([3.2, 3.2])
     about = (
         np.linalg.norm(corner_in - (1.0, 0.6)) + 0.4 + np.linalg.norm(corner_out - (5.0, 1.0)) - 1.5
     )
-    assert found.path_m == pytest.approx(about, rel=0.06)
+    assert found.shortest_path_m == pytest.approx(about, rel=0.06)
 
 
 def test_an_instance_behind_a_wall_is_no_success_however_near() -> None:
     truth = truth_of(divided_room(("bed", (3.3, 0.2, 0), (4.1, 1.0, 0.5))))
-    before_the_wall = truth.distances("bed", 2.6, 0.6)
-    assert before_the_wall.straight_line_m < SUCCESS_RADIUS_M
-    assert before_the_wall.path_m > 3.0
+    before_the_wall = truth.reply(TruthRequest("bed", 2.6, 0.6))
+    assert before_the_wall.distance_m < SUCCESS_RADIUS_M
+    assert before_the_wall.shortest_path_m > 3.0
 
 
 def test_the_instance_within_the_radius_must_be_the_one_in_sight() -> None:
     """One bed is near and hidden, another is in sight and far: neither makes a success."""
     scene = divided_room(("bed", (3.3, 0.2, 0), (4.1, 1.0, 0.5)), ("bed", (0, 3.5, 0), (1, 4, 0.5)))
-    assert truth_of(scene).distances("bed", 2.6, 0.6).path_m > 1.0
+    assert truth_of(scene).path_m("bed", 2.6, 0.6) > 1.0
 
 
 def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> None:
@@ -63,7 +65,7 @@ def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> Non
     grid, places = truth.success_cells("bed")
     free = CollisionMap.of(scene, 1.1, grid.cell_size_m).clearance >= 0.2
     for cell in np.argwhere(free)[::9]:
-        distance = truth.distances("bed", *grid.centres(cell)).path_m
+        distance = truth.path_m("bed", *grid.centres(cell))
         assert (distance == 0.0) == places[tuple(cell)]
 
 
@@ -75,13 +77,13 @@ def test_the_nearest_object_is_named_and_walls_are_not() -> None:
 
 
 def test_unknown_names_and_unreachable_objects_are_infinitely_far() -> None:
-    found = truth_of(box_room()).distances("elephant", 1.0, 1.0)
-    assert (found.instances, found.straight_line_m, found.path_m) == (0, np.inf, np.inf)
+    found = truth_of(box_room()).reply(TruthRequest("elephant", 1.0, 1.0))
+    assert (found.instances, found.distance_m, found.shortest_path_m) == (0, np.inf, np.inf)
     builder = SceneBuilder().add("floor", (0, 0, 0), (8, 3, 2.5), sides=("z-", *WALL_SIDES))
     builder.add("wall", (3.9, 0, 0), (4.1, 3, 2.5)).add("bed", (6.5, 1, 0), (7.5, 2, 0.5))
-    found = truth_of(builder.build()).distances("bed", 1.0, 1.0)
-    assert found.straight_line_m == pytest.approx(5.5)
-    assert found.path_m == np.inf
+    found = truth_of(builder.build()).reply(TruthRequest("bed", 1.0, 1.0))
+    assert found.distance_m == pytest.approx(5.5)
+    assert found.shortest_path_m == np.inf
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
@@ -101,7 +103,7 @@ def test_the_shortest_path_leads_around_the_wall_to_a_success_place() -> None:
     path = truth.shortest_path("bed", 1.0, 1.0)
     np.testing.assert_allclose(path[0], (1.0, 1.0), atol=0.05)
     assert path[:, 1].max() > 2.9  # through the door
-    assert truth.distances("bed", float(path[-1, 0]), float(path[-1, 1])).path_m == 0
+    assert truth.path_m("bed", float(path[-1, 0]), float(path[-1, 1])) == 0
     assert len(truth.shortest_path("sofa", 1.0, 1.0)) == 0
     assert len(truth.shortest_path("bed", 50.0, 1.0)) == 0
 

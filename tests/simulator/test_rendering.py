@@ -16,7 +16,6 @@ from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.label_renderer import (
     LabelRenderer,
-    label_colour,
     label_colours,
     labels_of,
 )
@@ -282,7 +281,6 @@ def test_the_depth_is_that_of_small_steps_along_each_ray() -> None:
 def test_a_scene_that_names_no_person_shows_them_as_nothing_known() -> None:
     scene = box_room()
     assert person_label(scene) == -1
-    assert label_colour(-1) == (0, 0, 0)
     camera = RgbdCamera(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0))
     image = camera.capture(POSE, AHEAD)
     assert labels_of(image.rgb)[60, 80] == -1

@@ -28,7 +28,7 @@ from onemap_simulator.config import ODOMETRY_HZ, SimulatorConfig
 from onemap_simulator.errors import FrameLink
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
-from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
@@ -192,7 +192,7 @@ class SimulatorWorker:
     def _truth_reply(self, truth: SceneTruth, request: TruthRequest) -> Truth:
         """The reply for a place that searches name in the reported frame."""
         x_m, y_m = self._localisation.true_place(request.x_m, request.y_m)
-        return truth_reply(truth, TruthRequest(request.name, x_m, y_m))
+        return truth.reply(TruthRequest(request.name, x_m, y_m))
 
     def _publish_odometry(self, pose: StampedPose, now_s: float) -> None:
         velocity = self._simulation.state.velocity

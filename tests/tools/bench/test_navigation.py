@@ -95,7 +95,7 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
         assert set(each.objects) < {"bed", "desk", "chair"} < GOALS
         x, y, _ = each.start
         assert collision.clearance_m(x, y) > 0.2
-        assert truth.distances(each.objects[0], x, y).path_m >= MIN_WAY_M
+        assert truth.path_m(each.objects[0], x, y) >= MIN_WAY_M
         assert truth.least_way_m(*each.objects) >= MIN_WAY_M
     assert len({each.start for each in drawn}) == 6
     assert drawn[0] == draw(0, 2)

@@ -5,8 +5,6 @@ The planner and the mapper never read it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, Bool
@@ -28,19 +26,6 @@ SAMPLES = 48  # surface points per object to which rays are cast: 0.1 m apart on
 _EVEN: F64 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 
 
-@dataclass(frozen=True, slots=True)
-class CategoryDistances:
-    """Distances from one place to one category; infinity without an instance or a path.
-
-    instances: their number; straight_line_m: to the outline of the nearest, seen from above;
-    path_m: shortest path of the robot's disc to a success place (see the package), 0 at one.
-    """
-
-    instances: int
-    straight_line_m: float
-    path_m: float
-
-
 class SceneTruth:
     """Ground truth of one scene for a robot of one size; not thread-safe."""
 
@@ -56,22 +41,40 @@ class SceneTruth:
         self._tracer = RayTracer(scene)
         self._paths: dict[str, ShortestPaths] = {}
 
-    def distances(self, name: str, x_m: float, y_m: float) -> CategoryDistances:
-        """Distances to a category, compared by normalised names, from a place in metres."""
-        wanted, place = normalised(name), np.array([x_m, y_m])
-        objects = self._instances(wanted)
-        if not objects:
-            return CategoryDistances(0, np.inf, np.inf)
+    def reply(self, request: TruthRequest) -> Truth:
+        """Distances from a place to a category, compared by normalised names.
+
+        Infinity without an instance or a path. ValueError if the place is not finite.
+        """
+        place = np.array([request.x_m, request.y_m])
+        if not np.isfinite(place).all():
+            raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
+        objects = self._instances(normalised(request.name))
         mine = self._triangles(np.isin(self.scene.face_object, objects))
-        straight = float(horizontal_distances(mine, place).min(initial=np.inf))
-        start = self._nearest_cell(place)
-        cells = np.inf if start is None else self._paths_to(wanted).length(start)
-        return CategoryDistances(len(objects), straight, cells * CELL_SIZE_M)
+        return Truth(
+            scene=self.scene.name,
+            instances=len(objects),
+            distance_m=float(horizontal_distances(mine, place).min(initial=np.inf)),
+            shortest_path_m=self.path_m(request.name, request.x_m, request.y_m),
+            categories=self.scene.categories,
+            nearest=self.nearest(request.x_m, request.y_m),
+            names_complete=self.scene.names_complete,
+        )
+
+    def path_m(self, name: str, x_m: float, y_m: float) -> float:
+        """Length of the shortest path of the robot's disc from a place to a success place.
+
+        0 at one, infinity without one; see the package.
+        """
+        start = self._nearest_cell(np.array([x_m, y_m]))
+        if start is None:
+            return np.inf
+        return self._paths_to(normalised(name)).length(start) * CELL_SIZE_M
 
     def shortest_path(self, name: str, x_m: float, y_m: float) -> F64:
         """Places (N, 2) in metres from a place to a category's nearest success place.
 
-        Empty if no path leads there. Not string-pulled: ``distances`` has its length.
+        Empty if no path leads there. Not string-pulled: ``path_m`` is its length.
         """
         start = self._nearest_cell(np.array([x_m, y_m]))
         if start is None:
@@ -142,22 +145,6 @@ class SceneTruth:
         if category not in self._paths:
             self._paths[category] = ShortestPaths.to(self.success_cells(category)[1], self._free)
         return self._paths[category]
-
-
-def truth_reply(truth: SceneTruth, request: TruthRequest) -> Truth:
-    """The reply to a request; ValueError if its place is not finite."""
-    if not np.isfinite((request.x_m, request.y_m)).all():
-        raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
-    found = truth.distances(request.name, request.x_m, request.y_m)
-    return Truth(
-        scene=truth.scene.name,
-        instances=found.instances,
-        distance_m=found.straight_line_m,
-        shortest_path_m=found.path_m,
-        categories=truth.scene.categories,
-        nearest=truth.nearest(request.x_m, request.y_m),
-        names_complete=truth.scene.names_complete,
-    )
 
 
 def horizontal_distances(triangles: F64, place: F64) -> F64:

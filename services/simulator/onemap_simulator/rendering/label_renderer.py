@@ -28,7 +28,8 @@ class LabelRenderer:
         self._tracer = RayTracer(scene)
         self._objects: I32 = np.append(scene.face_object, -1).astype(np.int32)
         label = person_label(scene)
-        self._person = PersonLook(label, label_colour(label), flat=True)
+        colour = label_colours(np.array([[label]], np.int32))[0, 0]
+        self._person = PersonLook(label, colour, flat=True)
 
     def render(
         self,
@@ -53,12 +54,6 @@ def label_colours(labels: I32) -> U8:
     code = labels + 1
     colours: U8 = np.stack([code & 255, code >> 8, np.zeros_like(code)], axis=-1).astype(np.uint8)
     return colours
-
-
-def label_colour(label: int) -> tuple[int, int, int]:
-    """The colour of one label in [-1, 65534]."""
-    red, green, blue = (int(value) for value in label_colours(np.array([[label]], np.int32))[0, 0])
-    return red, green, blue
 
 
 def labels_of(colours: U8) -> I32:

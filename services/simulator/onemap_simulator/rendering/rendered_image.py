@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, I32, U8, Bool, check_rigid
@@ -59,7 +60,7 @@ class PersonLook:
     """label and rgb (3,) of all people; flat: exactly this colour, as labels need it."""
 
     label: int
-    rgb: tuple[int, int, int]
+    rgb: ArrayLike
     flat: bool
 
 

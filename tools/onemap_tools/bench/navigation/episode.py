@@ -29,7 +29,7 @@ from onemap_simulator.errors import ERRORS
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.stairwell import Opening, floor_around, with_stairwell
 from onemap_simulator.generation.style import STYLES
-from onemap_simulator.ground_truth.truth import CELL_SIZE_M, SceneTruth, truth_reply
+from onemap_simulator.ground_truth.truth import CELL_SIZE_M, SceneTruth
 from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import FLOOR_MARGIN_M, CollisionMap
 from onemap_simulator.rendering.label_renderer import LabelRenderer
@@ -123,7 +123,7 @@ def _is_away(
     name: str, before: list[str], start: tuple[float, float, float], truth: SceneTruth
 ) -> bool:
     """Whether there is a way to it, not too short from the start or the object before."""
-    from_start_m = truth.distances(name, *start[:2]).path_m
+    from_start_m = truth.path_m(name, *start[:2])
     way_m = truth.least_way_m(before[-1], name) if before else from_start_m
     return bool(np.isfinite(from_start_m)) and way_m >= MIN_WAY_M
 
@@ -381,7 +381,7 @@ def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:
     return evaluate_result(
         asdict(result),
         result.name,
-        lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
+        lambda name, place: truth.reply(TruthRequest(name, *place[:2])),
     )
 
 
@@ -429,7 +429,7 @@ def oracle_objects(
     """The records of all objects and the positions on the way, driven at the highest speed."""
     here, records, trajectory = episode.start[:2], [], [episode.start[:2]]
     for name in episode.objects:
-        length_m = float(truth.distances(name, *here).path_m)
+        length_m = truth.path_m(name, *here)
         path = truth.shortest_path(name, *here)
         reached = isfinite(length_m)
         if reached:
