@@ -7,7 +7,7 @@ can still approach every model.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -202,20 +202,21 @@ class Placer:
         """The room's rectangle between its walls, metres."""
         return self.layout.plan.spaces[self.space].inner
 
+    def _drawn(self, candidates: Iterable[Candidate]) -> Iterator[Model]:
+        """Each candidate with its probability; placing one draws, too, before the next."""
+        for probability, make in candidates:
+            if self.draw.chance(probability):
+                yield make(self.draw)
+
     def along_walls(self, *candidates: Candidate) -> list[PlacedModel]:
         """Each candidate, with its probability, against a wall; returns those that fit."""
-        placed = [
-            self.against_wall(make(self.draw))
-            for probability, make in candidates
-            if self.draw.chance(probability)
-        ]
+        placed = [self.against_wall(model) for model in self._drawn(candidates)]
         return [item for item in placed if item is not None]
 
     def on_tops(self, supports: Sequence[PlacedModel], *candidates: Candidate) -> None:
         """Each candidate, with its probability, on a random support with free space."""
-        for probability, make in candidates:
-            if supports and self.draw.chance(probability):
-                self.on_any(supports, make(self.draw))
+        for model in self._drawn(candidates if supports else ()):
+            self.on_any(supports, model)
 
     def on_any(self, supports: Sequence[PlacedModel], model: Model) -> bool:
         """On the first of the supports, in random order, that has free space."""
@@ -224,9 +225,8 @@ class Placer:
 
     def on_walls(self, *candidates: Candidate) -> None:
         """Each candidate, with its probability, on a wall at about eye height."""
-        for probability, make in candidates:
-            if self.draw.chance(probability):
-                self.hanging(make(self.draw))
+        for model in self._drawn(candidates):
+            self.hanging(model)
 
     def hanging(self, model: Model) -> PlacedModel | None:
         """On a wall, its middle at about eye height."""
@@ -312,10 +312,7 @@ class Placer:
     def on_floor(self, *candidates: Candidate) -> None:
         """Each candidate, with its probability, anywhere on the floor, at any rotation."""
         x0, y0, x1, y1 = self.inner
-        for probability, make in candidates:
-            if not self.draw.chance(probability):
-                continue
-            model = make(self.draw)
+        for model in self._drawn(candidates):
             for _ in range(TRIES):
                 at = (self.draw.uniform(x0, x1), self.draw.uniform(y0, y1), 0.0)
                 if self.layout.add([place(model, at, self.draw.uniform(0, 360), self.space)]):
