@@ -108,6 +108,53 @@ def obstacle_points(planes: tuple[F32, F32, F32, F32], limits: ObstacleLimits) -
     return found
 
 
+@compiled
+def every_point(planes: tuple[F32, F32, F32, F32], stride: int) -> F32:
+    """Points (n, 3) with depth of every so manieth pixel of every so manieth row."""
+    depth_m, x, y, z = planes
+    height, width = depth_m.shape
+    found = np.empty((-(-height // stride) * -(-width // stride), 3), np.float32)
+    filled = 0
+    for i in range(0, height, stride):
+        for j in range(0, width, stride):
+            if depth_m[i, j] > 0:
+                found[filled, 0], found[filled, 1] = x[i, j], y[i, j]
+                found[filled, 2] = z[i, j]
+                filled += 1
+    return found[:filled]
+
+
+@compiled
+def bounds_of(places_m: F32) -> tuple[float, float, float, float]:
+    """The least and greatest x and y of places (n, 2 or 3): low x, low y, high x, high y.
+
+    Infinite where there are none, the low ones above the high ones.
+    """
+    low_x = low_y = np.float32(np.inf)
+    high_x = high_y = -np.float32(np.inf)
+    for k in range(len(places_m)):
+        x, y = places_m[k, 0], places_m[k, 1]
+        low_x, low_y = min(low_x, x), min(low_y, y)
+        high_x, high_y = max(high_x, x), max(high_y, y)
+    return low_x, low_y, high_x, high_y
+
+
+@compiled
+def reached_bounds(camera: F32, ends: F32) -> tuple[float, float, float, float]:
+    """``bounds_of`` the camera (3,) and the ends (m, 3) of rays, no further than they clear."""
+    range_m = np.float32(CLEARING_RANGE_M)
+    low_x = high_x = camera[0]
+    low_y = high_y = camera[1]
+    for k in range(len(ends)):
+        x, y, z = ends[k, 0] - camera[0], ends[k, 1] - camera[1], ends[k, 2] - camera[2]
+        length = np.sqrt(x * x + y * y + z * z)
+        share = min(range_m / max(length, np.float32(1e-6)), np.float32(1))
+        x, y = camera[0] + x * share, camera[1] + y * share
+        low_x, low_y = min(low_x, x), min(low_y, y)
+        high_x, high_y = max(high_x, x), max(high_y, y)
+    return low_x, low_y, high_x, high_y
+
+
 class VoxelGrid(NamedTuple):
     """The voxels of an update: world cell of [0, 0], cells along x and y, levels, metres."""
 
@@ -181,25 +228,37 @@ def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
 
     Flying pixels are neither obstacles nor floor.
     """
-    device = cloud.depth_m.device
-    use_compiled = jit.usable(wanted=params.compiled, device=device)
-    if use_compiled:
-        flying = torch.from_numpy(few_alike(cloud.depth_m.numpy()))
-    else:
-        flying = flying_pixels(cloud.depth_m)
-    cloud = cloud.without(flying)
-    camera = torch.tensor(cloud.camera_m, device=device)
+    if jit.usable(wanted=params.compiled, device=cloud.depth_m.device):
+        return _compiled_update(cloud, params)
+    cloud = cloud.without(flying_pixels(cloud.depth_m))
+    camera = torch.tensor(cloud.camera_m, device=cloud.depth_m.device)
     every = cloud.strided(RAY_STRIDE, RAY_STRIDE)
     rays = camera, every.points(every.depth_m > 0)
-    find = _compiled_obstacles if use_compiled else _obstacles
-    obstacles, low = find(cloud, params)
+    obstacles, low = _obstacles(cloud, params)
     floor = floor_points(cloud, params)
     places = (low, floor.drops, floor.seen, floor.blind)
     box = _box((*places, obstacles, _reached(*rays)), params.cell_size_m)
-    if not use_compiled:
-        return _evidence(obstacles, rays, places, box, params)
-    heights = (OBSTACLE_MIN_HEIGHT_M, params.voxel_height_m, params.obstacle_max_height_m)
-    lowest_m, thickness_m, highest_m = map(np.float32, heights)
+    return _evidence(obstacles, rays, places, box, params)
+
+
+def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
+    cloud = cloud.without(torch.from_numpy(few_alike(cloud.depth_m.numpy())))
+    camera, planes = np.array(cloud.camera_m, np.float32), cloud.arrays()
+    rays = every_point(planes, RAY_STRIDE)
+    heights = (OBSTACLE_MIN_HEIGHT_M, params.obstacle_max_height_m)
+    values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
+    obstacles, low = obstacle_points(planes, ObstacleLimits(*map(np.float32, values)))
+    floor = floor_points(cloud, params)
+    places = (low, *(each.numpy() for each in (floor.drops, floor.seen, floor.blind)))
+    bounds = np.array([reached_bounds(camera, rays), *map(bounds_of, (obstacles, *places))])
+    (low_x, low_y), (high_x, high_y) = (
+        bounds[:, :2].min(axis=0).tolist(),
+        bounds[:, 2:].max(axis=0).tolist(),
+    )
+    box = GridSpec.covering(params.cell_size_m, (low_x, low_y), (high_x, high_y))
+    lowest_m, thickness_m, highest_m = map(
+        np.float32, (heights[0], params.voxel_height_m, heights[1])
+    )
     grid = VoxelGrid(
         *box.origin_cell,
         *box.shape,
@@ -209,9 +268,8 @@ def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
         thickness_m,
         highest_m,
     )
-    crossed = mark_rays(rays[0].numpy(), rays[1].numpy(), ray_distances_m(params), grid)
-    voxels = count_points(obstacles.numpy(), grid), crossed
-    below, drops, seen, blind = (count_places(each.numpy(), grid) for each in places)
+    voxels = count_points(obstacles, grid), mark_rays(camera, rays, ray_distances_m(params), grid)
+    below, drops, seen, blind = (count_places(each, grid) for each in places)
     return OccupancyUpdate.of_arrays(
         *evidence_of(voxels, (below, drops, seen, blind), box.origin_cell)
     )
@@ -225,13 +283,6 @@ def ray_distances_m(params: MapParams) -> F32:
     step = RAY_STEP * params.cell_size_m
     range_m = min(CLEARING_RANGE_M, params.obstacle_range_m)
     return np.arange(step, range_m, step, dtype=np.float32)
-
-
-def _compiled_obstacles(cloud: PointCloud, params: MapParams) -> tuple[Tensor, Tensor]:
-    heights = (OBSTACLE_MIN_HEIGHT_M, params.obstacle_max_height_m)
-    values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
-    high, low = obstacle_points(cloud.arrays(), ObstacleLimits(*map(np.float32, values)))
-    return torch.from_numpy(high), torch.from_numpy(low)
 
 
 def flying_pixels(depth_m: Tensor) -> Tensor:
