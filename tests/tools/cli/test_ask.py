@@ -96,6 +96,18 @@ INFO = {
     "text_space": "minilm",
 }
 CHANGE = {"path": "flat.npz", "cells_observed": 81, "frames_fused": 9, "file_bytes": 2_500_000}
+SAVED = {
+    "name": "flat",
+    "file_bytes": 2_500_000,
+    "saved_ns": 1_790_000_000_000_000_000,
+    "encoder_id": "mini-1",
+    "text_space": "minilm",
+    "cell_size_m": 0.1,
+    "cells_observed": 81,
+    "frames_fused": 9,
+    "problem": "",
+    "saved_at": "2026-09-21T13:33:20Z",
+}
 CHANGED = "flat.npz: 81 cells from 9 frames, 2.5 MB.\n"
 FOUND, ABSENT = EXAMPLES["QueryResult"]
 WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
@@ -115,6 +127,16 @@ WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
         ("status", "GET /v1/status", {**STATUS, "ready": False}, EXIT_FAILED, "Not ready. no map"),
         ("objects", "GET /v1/objects", OBJECTS, EXIT_OK, "3f9a12c4"),
         ("objects", "GET /v1/objects", {"objects": []}, EXIT_OK, "Nothing was found on this map"),
+        (
+            "objects forget 3f9a12c4",
+            "DELETE /v1/objects/3f9a12c4",
+            OBJECTS["objects"][0],
+            EXIT_OK,
+            "with the id 3f9a12c4",
+        ),
+        ("map list", "GET /v1/maps", {"maps": [SAVED]}, EXIT_OK, "flat 2026-09-21 13:33:20 81 9"),
+        ("map list", "GET /v1/maps", {"maps": []}, EXIT_OK, "No map was saved yet"),
+        ("map delete flat", "DELETE /v1/maps/flat", SAVED, EXIT_OK, "Deleted flat, saved 2026-09"),
         ("map info", "GET /v1/map", INFO, EXIT_OK, "4.0 x 6.0 m"),
         ("map save flat", "PUT /v1/maps/flat", CHANGE, EXIT_OK, f"Saved {CHANGED}"),
         ("map load flat", "POST /v1/maps/flat/load", CHANGE, EXIT_OK, f"Loaded {CHANGED}"),

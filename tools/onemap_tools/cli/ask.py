@@ -11,6 +11,7 @@ from rich.console import Console
 
 from onemap_tools.cli.options import (
     FIRST,
+    OPERATE,
     RECORDINGS,
     Config,
     Json,
@@ -189,6 +190,25 @@ def objects(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) ->
     with gateway_client(url, token) as gateway:
         found = [dict(each.document) for each in gateway.objects()]
     show({"objects": found}, as_json, remote.describe_objects)
+
+
+@app.command("objects forget", rich_help_panel=OPERATE)
+def forget(
+    identifier: Annotated[str, typer.Argument(help="The id that 'onemap objects' shows.")],
+    url: Url = DEFAULT_URL,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Remove an object that was found wrongly."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        forgotten = dict(gateway.forget_object(identifier).document)
+
+    def describe(known: dict[str, Any], console: Console) -> None:
+        console.print(f"Forgot the {known['name']} with the id {known['id']}.", soft_wrap=True)
+
+    show(forgotten, as_json, describe)
 
 
 @app.command(rich_help_panel=FIRST)

@@ -1,4 +1,4 @@
-"""``onemap map``: save, load, merge, describe, export or clear the map of a running robot."""
+"""``onemap map``: what a robot's map holds, and the maps that were saved."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class MapLayer(str, Enum):
 
 
 app = typer.Typer(
-    no_args_is_help=True, help="Save, load, merge, describe, export or clear the map."
+    no_args_is_help=True, help="Save, list, load, merge, delete, describe, export or clear maps."
 )
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
 
@@ -71,6 +71,47 @@ def merge(
         return maps.merge(name, x_m=x, y_m=y, yaw_rad=radians(yaw))
 
     _change(url, token, as_json, send, "Merged")
+
+
+@app.command(name="list")
+def list_maps(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
+    """The saved maps, the newest first."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        saved = [dict(each.document) for each in gateway.maps.list()]
+
+    def describe(reply: dict[str, Any], console: Console) -> None:
+        if not reply["maps"]:
+            console.print("No map was saved yet: 'onemap map save NAME' does.")
+            return
+        table = Table("map", "saved (UTC)", "cells", "frames", "size", "encoder")
+        for each in reply["maps"]:
+            counts = (str(each[key]) for key in ("cells_observed", "frames_fused"))
+            size = f"{each['file_bytes'] / 1e6:.1f} MB"
+            what = each["problem"] or each["encoder_id"]
+            table.add_row(each["name"], _clock(each["saved_at"]), *counts, size, what)
+        console.print(table)
+
+    show({"maps": saved}, as_json, describe)
+
+
+@app.command()
+def delete(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
+    """Delete a saved map; the map in use stays."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        deleted = dict(gateway.maps.delete(name).document)
+
+    def describe(gone: dict[str, Any], console: Console) -> None:
+        console.print(f"Deleted {gone['name']}, saved {_clock(gone['saved_at'])} UTC.")
+
+    show(deleted, as_json, describe)
+
+
+def _clock(rfc3339: str) -> str:
+    return rfc3339[:19].replace("T", " ")
 
 
 @app.command()
