@@ -119,8 +119,16 @@ class LogConfig(Params):
     )
 
 
-def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> Sections:
-    """All sections of the file (none if ``path`` is None) with the overrides applied."""
+def read(
+    path: Path | None,
+    environment: Mapping[str, str] = os.environ,
+    wrong: list[str] | None = None,
+) -> Sections:
+    """All sections of the file (none if ``path`` is None) with the overrides applied.
+
+    wrong: takes a sentence for each section that is none, and these are left out; without it they
+    raise ConfigError, as everything else that cannot be read.
+    """
     document: Any = {}
     if path is not None:
         try:
@@ -133,13 +141,23 @@ def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> Sect
     source = str(path) if path is not None else "configuration"
     if not isinstance(document, dict):
         raise ConfigError(f"{source} must be a mapping of sections, not {type(document).__name__}")
-    for name, section in document.items():
-        _check_name(name, SECTIONS, f"{source}: section {name!r} is unknown")
-        if section is not None and not isinstance(section, dict):
-            raise ConfigError(f"{source}: section {name!r} must be a mapping")
-    sections = Sections(document, source)
+    found = {name: _section_problem(name, section) for name, section in document.items()}
+    problems = [f"{source}: {problem}" for problem in found.values() if problem]
+    if problems and wrong is None:
+        raise ConfigError("; ".join(problems))
+    if wrong is not None:
+        wrong += problems
+    sections = Sections({n: each for n, each in document.items() if not found[n]}, source)
     _override(sections, environment)
     return sections
+
+
+def _section_problem(name: object, section: object) -> str:
+    if name not in SECTIONS:
+        return f"section {name!r} is unknown; {_nearest(name, SECTIONS)}"
+    if section is not None and not isinstance(section, dict):
+        return f"section {name!r} must be a mapping"
+    return ""
 
 
 def _override(sections: Sections, environment: Mapping[str, str]) -> None:
@@ -149,7 +167,8 @@ def _override(sections: Sections, environment: Mapping[str, str]) -> None:
         parts = [part.lower() for part in variable[len(PREFIX) :].split("__")]
         if len(parts) < 2 or not all(parts):
             raise ConfigError(f"{variable} must be {PREFIX}SECTION__KEY")
-        _check_name(parts[0], SECTIONS, f"{variable}: section {parts[0]!r} is unknown")
+        if problem := _section_problem(parts[0], None):
+            raise ConfigError(f"{variable}: {problem}")
         value = text if is_secret(parts[-1]) else _parsed(variable, text)
         place: Any = sections.setdefault(parts[0], {})
         for part in parts[1:-1]:
@@ -180,11 +199,9 @@ def _place(problem: Exception) -> str:
     return ": a date or a number in it cannot be read" if isinstance(problem, ValueError) else ""
 
 
-def _check_name(name: object, valid: Sequence[str], problem: str) -> None:
-    if name not in valid:
-        near = difflib.get_close_matches(str(name), valid, n=1, cutoff=NEAR)
-        hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
-        raise ConfigError(f"{problem}; {hint}")
+def _nearest(name: object, valid: Sequence[str]) -> str:
+    near = difflib.get_close_matches(str(name), valid, n=1, cutoff=NEAR)
+    return f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
 
 
 def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:

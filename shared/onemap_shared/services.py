@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """A service: ``python -m module`` runs it; ``pip install 'onemap[extra]'`` installs it."""
+    """A service: ``python -m module`` runs it; ``pip install -e '.[extra]'`` installs it."""
 
     name: str
     module: str

@@ -110,7 +110,7 @@ def start(config: LogConfig, service: str) -> None:
         from opentelemetry.sdk.trace.export import BatchSpanProcessor
     except ModuleNotFoundError as missing:
         raise ConfigError(
-            f"log.traces is set and needs the package {missing.name!r}: pip install 'onemap[otel]'"
+            f"log.traces is set and needs the package {missing.name!r}: pip install -e '.[otel]'"
         ) from missing
     exporter = OTLPSpanExporter(endpoint=config.traces, timeout=SEND_S)
     use(FrameTracer(service, TRACED_SHARE, BatchSpanProcessor(exporter)))

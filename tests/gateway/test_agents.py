@@ -274,7 +274,7 @@ def test_without_the_sdk_one_sentence_says_what_to_install(
     monkeypatch.setitem(sys.modules, "mcp", None)
     answer = client.post("/mcp", json=REQUEST)
     assert answer.status_code == 501
-    assert "'pip install onemap[mcp]'" in answer.json()["detail"]
+    assert "pip install -e '.[mcp]'" in answer.json()["detail"]
 
 
 REQUEST = {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}

@@ -252,7 +252,7 @@ def test_a_missing_library_is_an_error_with_the_command_to_install_it(
     without(library, monkeypatch)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(
-        BackendError, match=f"{backend} needs {library}.*: pip install 'onemap"
+        BackendError, match=f"{backend} needs {library}.*: pip install -e '."
     ) as error:
         make(tmp_path)
     assert "\n" not in str(error.value)

@@ -193,5 +193,5 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
-    with pytest.raises(BackendError, match=r"pip install 'onemap\[openclip\]'"):
+    with pytest.raises(BackendError, match=r"pip install -e '\.\[openclip\]'"):
         model_store.locate(REPO)

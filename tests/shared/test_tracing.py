@@ -17,7 +17,7 @@ from onemap_shared import tracing
 from onemap_shared.config import LogConfig
 from onemap_shared.tracing import DRIVE, FrameTracer, frame_ids
 
-pytest.importorskip("opentelemetry.sdk", reason="needs opentelemetry: pip install 'onemap[otel]'")
+pytest.importorskip("opentelemetry.sdk", reason="needs opentelemetry: pip install -e '.[otel]'")
 
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
@@ -91,7 +91,7 @@ class CollectorHandler(BaseHTTPRequestHandler):
 def test_a_collector_gets_the_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     trace_service = pytest.importorskip(
         "opentelemetry.proto.collector.trace.v1.trace_service_pb2",
-        reason="needs the OTLP exporter: pip install 'onemap[otel]'",
+        reason="needs the OTLP exporter: pip install -e '.[otel]'",
     )
     collector = Collector()
     url = f"http://127.0.0.1:{collector.server_port}/v1/traces"

@@ -37,7 +37,7 @@ def test_every_cause_has_a_sentence_and_a_code(
 
 
 def test_a_missing_package_is_reported_with_its_extra() -> None:
-    sentence = "The mapper needs the package 'torch': pip install 'onemap[mapper]'"
+    sentence = "The mapper needs the package 'torch': pip install -e '.[mapper]'"
     with pytest.raises(CliError) as error, requires_extra("mapper", "The mapper"):
         raise ModuleNotFoundError("No module named 'torch'", name="torch.nn")
     assert (str(error.value), error.value.exit_code) == (sentence, EXIT_USAGE_ERROR)

@@ -48,6 +48,6 @@ def requires_extra(extra: str, subject: str) -> Iterator[None]:
         if package.startswith("onemap_"):
             raise
         raise CliError(
-            f"{subject} needs the package {package!r}: pip install 'onemap[{extra}]'",
+            f"{subject} needs the package {package!r}: pip install -e '.[{extra}]'",
             EXIT_USAGE_ERROR,
         ) from missing

@@ -35,8 +35,8 @@ class ImageError(Exception):
 
 
 NO_DEPS = "pip install --no-deps -r requirements/encoders.txt"
-OPEN_CLIP = f"pip install 'onemap[openclip]' && {NO_DEPS}"
-TRANSFORMERS = f"pip install 'onemap[transformers]' && {NO_DEPS}"
+OPEN_CLIP = f"pip install -e '.[openclip]' && {NO_DEPS}"
+TRANSFORMERS = f"pip install -e '.[transformers]' && {NO_DEPS}"
 
 
 @contextmanager

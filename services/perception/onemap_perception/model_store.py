@@ -24,7 +24,7 @@ import httpx
 
 from onemap_perception.errors import BackendError, first_line
 
-INSTALL = "pip install 'onemap[openclip]'"
+INSTALL = "pip install -e '.[openclip]'"
 SHA256_DIGITS = 64  # git's SHA-1 has 40
 WEIGHTS = ".safetensors"
 

@@ -99,7 +99,7 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(fusion, "run", run)
     code, text = bench("fusion")
     assert code == 2
-    assert "needs the package 'torch': pip install 'onemap[mapper]'" in text
+    assert "needs the package 'torch': pip install -e '.[mapper]'" in text
 
 
 def test_what_could_not_be_measured_ends_with_1(monkeypatch: pytest.MonkeyPatch) -> None:

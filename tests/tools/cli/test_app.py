@@ -85,7 +85,7 @@ def test_a_missing_extra_is_reported_with_what_installs_it() -> None:
         "main()\n"
     )
     assert result.returncode == EXIT_USAGE_ERROR
-    assert "pip install 'onemap[mapper]'" in result.stderr
+    assert "pip install -e '.[mapper]'" in result.stderr
     assert "Traceback" not in result.stderr
 
 

@@ -70,7 +70,7 @@ def test_every_mistake_is_reported_in_a_sentence(tmp_path: Path) -> None:
     config = written(
         tmp_path,
         "planner: {explore: {object_limit_s: 0}, costmp: {}}\ngateway: {token: [hunter2]}\n"
-        "simulator: {sede: 1}\nreplay: {}\n",
+        "simulator: {sede: 1}\nreplay: {}\nmaper: {}\nbus: loopback\n",
     )
     result = run("check", "--config", config, "--json")
     assert result.exit_code == EXIT_USAGE_ERROR
@@ -79,12 +79,14 @@ def test_every_mistake_is_reported_in_a_sentence(tmp_path: Path) -> None:
     assert document["exit_code"] == EXIT_USAGE_ERROR
     printed = result.stderr.splitlines()
     assert document["mistakes"] == printed
-    assert len(printed) == 5
+    assert len(printed) == 7
     for part in (
         "planner.explore.object_limit_s",
         "did you mean 'costmap'",
         "did you mean 'seed'",
         "both robots",
+        "did you mean 'mapper'",
+        "section 'bus' must be a mapping",
     ):
         assert part in result.stderr
     assert "gateway.token" in result.stderr
@@ -131,12 +133,12 @@ def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
     checked, shown, listed, missing = json.loads(process.stdout)
     assert checked[0] == EXIT_OK
     assert "mapper is not checked here" in checked[1]
-    assert "pip install 'onemap[mapper]'" in checked[1]
+    assert "pip install -e '.[mapper]'" in checked[1]
     assert "planner" in yaml.safe_load(shown[1])
     assert "mapper is left out" in shown[1]
     assert "planner.explore.object_limit_s" in listed[1]
     assert missing[0] == EXIT_USAGE_ERROR
-    assert "pip install 'onemap[mapper]'" in missing[2]
+    assert "pip install -e '.[mapper]'" in missing[2]
 
 
 def models_of(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -123,7 +123,7 @@ def test_the_networks_of_a_section() -> None:
         (
             {"encoder": {"backend": "openclip_convnext", "model": "a/b"}},
             "open_clip.model",
-            r"openclip_convnext needs open_clip, .*onemap\[openclip\]",
+            r"openclip_convnext needs open_clip, .*\[openclip\]",
         ),
         (
             {"encoder": {"backend": "tipsv2", "model": "a/b"}},

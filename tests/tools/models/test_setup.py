@@ -205,7 +205,7 @@ def test_a_missing_package_is_named(hub: LocalHub, monkeypatch: pytest.MonkeyPat
         monkeypatch.delitem(sys.modules, f"onemap_tools.models.{name}", raising=False)
     sentence = refused("coco", "--yes", code=EXIT_USAGE_ERROR)
     assert sentence == (
-        "'onemap models use' needs the package 'ruamel': pip install 'onemap[transformers]'"
+        "'onemap models use' needs the package 'ruamel': pip install -e '.[transformers]'"
     )
 
 

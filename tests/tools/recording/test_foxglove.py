@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[live]'")
+pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install -e '.[live]'")
 
 from onemap_gateway.present.palette import DARK
 from onemap_shared.camera import unproject

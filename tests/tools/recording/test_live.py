@@ -14,7 +14,7 @@ from typing import Any
 import psutil
 import pytest
 
-pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[live]'")
+pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install -e '.[live]'")
 pytest.importorskip("google.protobuf", reason="needs protobuf, which onnx brings")
 
 from onemap_mapper.robots import MapperTelemetry

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rerun", reason="needs rerun-sdk: pip install 'onemap[rerun]'")
+pytest.importorskip("rerun", reason="needs rerun-sdk: pip install -e '.[rerun]'")
 
 import pyarrow as pa
 from rerun.chunk import RrdReader

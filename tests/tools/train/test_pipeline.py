@@ -165,4 +165,4 @@ def test_a_missing_package_is_named_with_its_extra(
     monkeypatch.setitem(sys.modules, "onnx", None)
     monkeypatch.delitem(sys.modules, "onemap_tools.export.mini", raising=False)
     said = invoked("export", "--work", tmp_path)
-    assert "Training needs the package 'onnx': pip install 'onemap[train]'" in said
+    assert "Training needs the package 'onnx': pip install -e '.[train]'" in said

@@ -73,8 +73,9 @@ def effective(config: Path | None, models: SectionModels) -> dict[str, Any]:
 
 def check(config: Path | None, models: SectionModels) -> None:
     """CliError with one line for every mistake, if there is any."""
-    sections = read(config)
-    found = [
+    found: list[str] = []
+    sections = read(config, wrong=found)
+    found += [
         sentence
         for name, model in models.known.items()
         for sentence in mistakes(sections, name, model)

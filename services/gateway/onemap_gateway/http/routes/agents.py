@@ -70,7 +70,7 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
     except ModuleNotFoundError as missing:
         raise HttpProblem(
             "not_installed",
-            f"The tools for agents are not installed ({missing}): 'pip install onemap[mcp]' "
+            f"The tools for agents are not installed ({missing}): pip install -e '.[mcp]' "
             "where the gateway runs, then start it again.",
         ) from None
 
