@@ -294,9 +294,18 @@ def test_the_whole_map_lies_beside_what_covers_it(page: Page, robot: Robot) -> N
 
 def test_the_camera_is_in_sight_while_the_robot_searches(page: Page, robot: Robot) -> None:
     page.open(robot.address)
-    start_search(page)
+    start_search(page, "sofa, kettle, kite")
     camera = "document.getElementById('camera').getBoundingClientRect()"
     page.wait_for(f"{camera}.bottom < 800")
+    found = ObjectResult(
+        "sofa", SearchState.FOUND, "there", (1.0, 2.0, 0.5), 0.9, 31.0, 2.2, (), ()
+    )
+    assert robot.planner.status is not None
+    robot.planner.status = replace(robot.planner.status, results=(found,), index=1)
+    long_reason = "seen 3 times at (6.1, 3.5), similarity 1.00: walking up to it"
+    robot.planner.move(SearchState.APPROACHING, long_reason)
+    page.wait_for("document.querySelector('#objects small')")
+    assert page.evaluate(f"{camera}.bottom") < 800
     page.resize(390, 844, mobile=True)
     page.wait_for(f"{camera}.bottom < document.getElementById('stop').getBoundingClientRect().top")
     page.click("#health summary")
