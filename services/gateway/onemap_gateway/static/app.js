@@ -50,7 +50,6 @@ repeat(refreshCamera, 100);
 
 // A phone begins with the details folded; what the user unfolds stays.
 function fold() {
-  by("legend").open = false;
   for (const details of document.querySelectorAll(".fold, #health")) details.open = !phone.matches;
   leaveFree();
 }
