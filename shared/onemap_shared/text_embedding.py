@@ -33,7 +33,7 @@ def embed_texts(
 def embed_image(bus: Bus, image: bytes, timeout_s: float = CALL_TIMEOUT_S) -> TextEmbeddings:
     """The embedding of a PNG or JPEG, or ``RequestRejected``, with codes as above.
 
-    Perception's own are ``bad_image`` and ``no_image_queries``.
+    Perception's own is ``bad_image``.
     """
     return _asked(bus, EMBED_IMAGE, ImageRequest(image), timeout_s, what="images")
 

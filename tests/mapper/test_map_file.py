@@ -18,7 +18,6 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage import map_file
-from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
 from onemap_mapper.storage.map_file import (
     ARRAYS,
     SEEN,
@@ -29,6 +28,7 @@ from onemap_mapper.storage.map_file import (
     write,
 )
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore, take
+from onemap_shared.atomic_file import replacing, sweep_leftovers
 from tests.mapper import scenes
 
 PARAMS = scenes.params()

@@ -18,8 +18,8 @@ from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.util import load_yaml_guess_indent
 
-from onemap_mapper.storage.atomic_file import replacing
 from onemap_perception.config import PerceptionConfig
+from onemap_shared.atomic_file import replacing
 from onemap_shared.config import read, section
 from onemap_shared.params import is_secret
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError

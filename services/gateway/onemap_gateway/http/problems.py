@@ -41,7 +41,6 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "misdirected": (421, "This host name is not served"),
     "invalid": (422, "The request cannot be understood"),
     "bad_image": (422, "The image cannot be asked for"),
-    "no_image_queries": (422, "The encoder takes no images"),
     "unknown_word": (422, "The encoder does not know this word"),
     "locked_out": (429, "There were too many wrong tokens"),
     "http": (400, "The request was refused"),

@@ -22,9 +22,9 @@ from pathlib import Path
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_mapper.storage import objects
-from onemap_mapper.storage.atomic_file import replacing, sweep_leftovers
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
+from onemap_shared.atomic_file import replacing, sweep_leftovers
 
 LOG = logging.getLogger("onemap.mapper")
 

@@ -32,7 +32,6 @@ from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.occupancy.evidence import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.regions import Extent, extent_band
-from onemap_mapper.storage.atomic_file import replacing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_mapper.storage.snapshot import (
     ASSUMED,
@@ -46,6 +45,7 @@ from onemap_mapper.storage.snapshot import (
     take,
 )
 from onemap_mapper.transfers import to_host
+from onemap_shared.atomic_file import replacing
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.grid import MAX_CELLS
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS

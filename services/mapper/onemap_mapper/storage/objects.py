@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from math import hypot, inf
 from pathlib import Path
 
-from onemap_mapper.storage.atomic_file import replacing
 from onemap_shared import keys
+from onemap_shared.atomic_file import replacing
 from onemap_shared.messages import (
     KeptObject,
     ObjectFind,

@@ -7,7 +7,6 @@ One JSON file, replaced atomically. Whether the search goes on says ``resumption
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
@@ -28,6 +27,7 @@ from onemap_planner.search.state_machine import (
     new_search,
     status,
 )
+from onemap_shared.atomic_file import replacing
 from onemap_shared.messages import (
     ObjectResult,
     SearchKind,
@@ -175,7 +175,6 @@ def save(
         if search.phase != Finished(SearchState.INTERRUPTED):
             path.unlink(missing_ok=True)
         return
-    folder.mkdir(parents=True, exist_ok=True)
     document = _Document(
         schema=SCHEMA,
         search_id=search.search_id,
@@ -196,23 +195,16 @@ def save(
         around=around,
         written_ns=now_ns,
     )
-    _replace_file(path, FILE.dump_json(document))
+    with replacing(path) as file:
+        file.write(FILE.dump_json(document))
 
 
 def mark_interrupted(folder: Path, why: str) -> None:
     """Record that the search of the file has ended: no later planner goes on with it."""
     path = folder / FILE_NAME
     document = json.loads(path.read_text(encoding="utf-8"))
-    _replace_file(path, json.dumps({**document, "interrupted": why}).encode())
-
-
-def _replace_file(path: Path, content: bytes) -> None:
-    draft = path.with_suffix(".draft")
-    with draft.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(draft, path)
+    with replacing(path) as file:
+        file.write(json.dumps({**document, "interrupted": why}).encode())
 
 
 def load(folder: Path, now_s: float) -> Recorded | None:
