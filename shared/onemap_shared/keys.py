@@ -98,6 +98,7 @@ SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, sta
 SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus, to_all=True)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
 SEARCH_LIST = Procedure("search/list/v1", m.SearchListRequest, m.SearchList)
+SEARCH_RECORD = Procedure("search/record/v1", m.SearchId, m.SearchRecord)
 
 
 def heartbeat(service: str) -> Topic[m.Heartbeat]:
@@ -144,7 +145,7 @@ class Access:
 QUERIES = (MAP_SIMILARITY, MAP_IMAGE_SIMILARITY, MAP_SEARCH_VIEW)
 FILES = (MAP_SAVE, MAP_LOAD, MAP_LIST, MAP_DELETE, MAP_MERGE, MAP_CLEAR)
 OBJECTS = (MAP_OBJECTS, MAP_OBJECT, MAP_FORGET)
-SEARCHES = (SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST)
+SEARCHES = (SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST, SEARCH_RECORD)
 WATCHED = (
     *(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_CMD_VEL),
     *(DETECTIONS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH, ALL_HEARTBEATS),

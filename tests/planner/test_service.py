@@ -17,6 +17,7 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
     SearchKind,
+    SearchListRequest,
     SearchState,
     VelocityCommand,
 )
@@ -265,6 +266,17 @@ def test_every_decision_is_recorded_in_a_file_of_the_search(
     steps = [json.loads(line) for line in path.read_text().splitlines()]
     assert steps[-1]["state"] == "cancelled"
     assert any(step["choice"] and step["choice"]["number"] == 1 for step in steps)
+    recorded = services.caller.call(keys.SEARCH_RECORD, SearchId())
+    assert recorded.status == services.get()
+    assert len(recorded.steps) == len(steps)
+    assert len(recorded.places) > 0
+    other = SimulatedServices(PlannerConfig(state_dir=tmp_path))  # a planner that was restarted
+    listed = other.caller.call(keys.SEARCH_LIST, SearchListRequest()).searches
+    assert [(each.search_id, each.state) for each in listed] == [
+        (started.search_id, SearchState.CANCELLED)
+    ]
+    assert other.get(started.search_id) == listed[0]
+    other.planner.close()
     path.unlink()
     path.parent.rmdir()
     path.parent.write_text("no folder")

@@ -39,6 +39,9 @@ STATUS = m.SearchStatus(
     "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5,
     choice=CHOICE,
 )  # fmt: skip
+STEP = m.SearchStep(
+    2.5, m.SearchState.EXPLORING, "sofa", "on its way", (1.0, 2.0), "frontier", (3.0, 2.0), "best"
+)
 
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
 KEPT = m.KeptObject(
@@ -126,6 +129,8 @@ SAMPLES: tuple[Any, ...] = (
     STATUS,
     m.SearchListRequest(),
     m.SearchList((STATUS,), 3),
+    STEP,
+    m.SearchRecord(STATUS, (STEP,), 4, f32(2, 3)),
     m.PlannedPath(
         5, "frontier", "best similarity", f32(3, 2), f32(1, 2), f32(2, 2), f32(2), f32(0, 2), f32(0)
     ),

@@ -1,4 +1,4 @@
-"""The searches of a planner, and the calls about them: start, cancel, get, list."""
+"""The searches of a planner, and the calls about them: start, cancel, get, list, record."""
 # Talks: shared by the loop, the planning thread and the bus's threads, which it answers.
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import accumulate
+from pathlib import Path
 
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.evidence import synonyms_of
 from onemap_planner.policy.memory import NO_SYNONYMS, PlannerState, Synonyms
+from onemap_planner.search import decision_log
 from onemap_planner.search.state_machine import (
     CANCELLED,
     Budget,
@@ -29,6 +31,7 @@ from onemap_shared.messages import (
     SearchId,
     SearchList,
     SearchListRequest,
+    SearchRecord,
     SearchRequest,
     SearchState,
     SearchStatus,
@@ -151,9 +154,10 @@ LIST_BYTES = MAX_HEADER_BYTES - 1024  # of all searches in a list; the rest is t
 
 
 class SearchCommands:
-    """Serves the four calls on the bus.
+    """Serves the calls on the bus.
 
-    inputs: returns the latest inputs; status_of: the message about a search.
+    inputs: returns the latest inputs; status_of: the message about a search; folder: where
+    searches are recorded, also those of before a restart.
     """
 
     def __init__(
@@ -163,13 +167,15 @@ class SearchCommands:
         *,
         inputs: Callable[[], LatestInputs],
         status_of: Callable[[Search], SearchStatus],
+        folder: Path | None = None,
     ) -> None:
-        self._bus, self._registry = bus, registry
+        self._bus, self._registry, self._folder = bus, registry, folder
         self._inputs, self._status_of = inputs, status_of
         bus.serve(keys.SEARCH_START, self._start)
         bus.serve(keys.SEARCH_CANCEL, self._cancel)
         bus.serve(keys.SEARCH_GET, self._get)
         bus.serve(keys.SEARCH_LIST, self._list)
+        bus.serve(keys.SEARCH_RECORD, self._record)
 
     def _start(self, request: SearchRequest) -> SearchStatus:
         began_s = time.monotonic()
@@ -201,10 +207,33 @@ class SearchCommands:
         return any(each[0] == "planner" and each != own for each in self._bus.members())
 
     def _get(self, request: SearchId) -> SearchStatus:
-        return self._status_of(self._registry.find(request.search_id))
+        try:
+            return self._status_of(self._registry.find(request.search_id))
+        except RequestRejected:
+            for status in self._earlier():
+                if status.search_id == request.search_id:
+                    return status
+            raise
 
     def _list(self, _request: SearchListRequest) -> SearchList:
-        return list_of([self._status_of(search) for search in self._registry.all()])
+        known = [self._status_of(search) for search in self._registry.all()]
+        return list_of([*known, *self._earlier()])
+
+    def _earlier(self) -> list[SearchStatus]:
+        """The recorded searches that are not in the registry: of before a restart."""
+        known = {search.search_id for search in self._registry.all()}
+        recorded = decision_log.past(self._folder) if self._folder else []
+        return [each for each in recorded if each.search_id not in known]
+
+    def _record(self, request: SearchId) -> SearchRecord:
+        status = self._get(request)
+        known = decision_log.read(self._folder, status.search_id) if self._folder else None
+        if known is None:
+            why = "its file is gone or damaged" if self._folder else "planner.state_dir is not set"
+            raise RequestRejected(
+                "unknown_search", f"nothing is recorded of search {status.search_id}: {why}"
+            )
+        return replace(known, status=status)
 
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
         """Reject names that perception cannot embed or that resemble nothing it was trained on.

@@ -76,6 +76,7 @@ class Planner:
         self._sent = self._refused = 0
         self._driven_ns = 0  # the frame on which the newest command rests
         self._reported: set[str] = set()
+        self._trail = decision_log.Trail()
         self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
         self._published: tuple[object, ...] = ()
@@ -89,7 +90,13 @@ class Planner:
         self._check_planning = ThreadCheck("the planning thread")
         self._whole_steps = True  # the last step did not raise
         self._decide()
-        SearchCommands(bus, self._registry, inputs=lambda: self._inputs, status_of=self._status)
+        SearchCommands(
+            bus,
+            self._registry,
+            inputs=lambda: self._inputs,
+            status_of=self._status,
+            folder=config.state_dir,
+        )
 
     def step(self, timeout_s: float) -> None:
         """Take inputs until the next command is due, then send it."""
@@ -273,6 +280,7 @@ class Planner:
         if state is None:
             return
         search, waiting = state.search, self._waiting(now_s)
+        self._follow(search)
         shown = (
             *(search.search_id, search.index, search.reason, search.choice.number),
             bool(waiting),
@@ -317,13 +325,19 @@ class Planner:
             LOG.warning("refused %d messages: %s", refused - self._refused, "; ".join(reasons))
             self._refused = refused
 
+    def _follow(self, search: Search) -> None:
+        """Keep where the robot is, for the record of an active search."""
+        if search.active and self._inputs.pose is not None:
+            elapsed_s = max(time.time_ns() - search.started_ns, 0) / 1e9
+            self._trail.add(elapsed_s, self._inputs.pose.xy)
+
     def _record_step(self, search: Search) -> None:
         folder, pose = self._config.state_dir, self._inputs.pose
         if folder is None:
             return
         try:
             step = status(search, odometer_m=self._inputs.odometer_m, now_ns=time.time_ns())
-            decision_log.record(folder, step, pose.xy if pose else None)
+            decision_log.record(folder, step, pose.xy if pose else None, self._trail)
         except OSError as problem:
             self._report(f"cannot record the decisions in {folder}: {problem}")
 

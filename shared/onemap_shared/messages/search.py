@@ -337,6 +337,48 @@ class SearchList(Message):
 
 
 @dataclass(frozen=True, slots=True)
+class SearchStep(Message):
+    """A recorded step of a search: its state changed, or a goal was chosen.
+
+    Attributes:
+        elapsed_s: seconds since the search began.
+        state: then.
+        target: the object sought then; empty at the end, or for a place.
+        reason: what happened, in one sentence.
+        robot_m: x, y of the robot; empty if not known.
+        goal_kind: of the goal that was chosen, as of ``GoalOption``; empty without a goal.
+        goal_m: x, y of it; empty without a goal.
+        goal_reason: why it won; empty without a goal.
+    """
+
+    elapsed_s: Finite
+    state: SearchState
+    target: str
+    reason: str
+    robot_m: Annotated[tuple[float, ...], numbers(2, optional=True)]
+    goal_kind: str
+    goal_m: Annotated[tuple[float, ...], numbers(2, optional=True)]
+    goal_reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SearchRecord(Message):
+    """What was recorded of a search, thinned: for a replay.
+
+    Attributes:
+        status: of the search now, or how it ended.
+        steps: in their order.
+        left_out: number of recorded steps that are not in ``steps``.
+        places: (N, 3) seconds since the search began, x, y of the robot in metres.
+    """
+
+    status: SearchStatus
+    steps: tuple[SearchStep, ...]
+    left_out: Count
+    places: Annotated[F32, Shape("N", 3), finite]
+
+
+@dataclass(frozen=True, slots=True)
 class PlannedPath(Message):
     """Path, goal, frontiers and regions of the last plan, for display.
 

@@ -1,4 +1,5 @@
-"""Each step of a search is a line that the client reads; files are bounded, and survive a crash."""
+"""Each step of a search is a line that client and replay read; files are bounded, and survive a
+crash."""
 
 from __future__ import annotations
 
@@ -10,8 +11,9 @@ import pytest
 
 from onemap import SearchSnapshot
 from onemap_planner.search import decision_log
-from onemap_planner.search.decision_log import FOLDER, file_name, record
-from onemap_shared.messages import SearchState, SearchStatus
+from onemap_planner.search.decision_log import FOLDER, Trail, file_name, past, read, record
+from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
+from onemap_shared.wire import MAX_HEADER_BYTES, encode
 from tests.shared.samples import sample
 
 STATUS = replace(sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 2_500_000_000)
@@ -63,3 +65,43 @@ def test_a_full_file_still_takes_the_end(tmp_path: Path, monkeypatch: pytest.Mon
     record(tmp_path, STATUS, None)
     record(tmp_path, ENDED, None)
     assert [json.loads(line)["state"] for line in lines(tmp_path)] == ["exploring", "found"]
+
+
+def test_a_search_is_read_back_with_its_way(tmp_path: Path) -> None:
+    trail = Trail()
+    for place in ((0.0, 0.0), (0.1, 0.0), (0.3, 0.0), (0.6, 0.0)):
+        trail.add(place[0] * 10, place)
+    record(tmp_path, STATUS, (0.7, 0.0), trail)
+    assert past(tmp_path)[0].state is SearchState.INTERRUPTED  # no end was recorded
+    record(tmp_path, ENDED, None, trail)
+    assert past(tmp_path) == [replace(ENDED, choice=NO_CHOICE)]
+    known = read(tmp_path, "s1")
+    assert known is not None
+    xs = [0.0, 0.3, 0.6, 0.7]  # nearer ones are left out; the last is that of the step
+    assert known.places[:, 1].tolist() == pytest.approx(xs)
+    first, last = known.steps
+    assert (first.target, first.robot_m, first.goal_m) == ("bed", (0.7, 0.0), (1.0, 2.0))
+    assert first.goal_reason == STATUS.choice.sentence
+    assert (last.state, last.target, last.goal_kind) == (SearchState.FOUND, "", "frontier")
+    assert read(tmp_path, "*") is None
+    (tmp_path / FOLDER / file_name(STATUS)).write_text("no line of a search\n")
+    assert (past(tmp_path), read(tmp_path, "s1")) == ([], None)
+
+
+def test_a_long_search_is_thinned_but_for_its_turns(tmp_path: Path) -> None:
+    trail = Trail()
+    for number in range(1000):
+        for place in range(5):
+            trail.add(number, (number + place / 5, float(place % 2)))
+        turned = SearchState.APPROACHING if number == 701 else STATUS.state
+        long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 900)
+        record(tmp_path, long, None, trail)
+    record(tmp_path, ENDED, None, trail)
+    known = read(tmp_path, "s1")
+    assert known is not None
+    assert len(encode(known).header) < MAX_HEADER_BYTES
+    assert len(known.places) <= decision_log.MAX_PLACES
+    assert len(known.steps) + known.left_out == 1001
+    assert known.steps[0].reason.startswith("0 ")
+    assert [step.state for step in known.steps].count(SearchState.APPROACHING) == 1
+    assert known.steps[-1].state is SearchState.FOUND
