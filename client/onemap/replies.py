@@ -246,11 +246,39 @@ class SearchSnapshot(Reply):
 
 
 class SearchListReply(Reply):
-    """The searches that the planner remembers, newest first."""
+    """The searches that the planner remembers or has recorded, newest first."""
 
     searches: tuple[SearchSnapshot, ...]
     left_out: int = Field(
         default=0, description="Older searches that one reply cannot hold; usually 0."
+    )
+
+
+class ReplayStep(Reply):
+    """A step of a past search: its state changed, or a goal was chosen."""
+
+    elapsed_s: Rounded
+    state: str
+    target: str = Field(description="The object sought then; empty at the end or for a place.")
+    reason: str = Field(description="In a sentence, what happened.")
+    robot_m: MaybePoint = Field(default=None, description="x, y of the robot; null: not known.")
+    goal_kind: str = Field(default="", description="As of an option of `choice`.")
+    goal_m: MaybePoint = Field(default=None, description="x, y of the goal; null: there was none.")
+    goal_reason: str = Field(default="", description="Why that goal won.")
+
+
+class SearchReplay(Reply):
+    """What was recorded of a search: its steps, and where the robot was."""
+
+    search: SearchSnapshot
+    steps: tuple[ReplayStep, ...] = Field(description="At most about 300.")
+    left_out: int = Field(
+        default=0,
+        description="Steps that one reply cannot hold: some between two changes of the state.",
+    )
+    path_m: tuple[tuple[Rounded, Rounded, Rounded], ...] = Field(
+        description="Seconds since the search began, x, y of the robot; at most 2000, every 0.25 m "
+        "or more, and where the robot was at each step."
     )
 
 

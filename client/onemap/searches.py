@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote
 
 from onemap.connection import Connection, InvalidSetting, StreamInterrupted
-from onemap.replies import SearchListReply, SearchSnapshot
+from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,10 @@ class RemoteSearch:
         """How is it going? Asks the robot."""
         return self._send("GET")
 
+    def replay(self) -> SearchReplay:
+        """The recorded steps of the search with their reasons, and where the robot drove."""
+        return self._connection.fetch(SearchReplay.of, "GET", f"/v1/searches/{self.id}/replay")
+
     def cancel(self) -> SearchSnapshot:
         """Stop the robot and end the search; what was found so far stays in the results."""
         return self._send("DELETE")
@@ -111,7 +115,7 @@ class RemoteSearches:
         return self._search("GET", f"/v1/searches/{quote(search_id, safe='')}")
 
     def list(self) -> tuple[RemoteSearch, ...]:
-        """The searches since the planner started, newest first."""
+        """The newest 50 searches and the present one, newest first."""
         listed = self._connection.fetch(SearchListReply.of, "GET", "/v1/searches")
         return tuple(RemoteSearch(self._connection, each) for each in listed.searches)
 

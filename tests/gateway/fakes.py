@@ -114,6 +114,27 @@ def search(
     return m.SearchStatus(search_id, state, objects, 0, reason, (), STAMP_NS, updated_ns, 0.0)
 
 
+STEPS = (
+    m.SearchStep(
+        0.0, m.SearchState.EXPLORING, "sofa", "looking around for 'sofa'", (-0.6, 0.5),
+        "frontier", (1.2, 1.2), "it opens a wider view",
+    ),
+    m.SearchStep(
+        6.0, m.SearchState.APPROACHING, "sofa", "seen 3 times: walking up to it", (0.6, 0.5),
+        "detection", (1.0, 1.0), "it comes before every other goal",
+    ),
+    m.SearchStep(10.0, m.SearchState.FOUND, "", "found 1 of 1", (1.4, 0.5), "", (), ""),
+)  # fmt: skip
+PLACES = np.array([(t, -0.6 + t / 5, 0.5) for t in range(11)], np.float32)
+
+
+def past_search(search_id: str = "s0") -> m.SearchStatus:
+    """A search that found the sofa in ten seconds."""
+    ended = search(search_id, m.SearchState.FOUND, updated_ns=STAMP_NS + 10**10)
+    result = replace(find_result("sofa", 1.0, 1.0), frame_ns=STAMP_NS + 10**9)
+    return replace(ended, reason="found 1 of 1", results=(result,), path_length_m=2.0)
+
+
 def search_view(text: str = "", number: int = 7) -> m.SearchView:
     """Free floor with a wall along its right side (largest x) and unknown above it (largest y)."""
     occupancy = np.zeros(GRID.shape, np.uint8)
@@ -299,6 +320,7 @@ class FakePlanner:
         self.bus.serve(keys.SEARCH_GET, self._get)
         self.bus.serve(keys.SEARCH_CANCEL, self._cancel)
         self.bus.serve(keys.SEARCH_LIST, self._list)
+        self.bus.serve(keys.SEARCH_RECORD, self._record)
 
     def move(self, state: m.SearchState, reason: str = "so it is") -> None:
         assert self.status is not None
@@ -330,6 +352,13 @@ class FakePlanner:
 
     def _list(self, _request: m.SearchListRequest) -> m.SearchList:
         return m.SearchList((*([self.status] if self.status else []), *self.past), 2)
+
+    def _record(self, request: m.SearchId) -> m.SearchRecord:
+        """Ten seconds along y = 0.5 to a frontier, then to the sofa."""
+        for status in self.past:
+            if status.search_id == request.search_id:
+                return m.SearchRecord(status, STEPS, 4, PLACES)
+        raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
 
     def _cancel(self, request: m.SearchId) -> m.SearchStatus:
         if self._get(request).active:

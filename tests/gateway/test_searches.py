@@ -31,7 +31,7 @@ from onemap_shared.messages import (
     SearchRequest,
     SearchState,
 )
-from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
+from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, past_search, search
 from tests.memory_bus import MemoryRouter
 
 
@@ -65,8 +65,26 @@ def test_searches_are_listed_newest_first(client: TestClient, planner: FakePlann
     assert listed["left_out"] == 2
 
 
+def test_a_past_search_is_told_step_by_step(client: TestClient, planner: FakePlanner) -> None:
+    planner.past = [past_search()]
+    replay = client.get("/v1/searches/s0/replay").json()
+    assert (replay["search"]["state"], replay["left_out"]) == ("found", 4)
+    assert replay["path_m"][5] == [5.0, 0.4, 0.5]
+    assert replay["steps"][0] == {
+        "elapsed_s": 0.0,
+        "state": "exploring",
+        "target": "sofa",
+        "reason": "looking around for 'sofa'",
+        "robot_m": [-0.6, 0.5],
+        "goal_kind": "frontier",
+        "goal_m": [1.2, 1.2],
+        "goal_reason": "it opens a wider view",
+    }
+    assert replay["steps"][-1]["goal_m"] is None
+
+
 @pytest.mark.parametrize("search_id", ["nix", "a b", "..", "%00", "x" * 1000, "ü"])
-@pytest.mark.parametrize("suffix", ["", "/events"])
+@pytest.mark.parametrize("suffix", ["", "/events", "/replay"])
 def test_a_search_that_never_was_is_not_found(
     client: TestClient, search_id: str, suffix: str
 ) -> None:

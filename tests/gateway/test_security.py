@@ -130,7 +130,10 @@ def test_each_role_may_do_its_work_only(
     locked: TestClient, role: str, path: str, allowed: bool
 ) -> None:
     method, address = path.split()
-    answer = locked.request(method, address, headers=bearing(TOKENS[role]))
+    headers = bearing(TOKENS[role])
+    may = {"look_token": "look", "search_token": "search", "token": "administer"}[role]
+    assert locked.get("/v1/robots", headers=headers).json()["role"] == may
+    answer = locked.request(method, address, headers=headers)
     assert (answer.status_code != 403) == allowed
     if not allowed:
         assert "gateway." in answer.json()["detail"]

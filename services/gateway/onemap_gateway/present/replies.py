@@ -13,7 +13,9 @@ from onemap.replies import (
     MapObject,
     MapStatistics,
     ObjectOutcome,
+    ReplayStep,
     Reply,
+    SearchReplay,
     SearchSnapshot,
     StageLatency,
     StreamHealth,
@@ -27,6 +29,7 @@ from onemap_shared.messages import (
     MapRevision,
     ObjectResult,
     Occupancy,
+    SearchRecord,
     SearchState,
     SearchStatus,
     SearchView,
@@ -59,6 +62,16 @@ def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
         results=tuple(map(_object_outcome, results)),
         choice=status.choice if status.choice.options else None,
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
+    )
+
+
+def search_replay(record: SearchRecord, now_ns: int) -> SearchReplay:
+    """What was recorded of a search."""
+    return SearchReplay(
+        search=search_snapshot(record.status, now_ns),
+        steps=tuple(ReplayStep.model_validate(step) for step in record.steps),
+        left_out=record.left_out,
+        path_m=tuple(map(tuple, record.places.tolist())),
     )
 
 

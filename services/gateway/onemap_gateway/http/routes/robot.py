@@ -6,14 +6,16 @@ from __future__ import annotations
 from functools import partial
 
 import anyio
-from fastapi import APIRouter, Response, WebSocket
+from fastapi import APIRouter, Request, Response, WebSocket
 from pydantic import BaseModel, Field
 
 from onemap.replies import SystemStatus
 from onemap_gateway.bus.state_cache import StateCache
+from onemap_gateway.config import Role
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.middleware import FOLDER
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses
+from onemap_gateway.http.security import ROLE
 from onemap_gateway.http.streams import GOING_AWAY, accept, speak
 from onemap_gateway.present.formats import json_text
 from onemap_gateway.present.live import live_document
@@ -38,6 +40,7 @@ class RobotList(BaseModel):
     """The robots of ``gateway.robots``."""
 
     robots: list[RobotReport]
+    role: str = Field(description="What the token of this request may: look, search, administer.")
 
 
 class HealthReply(BaseModel):
@@ -91,7 +94,7 @@ async def get_metrics(gateway: GatewayDep) -> Response:
 
 
 @robots_router.get("/robots", summary="Which robots does this gateway serve?")
-async def get_robots(gateway: GatewayDep) -> RobotList:
+async def get_robots(gateway: GatewayDep, request: Request) -> RobotList:
     """The robots of `gateway.robots`, in that order; empty where the gateway has only its own.
 
     `address` is what the addresses of a robot begin with: `/robots/r1/v1/status`.
@@ -115,7 +118,9 @@ async def get_robots(gateway: GatewayDep) -> RobotList:
             shares_map_with=others if mapper(name) else [],
         )
 
-    return RobotList(robots=[report(name, cache) for name, cache in gateway.robots.items()])
+    robots = [report(name, cache) for name, cache in gateway.robots.items()]
+    role: Role = request.scope[ROLE]
+    return RobotList(robots=robots, role=role.name.lower())
 
 
 @router.websocket("/v1/live")

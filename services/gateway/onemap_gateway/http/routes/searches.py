@@ -11,13 +11,13 @@ import anyio
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from onemap.replies import SearchListReply, SearchSnapshot
+from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.replies import search_snapshot
+from onemap_gateway.present.replies import search_replay, search_snapshot
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
 
@@ -138,7 +138,8 @@ async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProble
 
 @router.get("", summary="What was searched?", responses=problem_responses(503))
 async def list_searches(gateway: GatewayDep) -> SearchListReply:
-    """The searches since the planner started, newest first: the last 50 and the present one."""
+    """The newest 50 searches and the present one, newest first, also those of before a restart of
+    the planner."""
     listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
     searches = tuple(search_snapshot(each, gateway.now_ns()) for each in listed.searches)
     return SearchListReply(searches=searches, left_out=listed.left_out)
@@ -154,6 +155,18 @@ async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
 async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """Stop the robot and end the search; what was found so far stays in the results."""
     return await gateway.search(keys.SEARCH_CANCEL, SearchId(search_id))
+
+
+@router.get(
+    "/{search_id}/replay", summary="How did it go?", responses=problem_responses(404, 422, 503)
+)
+async def replay_search(search_id: Id, gateway: GatewayDep) -> SearchReplay:
+    """The recorded steps of a search with their reasons and goals, and where the robot drove.
+
+    Places are in the frame that the map had then. A long search is thinned: see `steps`, `path_m`.
+    """
+    record = await gateway.call(keys.SEARCH_RECORD, SearchId(search_id))
+    return search_replay(record, gateway.now_ns())
 
 
 async def events_from_now(search_id: Id, gateway: GatewayDep) -> AsyncIterator[ServerSentEvent]:
