@@ -359,6 +359,11 @@ class MapObject(Reply):
     score: float = Field(description="Similarity of the map where it was found, 0 to 1.")
     times_found: int = Field(description="How many searches found it there.")
     search_id: str = Field(default="", description="The newest of these searches.")
+    robot: str = Field(
+        default="",
+        description="Namespace of the robot that found it last, as in /v1/robots; empty: it has "
+        "none, or a map of an older version was loaded.",
+    )
     first_found_ns: Nanoseconds
     last_seen_ns: Nanoseconds
     box_px: Annotated[Box | None, EMPTY] = Field(

@@ -110,10 +110,9 @@ class Kept:
 
     def __init__(self, folder: Path) -> None:
         router = MemoryRouter()
+        bus = router.bus("mapper")
         self.announced: list[int] = []
-        self.keeper = ObjectKeeper(
-            router.bus("mapper"), folder, self._announce, lambda _extent_m: HEIGHT_M
-        )
+        self.keeper = ObjectKeeper(bus, [bus], folder, self._announce, lambda _extent_m: HEIGHT_M)
         self.client = router.bus()
 
     def _announce(self) -> None:

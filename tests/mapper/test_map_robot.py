@@ -158,15 +158,25 @@ def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Flee
 def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, frame(0, 100 * S))
     fleet.r1.bus.call(keys.MAP_REMEMBER, object_find("sofa"))
-    (found,) = fleet.r2.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects
-    assert found.name == "sofa"
+    fleet.r2.bus.call(keys.MAP_REMEMBER, object_find("bed"))
+    finders = [("bed", "fleet/r2"), ("sofa", "fleet/r1")]
+    assert found_by(fleet.r2) == finders
     assert fleet.r2.newest().objects_version == fleet.r1.newest().objects_version > 0
     fleet.r2.bus.call(keys.MAP_SAVE, MapFile("flat"))
     fleet.r2.bus.call(keys.MAP_CLEAR, MapClear())
     assert fleet.r1.newest().frames_fused == 0
-    assert fleet.r1.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects == ()
+    assert found_by(fleet.r1) == []
     fleet.r1.bus.call(keys.MAP_LOAD, MapFile("flat"))
     assert fleet.r2.newest().frames_fused == 1
+    assert found_by(fleet.r1) == finders
+    fleet.r2.bus.call(keys.MAP_REMEMBER, object_find("sofa", stamp_ns=200))
+    assert found_by(fleet.r1) == [("sofa", "fleet/r2"), ("bed", "fleet/r2")]
+
+
+def found_by(robot: Robot) -> list[tuple[str, str]]:
+    """Name and finder of each object that the robot is told of."""
+    listed = robot.bus.call(keys.MAP_OBJECTS, ObjectListRequest())
+    return [(kept.name, kept.robot) for kept in listed.objects]
 
 
 def test_each_robot_is_told_what_its_camera_has_in_its_image(fleet: Fleet) -> None:

@@ -46,7 +46,7 @@ STEP = m.SearchStep(
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
 KEPT = m.KeptObject(
     "3f9a12c4", "bed", (1.0, 2.0, 0.4), (0.5, 1.0, 1.5, 3.0), 0.93, 2, "s1", 100, 123,
-    (4.0, 6.0, 20.0, 18.0), 3, (0.3, 0.7),
+    (4.0, 6.0, 20.0, 18.0), 3, (0.3, 0.7), "site/r1",
 )  # fmt: skip
 
 PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR\x00\x00\x00\x40\x00\x00\x00\x30\x08\x02"  # 64 x 48

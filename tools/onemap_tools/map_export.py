@@ -242,6 +242,7 @@ def _object(found: MapObject) -> dict[str, Any]:
             "name": found.name,
             "score": found.score,
             "times_found": found.times_found,
+            "robot": found.robot,
             "last_seen_at": found.last_seen_at.isoformat(),
             "extent_m": list(found.extent_m),
             "height_m": list(found.height_m) if found.height_m else None,

@@ -101,7 +101,7 @@ class Mapper:
         )
         shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
-        self._objects = ObjectKeeper(shared, folder, self._announce_objects, height_m)
+        self._objects = ObjectKeeper(shared, buses, folder, self._announce_objects, height_m)
         for robot in self._robots:
             robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
             robot.bus.serve(keys.MAP_IMAGE_SIMILARITY, partial(self.image_similarity, robot))

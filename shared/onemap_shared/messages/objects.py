@@ -66,6 +66,7 @@ class KeptObject(Message):
         box_px: x0, y0, x1, y1 of the object in pixels of the picture; empty: not known.
         picture_bytes: size of the picture, 0 if there is none.
         height_m: between which heights above the floor it lies; empty: not known.
+        robot: namespace of the robot that found it last; empty: it has none, or not known.
     """
 
     object_id: Id
@@ -80,6 +81,7 @@ class KeptObject(Message):
     box_px: BoxPx = ()
     picture_bytes: Count = 0
     height_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
+    robot: str = ""
 
     def _check(self) -> None:
         if not self.object_id:

@@ -8,8 +8,9 @@ import logging
 import secrets
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot, inf
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from onemap_shared.messages import (
     PicturedObject,
 )
 from onemap_shared.names import same_name
-from onemap_shared.transport import RequestRejected, Server
+from onemap_shared.transport import Bus, RequestRejected, Server
 from onemap_shared.wire import Packet, decode, encode
 
 # A find of the same name within this distance along the floor is the same object seen again. The
@@ -60,17 +61,18 @@ class ObjectMemory:
         find: ObjectFind,
         new_id: str,
         height_m: tuple[float, ...] = (),
+        robot: str = "",
     ) -> ObjectMemory:
         """The memory after a find: of a known object, which keeps its id, or of a new one.
 
-        height_m: between which heights it lies; empty: not known.
+        height_m: between which heights it lies; empty: not known. robot: namespace of the finder.
         A find that was remembered before, as when its sender did not hear of it, changes nothing.
         """
         known = self.same_object(find)
         if known is not None and _is_repeated(known.kept, find):
             return self
         kept = _first_time(find, new_id) if known is None else _again(known.kept, find)
-        kept = replace(kept, height_m=height_m)
+        kept = replace(kept, height_m=height_m, robot=robot)
         others = tuple(entry for entry in self.objects if entry is not known)
         objects = (*others, PicturedObject(kept, find.picture))
         return replace(self, objects=objects, version=self.version + 1).limited()
@@ -224,12 +226,14 @@ class ObjectKeeper:
 
     problem: why they cannot be written, in one sentence; empty if they can. ``announce`` is called
     after every change, without the keeper's lock; ``height_of`` says between which heights an
-    object of this extent lies.
+    object of this extent lies. A find is its whose keys name it: ``robots`` are the buses of the
+    robots of the map.
     """
 
     def __init__(
         self,
         bus: Server,
+        robots: Iterable[Bus],
         folder: Path,
         announce: Callable[[], None],
         height_of: HeightOf,
@@ -242,15 +246,16 @@ class ObjectKeeper:
         if problem:
             LOG.error("%s", problem)
         self.problem = ""
-        bus.serve(keys.MAP_REMEMBER, self.remember)
+        for robot in robots:
+            robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
         bus.serve(keys.MAP_OBJECTS, self.list_objects)
         bus.serve(keys.MAP_OBJECT, self.get)
         bus.serve(keys.MAP_FORGET, self.forget)
 
-    def remember(self, find: ObjectFind) -> KeptObject:
-        """Keep a find; returns the object that it is."""
+    def remember(self, robot: str, find: ObjectFind) -> KeptObject:
+        """Keep a find of the robot with this namespace; returns the object that it is."""
         new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
-        memory = self._change(lambda memory: memory.with_find(find, new_id, height_m))
+        memory = self._change(lambda memory: memory.with_find(find, new_id, height_m, robot))
         known = memory.same_object(find)
         assert known is not None  # it was just put there
         LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])
