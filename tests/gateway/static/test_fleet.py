@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -32,11 +33,14 @@ def address() -> Iterator[str]:
     for namespace in ROBOTS.values():
         bus.sibling(namespace).close()  # makes the namespace
         mappers.append(FakeMapper(router.namespaces[namespace]))
+        mappers[-1].objects = [
+            replace(fakes.kept_object("o1", "sofa"), position_m=(1.5, 1.1, 0.4), robot="site/bob")
+        ]
     worker = build(bus, GatewayConfig(port=0, robots=ROBOTS))
     for name, namespace in ROBOTS.items():
         robot = router.namespaces[namespace].bus("simulator")
         robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(*PLACES[name]))
-        robot.publish(keys.MAP_REVISION).put(fakes.revision(7))
+        robot.publish(keys.MAP_REVISION).put(fakes.revision(7, objects_version=1))
         beat = fakes.heartbeat("mapper", instance=MAPPERS[name])
         robot.publish(keys.heartbeat("mapper")).put(beat)
     yield f"http://127.0.0.1:{worker.port}"
@@ -55,6 +59,12 @@ def test_the_robots_of_a_map_stand_on_it_with_a_link_to_each(page: Page, address
     assert page.evaluate(MIDDLE % "robot-2") in (0, None), "another site's robot is on this map"
     (left, _), (right, _) = (page.evaluate(MIDDLE % f"robot-{index}") for index in (0, 1))
     assert left < right
+    page.wait_for("document.getElementById('finds').innerText.includes('by bob')")
+    page.click("#finds button")
+    page.wait_for(
+        "document.getElementById('find-facts').innerText.includes('by bob · at 1.5, 1.1')"
+    )
+    page.press("Escape")
     page.open(page.evaluate("document.querySelector('#robots a:nth-of-type(2)').href"))
     page.wait_for("document.querySelector('#robots [aria-current]')?.innerText === 'bob'")
     page.wait_for(MIDDLE % "robot-0")

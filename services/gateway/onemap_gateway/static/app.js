@@ -26,9 +26,13 @@ const map = new MapView(by("map"), {
   onMove: () => [menu, card].forEach((popup) => popup.follow()),
 });
 const menu = new PlaceMenu(map);
-const card = new FindCard(map);
-const finds = new Finds((find) => showFind(find));
-new Fleet((robots) => map.showRobots(robots));
+const fleet = new Fleet((robots) => {
+  map.showRobots(robots);
+  finds.showRows(); // the robots' names may have come after the finds
+});
+const finder = (namespace) => fleet.finder(namespace);
+const card = new FindCard(map, finder);
+const finds = new Finds((find) => showFind(find), finder);
 const phone = matchMedia("(max-width: 860px)"); // as in style.css
 const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));

@@ -2,12 +2,14 @@
 
 import { fetchBlob } from "./api.js";
 import { clockTime, height, place } from "./format.js";
-import { by } from "./panels.js";
+import { by, robotName } from "./panels.js";
 import { Popup } from "./popup.js";
 
 export class FindCard extends Popup {
-  constructor(map) {
+  // finder(namespace): see Fleet
+  constructor(map, finder) {
     super(by("find-card"), map);
+    this.finder = finder;
     this.object = null;
     this.photo = by("find-photo");
     this.photo.addEventListener("load", () => this.showBox());
@@ -26,8 +28,12 @@ export class FindCard extends Popup {
     const pictured = this.object?.id === object.id && this.object.last_seen_ns === object.last_seen_ns;
     this.object = object;
     by("find-name").textContent = object.name;
-    by("find-facts").textContent =
-      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)} · at ${place(object.position_m)} m${height(object.height_m)}`;
+    const finder = this.finder(object.robot);
+    by("find-facts").replaceChildren(
+      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)}`,
+      ...(finder ? [" by ", robotName(finder)] : []),
+      ` · at ${place(object.position_m)} m${height(object.height_m)}`,
+    );
     if (pictured) return;
     by("find-box").hidden = true; // until the size of the photograph is known
     this.showPhoto(Boolean(object.picture));

@@ -2,14 +2,15 @@
 
 import { read } from "./api.js";
 import { clockTime, place } from "./format.js";
-import { by, element, refill } from "./panels.js";
+import { by, element, refill, robotName } from "./panels.js";
 
 export class Finds {
-  // onOpen(object): one was chosen in the list
-  constructor(onOpen) {
+  // onOpen(object): one was chosen in the list; finder(namespace): see Fleet
+  constructor(onOpen, finder) {
     this.objects = [];
     this.version = null;
     this.onOpen = onOpen;
+    this.finder = finder;
   }
 
   // Fetch the objects if the robot has others than are shown; whether it had.
@@ -26,13 +27,19 @@ export class Finds {
     by("finds-card").hidden = !this.objects.length;
     by("finds-left-out").hidden = !leftOut;
     by("finds-left-out").textContent = `Not kept any more, for want of room: ${leftOut}.`;
-    refill(by("finds"), this.objects, () => this.objects.map((object) => this.row(object)));
+    this.showRows();
   }
 
-  row(object) {
+  showRows() {
+    const rows = this.objects.map((object) => [object, this.finder(object.robot)]);
+    refill(by("finds"), rows, () => rows.map((row) => this.row(...row)));
+  }
+
+  row(object, finder) {
+    const seen = `${place(object.position_m)} m, seen ${clockTime(object.last_seen_at)}`;
     const button = element("button", { title: "Show it on the map" }, [
       element("span", { text: object.name }),
-      element("small", { text: `${place(object.position_m)} m, seen ${clockTime(object.last_seen_at)}` }),
+      element("small", { text: seen }, finder ? [" by ", robotName(finder)] : []),
     ]);
     button.type = "button";
     button.addEventListener("click", () => this.onOpen(object));

@@ -47,6 +47,15 @@ export class Fleet {
     });
   }
 
+  // Name and colour of the robot that found something, by its namespace; null where it says nothing:
+  // one robot alone, or a find of an older map.
+  finder(namespace) {
+    if (!namespace || !this.robots.length) return null;
+    const index = this.robots.findIndex((robot) => robot.namespace === namespace);
+    if (index < 0) return { name: namespace, colour: "quiet" };
+    return { name: this.robots[index].name, colour: `map-robot-${index % COLOURS}` };
+  }
+
   showLinks() {
     by("robots").hidden = !this.robots.length;
     const rows = this.robots.map(({ name, address, ready, problem }) => [name, address, ready, problem]);

@@ -13,6 +13,13 @@ export function element(tag, { className = "", text = "", title = "" } = {}, chi
   return node;
 }
 
+// The name of a robot, after a dot of its colour on the map.
+export function robotName({ name, colour }) {
+  const node = element("b", { className: "finder", text: name });
+  node.style.setProperty("--robot", `var(--${colour})`);
+  return node;
+}
+
 export const by = (id) => document.getElementById(id);
 
 // Scroll no further than is needed to see the node.
