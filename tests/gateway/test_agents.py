@@ -285,7 +285,7 @@ REQUEST = {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}
     [
         (b"\xff\xfe", "not valid JSON"),
         (b"[" * 300, "not valid JSON"),
-        (json.dumps([REQUEST]).encode(), "should be an object"),
+        (json.dumps([REQUEST]).encode(), "must be one JSON object"),
         (b'{"jsonrpc": "1.0", "method": "tools/list"}', "'jsonrpc'"),
         (b'{"jsonrpc": "2.0", "id": 1, "result": {}}', "'method' is missing"),
         (b'{"jsonrpc": "2.0", "id": null, "method": "tools/list"}', "'id"),

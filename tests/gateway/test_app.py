@@ -141,8 +141,22 @@ HOSTILE: dict[str, dict[str, Any]] = {
     "a large body": {"headers": TOKEN, "content": b"x" * 70_000},
     "a form": {"headers": {**TOKEN, "Content-Type": "text/plain"}, "content": b"a=b"},
     "no JSON": {"headers": {**TOKEN, "Content-Type": "application/json"}, "content": b"[" * 5000},
+    "no UTF-8": {
+        "headers": {**TOKEN, "Content-Type": "application/json"},
+        "content": b'{"a": "\xff"}',
+    },
+    "a list": {"headers": TOKEN, "json": [1]},
+    "a string": {"headers": TOKEN, "json": "sofa"},
     "a wrong body": {"headers": TOKEN, "json": {"text": 5, "objects": [[]], "name": "../x"}},
     "a wrong query": {"headers": TOKEN, "params": {"text": "", "scale": -1, "detections": "?"}},
+}
+
+
+NO_OBJECT = {  # status and words where a route takes a body
+    "no JSON": (400, "body cannot be read as JSON"),
+    "no UTF-8": (400, "write it in UTF-8"),
+    "a list": (422, "body must be one JSON object"),
+    "a string": (422, "body must be one JSON object"),
 }
 
 
@@ -155,6 +169,10 @@ def test_every_status_is_documented(router: MemoryRouter, case: str) -> None:
             answer = client.request(method, address, **HOSTILE[case])
             assert str(answer.status_code) in operation["responses"], (method, path)
             assert answer.status_code != 500
+            if case in NO_OBJECT and "requestBody" in operation:
+                status, words = NO_OBJECT[case]
+                assert answer.status_code == status, path
+                assert words in answer.json()["detail"], path
 
 
 def test_an_unknown_address_is_a_problem(client: TestClient) -> None:

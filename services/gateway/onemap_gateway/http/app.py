@@ -160,6 +160,12 @@ async def _on_http(request: Request, error: Exception) -> Response:
     elif error.status_code == 405:
         detail = f"{path} does not take {request.method[:20]}: /docs lists what it does."
         problem = HttpProblem("method_not_allowed", detail)
+    elif error.status_code == 400:  # FastAPI could not read the body
+        problem = HttpProblem(
+            "not_json",
+            "The body cannot be read as JSON: write it in UTF-8, and no thousands of brackets "
+            "within each other or of digits.",
+        )
     else:
         problem = HttpProblem("http", str(error.detail), status=error.status_code)
     response = problem_response(problem)

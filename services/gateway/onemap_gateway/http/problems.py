@@ -64,6 +64,16 @@ DEPENDENCY_ERRORS = {
 RESERVED_MEMBERS = frozenset({"type", "title", "status", "detail", "service"})
 
 
+# What pydantic says in words of its own, by the type of its error.
+OBJECT = "one JSON object: /docs has examples"
+EXPECTED = {
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "model_type": OBJECT,
+    "model_attributes_type": OBJECT,
+}
+
+
 class HttpProblem(Exception):
     """A request that cannot be served, and why; becomes the HTTP response.
 
@@ -169,8 +179,8 @@ def _reason(error: Mapping[str, Any]) -> str:
             least, most = limits.get("min_length", 0), limits.get("max_length")
             wanted = f"at least {least}" if error["type"] == "too_short" else f"at most {most}"
             return f"{place!r} has {limits['actual_length']} entries; give {wanted}"
-        case "tuple_type" | "list_type":
-            return f"{place!r} must be a list"
+        case kind if kind in EXPECTED:
+            return f"{repr(place) if place else 'the body'} must be {EXPECTED[kind]}"
         case "value_error":  # the schema's own sentence
             return str(error["msg"]).removeprefix("Value error, ")
         case _:
