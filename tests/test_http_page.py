@@ -27,7 +27,7 @@ def addresses() -> set[str]:
         part for module in modules for part in vars(module).values() if isinstance(part, APIRouter)
     ]
     found = [route for router in routers for route in router.routes]
-    paths = {route.path for route in found if isinstance(route, Route | WebSocketRoute)}
+    paths = {route.path_format for route in found if isinstance(route, Route | WebSocketRoute)}
     return {re.sub(r"{\w+_id}", "{id}", path) for path in paths} - UNDOCUMENTED
 
 

@@ -249,6 +249,8 @@ def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: FakePla
         ("/v1/searches/s1", "GET, HEAD, DELETE, OPTIONS"),
         ("/v1/maps/flat", "GET, HEAD, PUT, DELETE, OPTIONS"),
         ("/v1/objects/3f9a12c4", "GET, HEAD, DELETE, OPTIONS"),
+        ("/v1/objects/3f9a12c4.jpg", "GET, HEAD, OPTIONS"),
+        ("/v1/map.png", "GET, HEAD, POST, OPTIONS"),
         ("/static/app.js", "GET, HEAD, OPTIONS"),
     ],
 )

@@ -62,7 +62,7 @@ class ResponseMiddleware:
             )
             await problem_response(failure)(scope, receive, send_with_headers)
         finally:
-            route = getattr(scope.get("route"), "path", "other")
+            route = getattr(scope.get("route"), "path_format", "other")
             self._requests.count(_known_method(scope["method"]), route, status)
 
 

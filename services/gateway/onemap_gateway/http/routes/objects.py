@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Path, Response
+from starlette.convertors import StringConvertor, register_url_convertor
 
 from onemap.replies import MapObject, ObjectListReply
 from onemap_gateway.http.context import GatewayDep
@@ -13,6 +14,12 @@ from onemap_gateway.present.replies import map_object
 from onemap_shared import keys
 from onemap_shared.messages import MAX_TEXT_CHARS, ObjectId, ObjectListRequest
 
+
+class _ObjectIdConvertor(StringConvertor):
+    regex = r"[^/]+(?<!\.jpg)"  # a picture can be neither asked for nor deleted as an object
+
+
+register_url_convertor("object", _ObjectIdConvertor())
 router = APIRouter(prefix="/v1/objects", tags=["objects"])
 
 
@@ -78,14 +85,16 @@ async def get_object_picture(
     return Response(found.picture, media_type="image/jpeg", headers=headers)
 
 
-@router.get("/{object_id}", summary="A found object", responses=problem_responses(404, 422, 503))
+@router.get(
+    "/{object_id:object}", summary="A found object", responses=problem_responses(404, 422, 503)
+)
 async def get_object(object_id: Id, gateway: GatewayDep) -> MapObject:
     """Name, place, score and times of an object."""
     return map_object((await gateway.call(keys.MAP_OBJECT, object_id)).kept)
 
 
 @router.delete(
-    "/{object_id}",
+    "/{object_id:object}",
     summary="Forget an object",
     responses=problem_responses(404, 422, 503),
 )
