@@ -127,6 +127,10 @@ def test_the_document_is_whole(client: TestClient) -> None:
     assert set(document["x-problems"]) == set(PROBLEM_TYPES)
     for path, name in (("/v1/queries", "QueryRequest"), ("/v1/searches", "SearchStart")):
         assert client.post(path, json=schemas[name]["examples"][0]).is_success
+        wanted = ["'{}'".format(*each["required"]) for each in schemas[name]["oneOf"]]
+        refused = client.post(path, json={}).json()["detail"]
+        assert refused.startswith("Give exactly one of")
+        assert re.findall(r"'\w+'", refused) == wanted
     for reply in ("QueryResult", "SearchSnapshot", "StoredMap", "MapObject"):
         assert schemas[reply]["examples"], reply
 

@@ -11,6 +11,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    JsonValue,
     StrictStr,
     WithJsonSchema,
     model_validator,
@@ -94,16 +95,22 @@ class RequestModel(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
+def exactly_one_of(*names: str) -> list[JsonValue]:
+    """``oneOf`` of a schema whose members of these names are null unless given."""
+    return [{"required": [name], "properties": {name: {"not": {"type": "null"}}}} for name in names]
+
+
 class QueryRequest(RequestModel):
     """Where is it? Exactly one of ``text``, ``texts`` and ``image``."""
 
     model_config = ConfigDict(
         json_schema_extra={
+            "oneOf": exactly_one_of("text", "texts", "image"),
             "examples": [
                 {"text": "sofa"},
                 {"texts": ["sofa", "armchair"], "area_m": [0, -2, 4, 3]},
                 {"text": "table", "negatives": ["coffee table", "desk"], "max_regions": 3},
-            ]
+            ],
         }
     )
 
@@ -192,13 +199,14 @@ class SearchStart(RequestModel):
 
     model_config = ConfigDict(
         json_schema_extra={
+            "oneOf": exactly_one_of("objects", "object", "go_to_m", "look_at_m"),
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
                 {"objects": ["sofa", "teddy bear", "kettle"], "order": "any"},
                 {"object": "sofa"},
                 {"go_to_m": [2.5, -1.0]},
                 {"look_at_m": [2.5, -1.0]},
-            ]
+            ],
         }
     )
 
