@@ -9,7 +9,10 @@ import re
 from fastapi import APIRouter
 from starlette.routing import Route, WebSocketRoute
 
+from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.http import routes
+from onemap_gateway.http.app import DESCRIPTION
+from onemap_gateway.present.live import live_document
 from onemap_shared.messages import FailureCode
 from tests.structure import ROOT
 
@@ -44,3 +47,10 @@ def test_the_page_names_every_reason_of_a_failure() -> None:
     assert re.findall(r"^\| `(\w+)` \|", listed, re.MULTILINE) == [
         code.value for code in FailureCode if code
     ]
+
+
+def test_page_and_document_name_every_member_of_the_live_state() -> None:
+    page = (ROOT / "docs" / "http.md").read_text(encoding="utf-8")
+    members = live_document(LiveState(), None, now_s=0.0, now_ns=0, with_trail=True)
+    for text in (DESCRIPTION.split("`WS /v1/live`")[1], page.split("## Live state")[1]):
+        assert members.keys() <= set(re.findall(r"`(\w+)`", text))

@@ -33,9 +33,9 @@ service is missing. All lengths are metres in the map's frame, which is the fram
 poses (z up, the floor at 0); positions are rounded to millimetres. Times are RFC 3339 in UTC
 (`_at`) or nanoseconds since 1970 as a string (`_ns`), most of them both.
 
-`WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
-frontiers, detections, search, services, and the sequence numbers that tell a client when to
-fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
+`WS /v1/live` sends the whole state, a JSON object, about five times a second: `ready`, `problem`,
+`robot`, `map`, `camera`, `search`, `path`, `trail_m`, `services` and `latencies`. The sequence
+numbers in it tell a client when to fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
 
 `WS /v1/queries/live` takes the parameters of `GET /v1/queries/events` and sends the same events,
 each as a JSON object with `event`, its name, and `data`.
