@@ -6,7 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+import yaml
 from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
+from rosbags.typesys import Stores, get_typestore
 
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
@@ -121,3 +125,28 @@ def bag(path: Path, entries: Iterable[Entry], config: Ros2Config = CONFIG, **typ
             writer.add_message(channels[kind], at_ns, data, at_ns, sequence)
         writer.finish()  # type: ignore[no-untyped-call]
     return path
+
+
+def rosbag2(
+    folder: Path, entries: list[Entry], storage: StoragePlugin, mode: CompressionMode
+) -> Path:
+    """A folder of two files, by the writer of rosbags."""
+    store, folders = get_typestore(Stores.ROS2_JAZZY), (folder / "bag_0", folder / "bag_1")
+    names, half = [], len(entries) // 2
+    for part, of_it in zip(folders, (entries[:half], entries[half:]), strict=True):
+        writer = Rosbag2Writer(part, version=9, storage_plugin=storage)
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+        with writer:
+            connections = {
+                kind: writer.add_connection(*read_topics(CONFIG)[kind], typestore=store)
+                for kind in sorted({kind for _, kind, _ in of_it})
+            }
+            for ms, kind, data in of_it:
+                writer.write(connections[kind], T0 + ms * MS, data)
+        (file,) = (each for each in part.iterdir() if each.name != "metadata.yaml")
+        names.append(file.rename(folders[0] / file.name).name)
+    path = folders[0] / "metadata.yaml"
+    metadata = yaml.safe_load(path.read_text(encoding="utf-8"))
+    metadata["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    path.write_text(yaml.safe_dump(metadata), encoding="utf-8")
+    return folders[0]

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import cv2
 import numpy as np
 import pytest
 import torch
+import zstandard
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from typer.testing import CliRunner
 
 from onemap_mapper.storage import map_file
@@ -56,6 +59,7 @@ from tests.tools.recording.bags import (
     bag,
     drive,
     embedded,
+    rosbag2,
 )
 
 RUNNER = CliRunner()
@@ -275,12 +279,56 @@ def test_own_recordings_need_no_packages_of_ros2() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_replay_makes_a_map_of_a_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_form_of_a_bag_gives_the_same_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
     config, out = tmp_path / "robot.yaml", tmp_path / "flat.npz"
     config.write_text(json.dumps({"ros2": {"topics": TOPICS}}), encoding="utf-8")
-    path = bag(tmp_path / "a.mcap", drive())
-    code, document = replayed(path, "--config", str(config), "--out", str(out))
-    assert (code, document["frames_fused"], document["reencoded"]) == (0, 3, True)
-    assert document["cells"] > 0
+
+    def digest(path: Path) -> str:
+        code, document = replayed(path, "--config", str(config), "--out", str(out))
+        assert (code, document["frames_fused"], document["reencoded"]) == (0, 4, True)
+        assert not document["problems"]
+        return str(document["sha256"])
+
+    plain = bag(tmp_path / "a.mcap", drive(4))
+    expected = digest(plain)
     assert out.exists()
+    packed = tmp_path / "a.mcap.zstd"
+    packed.write_bytes(zstandard.compress(plain.read_bytes()))
+    assert digest(packed) == expected
+    for storage, mode in product(StoragePlugin, CompressionMode):
+        if (storage, mode) == (StoragePlugin.SQLITE3, CompressionMode.STORAGE):
+            continue  # which only MCAP has
+        path = rosbag2(tmp_path / f"{storage.name}-{mode.name}", drive(4), storage, mode)
+        assert digest(path) == expected, (storage, mode)
+        (path / "metadata.yaml").unlink()  # as a recorder that was killed
+        assert digest(path) == expected, (storage, mode)
+
+
+def test_bags_that_are_not_read_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    folder = rosbag2(tmp_path, drive(1), StoragePlugin.SQLITE3, CompressionMode.FILE)
+    metadata = folder / "metadata.yaml"
+    said = metadata.read_text(encoding="utf-8")
+    shown = RUNNER.invoke(app, ["bag", "info", str(folder), "--json"])
+    assert json.loads(shown.stdout.splitlines()[-1])["bytes"] > 1000
+
+    def refusal(content: str) -> str:
+        metadata.write_text(content, encoding="utf-8")
+        result = RUNNER.invoke(app, ["replay", str(folder), "--json"])
+        assert result.exit_code == EXIT_USAGE_ERROR
+        return str(error_of(result)["error"])
+
+    assert "compressed with lz4, only zstd is read" in refusal(said.replace("zstd", "lz4", 1))
+    assert "is not as rosbag2 writes it" in refusal("[1, 2]")
+    assert "bag_9.db3.zstd: No such file" in refusal(said.replace("bag_1.db3", "bag_9.db3"))
+    database = folder / "bag_1.db3.zstd"
+    database.write_bytes(zstandard.compress(b"SQLite format 3\0" + bytes(5000)))
+    assert "bag_1.db3.zstd is damaged: file is not a database" in refusal(said)
+    database.write_bytes(b"#ROSBAG V2.0\n and more")
+    assert "is a bag of ROS 1: 'rosbags-convert" in refusal(said)
+    for each in folder.iterdir():
+        each.unlink()
+    with pytest.raises(BagError, match=r"is no recording: it holds no metadata.yaml, \*.mcap"):
+        list(BagReader(folder).messages())

@@ -35,7 +35,7 @@ from onemap_shared.geometry import F32, F64, Bool, pose_2d
 from onemap_shared.messages import RgbdFrame, SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.replay.recording import Recording, RecordingError
+from onemap_simulator.replay.recording import INDEX_FILE, Recording, RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 from onemap_tools.bench.frames import FRAME_NS, answer, map_of, rendered_frames
@@ -44,7 +44,7 @@ from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.errors import requires_extra
 from onemap_tools.recording.bag_file import BagError
 
-BAG_SUFFIX = ".mcap"
+BAG_SUFFIXES = (".mcap", ".db3", ".zstd")
 MAX_ANSWERS = 20  # regions of one reply: more than one room holds of a thing
 CLEARANCE_M = 0.4  # from walls and furniture: closer, an image shows a patch of one thing
 MIN_CLEARANCE_M = 0.25  # in narrow scenes; a little more than a robot's radius
@@ -122,13 +122,13 @@ def _open(
     """The labels and the frames of a recording or of a tour through a scene file."""
     path = options.path
     labels = read_labels(options.labels) if options.labels else None
-    if path.is_dir() or path.suffix == BAG_SUFFIX:
+    if path.is_dir() or path.suffix in BAG_SUFFIXES:
         if labels is None:
             raise ValueError(
                 f"{path} is a recording, which names nothing: give --labels, a file with [] for "
                 "the map alone"
             )
-        frames = recorded_frames(path) if path.is_dir() else bag_frames(path, ros2)
+        frames = recorded_frames(path) if (path / INDEX_FILE).exists() else bag_frames(path, ros2)
         return labels, islice(frames, 0, None, options.every)
     scene, camera = load_scene(path), CameraParams()
     if labels is None and not (labels := labels_of_scene(scene)):
@@ -149,7 +149,7 @@ def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
 
 
 def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
-    """All images of an MCAP file, of 'onemap record' or of ROS 2; raises BagError.
+    """All images of a file of 'onemap record' or of a bag of ROS 2; raises BagError.
 
     ros2: the section of that name, which says the topics.
     """

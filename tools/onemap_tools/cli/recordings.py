@@ -83,7 +83,7 @@ def _bag() -> None:
 @bag_app.command(name="info")
 def bag_info(
     file: Annotated[
-        Path, typer.Argument(exists=True, dir_okay=False, help="An MCAP file, also of ROS 2.")
+        Path, typer.Argument(exists=True, help="An MCAP file, or a bag of ROS 2: file or folder.")
     ],
     as_json: Json = False,
 ) -> None:
@@ -104,8 +104,8 @@ def replay(
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder with frames.json and PNG files, or an MCAP file: of 'onemap record', "
-            "or a ROS 2 bag.",
+            help="A folder with frames.json and PNG files, an MCAP file of 'onemap record', "
+            "or a ROS 2 bag (file or folder).",
         ),
     ] = None,
     config: Config = None,
@@ -123,7 +123,7 @@ def replay(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """A recording: a folder in place of a robot, or the map of an MCAP file once more.
+    """A recording: a folder in place of a robot, or the map of a bag once more.
 
     A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
     this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
@@ -131,7 +131,7 @@ def replay(
     is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
     topics and frames.
     """
-    if path is not None and path.is_file():
+    if path is not None and not (path / "frames.json").exists():
         with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
             from onemap_tools.recording import replay as command
 

@@ -1,23 +1,29 @@
 """MCAP files: written so that a killed process leaves what it wrote, read as far as they go.
 
 A message of ours is stored as the length of its header (4 bytes, little-endian), header and
-body, as on the wire; the schema's name is that of the message.
+body, as on the wire; the schema's name is that of the message. Bags of rosbag2 are read in all
+that it writes: MCAP and sqlite3, as folders too, plain or with zstd around files or messages.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
+import sqlite3
 import struct
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
-from io import FileIO
-from pathlib import Path
+from io import BufferedReader, FileIO
+from pathlib import Path, PurePath
+from tempfile import NamedTemporaryFile, gettempdir
 from typing import Any, TypeVar
 
+import yaml
 from mcap.records import Channel, Header, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
+from zstandard import ZstdDecompressor, ZstdError
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
@@ -29,6 +35,10 @@ M = TypeVar("M")
 
 PROFILE, ENCODING = "onemap", "onemap"
 ROS2_PROFILE, CDR = "ros2", "cdr"
+METADATA = "metadata.yaml"  # of a folder of rosbag2
+ZSTD, SQLITE, ROS1 = b"\x28\xb5\x2f\xfd", b"SQLite format 3\0", b"#ROSBAG V"  # first bytes
+ROWS = """SELECT name, type, serialization_format, timestamp, data FROM messages
+JOIN topics ON messages.topic_id = topics.id ORDER BY timestamp, messages.id"""
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
 
@@ -180,8 +190,37 @@ class BagWriter:
         self._whole = self._output.size
 
 
+def bag_files(path: Path) -> list[Path]:
+    """A file itself, or those of a folder of rosbag2 in their order; raises BagError.
+
+    A recorder that was killed leaves a folder without metadata: then its files by their names.
+    """
+    if not path.is_dir():
+        return [path]
+    files = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes)]
+    if (path / METADATA).exists():
+        try:
+            text = (path / METADATA).read_text(encoding="utf-8")
+            said = yaml.safe_load(text)["rosbag2_bagfile_information"]
+            files = [path / PurePath(name).name for name in said["relative_file_paths"]]
+            packed = said.get("compression_format") or "zstd"
+        except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError) as problem:
+            raise BagError(
+                f"{path / METADATA} is not as rosbag2 writes it: without it the files are read."
+            ) from problem
+        if packed != "zstd":
+            raise BagError(f"{path} is compressed with {packed}, only zstd is read: convert it.")
+    elif not files:
+        raise BagError(
+            f"{path} is no recording: it holds no {METADATA}, *.mcap, *.db3, frames.json."
+        )
+    else:
+        files.sort(key=lambda each: (len(each.name), each.name))
+    return files
+
+
 class BagReader:
-    """Reads a file from its beginning; ``cut_off`` and ``metadata`` are known at its end."""
+    """Reads a bag from its beginning; ``cut_off`` and ``metadata`` are known at its end."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -193,24 +232,45 @@ class BagReader:
     def messages(self) -> Iterator[BagMessage]:
         """All messages in the order in which they were recorded; raises BagError.
 
-        A file that ends in the middle of a record was cut off: what precedes it is read.
+        An MCAP file that ends in the middle of a record was cut off: what precedes it is read.
         """
+        path = self.path
         try:
-            with open(self.path, "rb") as file:
-                try:
-                    yield from self._read(
-                        StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
-                    )
-                except OSError:
-                    raise
-                except Exception as problem:  # of mcap, its decompressors and struct
-                    if not self._is_mcap:
-                        raise BagError(f"{self.path} is not an MCAP file.") from problem
-                    if file.read(1):
-                        raise BagError(f"{self.path} is damaged: {problem}.") from problem
-                    self.cut_off = True
+            for path in bag_files(self.path):
+                with open(path, "rb") as stored:
+                    if stored.peek().startswith(ZSTD):
+                        plain = ZstdDecompressor().stream_reader(stored, read_across_frames=True)
+                        yield from self._file(path, BufferedReader(plain), packed=True)
+                    else:
+                        yield from self._file(path, stored, packed=False)
         except OSError as problem:
-            raise BagError(f"Cannot read {self.path}: {problem.strerror}.") from problem
+            raise BagError(f"Cannot read {path}: {problem.strerror}.") from problem
+
+    def _file(self, path: Path, file: BufferedReader, *, packed: bool) -> Iterator[BagMessage]:
+        """The messages of one file; ``packed``: its bytes on the disk are not those read here."""
+        self._is_mcap = False
+        try:
+            begin = file.peek()
+            if begin.startswith(ROS1):
+                raise BagError(
+                    f"{path} is a bag of ROS 1: 'rosbags-convert --src {path} --dst FOLDER "
+                    "--dst-typestore ros2_jazzy' makes a folder that is read."
+                )
+            if begin.startswith(SQLITE):
+                self.profile = ROS2_PROFILE
+                with _on_disk(path, file) if packed else nullcontext(path) as database:
+                    yield from _rows(path, database)
+            else:
+                stream = StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
+                yield from self._read(stream)
+        except (OSError, BagError):
+            raise
+        except Exception as problem:  # of mcap, its decompressors and struct
+            if not self._is_mcap and not isinstance(problem, ZstdError):
+                raise BagError(f"{path} is not an MCAP file, nor sqlite3 of rosbag2.") from problem
+            if not _is_at_end(file):
+                raise BagError(f"{path} is damaged: {problem}.") from problem
+            self.cut_off = True
 
     def _read(self, stream: StreamReader) -> Iterator[BagMessage]:
         schemas: dict[int, str] = {}
@@ -234,10 +294,51 @@ class BagReader:
                         record.sequence,
                         record.publish_time,
                         record.log_time,
-                        record.data,
+                        _unpacked(channel.message_encoding, record.data),
                     )
                 case _:
                     pass
+
+
+def _is_at_end(file: BufferedReader) -> bool:
+    try:
+        return not file.read(1)
+    except ZstdError:  # damage, for an end in the middle is none
+        return False
+
+
+def _unpacked(encoding: str, data: bytes) -> bytes:
+    """A message as it was published: rosbag2 may compress each; CDR begins with a zero."""
+    if encoding == CDR and data.startswith(ZSTD):
+        return ZstdDecompressor().decompressobj().decompress(data)
+    return data
+
+
+@contextmanager
+def _on_disk(path: Path, file: BufferedReader) -> Iterator[Path]:
+    """A copy of an unpacked database, which sqlite3 reads from a disk only."""
+    with NamedTemporaryFile(suffix=".db3") as copy:
+        try:
+            shutil.copyfileobj(file, copy)
+            copy.flush()
+        except OSError as problem:
+            raise BagError(
+                f"Cannot unpack {path} into {gettempdir()}: {problem.strerror}; TMPDIR names "
+                "another folder."
+            ) from problem
+        yield Path(copy.name)
+
+
+def _rows(path: Path, database: Path) -> Iterator[BagMessage]:
+    try:
+        with closing(
+            sqlite3.connect(f"{database.absolute().as_uri()}?mode=ro", uri=True)
+        ) as opened:
+            for topic, schema, encoding, at_ns, data in opened.execute(ROWS):
+                plain = _unpacked(encoding, data)
+                yield BagMessage(topic, schema, encoding, 0, at_ns, at_ns, plain)
+    except (sqlite3.Error, ZstdError) as problem:
+        raise BagError(f"{path} is damaged: {problem}.") from problem
 
 
 def is_ros2(path: Path) -> bool:

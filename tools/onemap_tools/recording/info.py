@@ -8,7 +8,7 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
-from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagReader
+from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagReader, bag_files
 
 
 def info(path: Path) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def info(path: Path) -> dict[str, Any]:
     made = ("revision", "frames_fused", "sha256", "versions")
     return {
         "file": str(path),
-        "bytes": path.stat().st_size,
+        "bytes": sum(file.stat().st_size for file in bag_files(path)),
         "profile": reader.profile,
         "cut_off": reader.cut_off,
         "begins_ns": begins_ns,
