@@ -232,7 +232,7 @@ class LockstepSimulation:
         self._due_s: dict[str, float] = {}  # of each periodic task
         self._controller = VelocityController()
         self._motion_plan: Plan | None = None
-        self._odometer_m = self._seen_s = 0.0  # seen_s: when the newest frame in the map was taken
+        self.odometer_m = self._seen_s = 0.0  # seen_s: when the newest frame in the map was taken
         self._detections: list[Detections] = []
         self._reset_for: tuple[str, int] | None = None
         self._map_of: int | None = None  # index of the object that the last frame was taken for
@@ -248,7 +248,7 @@ class LockstepSimulation:
     ) -> Search:
         """Search for the objects, until the search ends or ``limit_s`` have passed."""
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
-        stamp = EventStamp(self.now_s, 0.0, self.xy, self._odometer_m)
+        stamp = EventStamp(self.now_s, 0.0, self.xy, self.odometer_m)
         search = new_search("lockstep", objects, stamp, 0, order=order)
         self.state = PlannerState(search, synonyms=synonyms)
         self.ends.clear()
@@ -280,7 +280,7 @@ class LockstepSimulation:
         before, before_s = self.xy, self.now_s
         self.now_s += 1.0 / planner.control_hz
         robot.advance(self._controller.command, before_s, self.now_s)
-        self._odometer_m += float(np.hypot(self.xy[0] - before[0], self.xy[1] - before[1]))
+        self.odometer_m += float(np.hypot(self.xy[0] - before[0], self.xy[1] - before[1]))
 
     def _is_due(self, task: str, rate_hz: float) -> bool:
         """Whether the task is due; if so, schedules it again after its period."""
@@ -326,7 +326,7 @@ class LockstepSimulation:
         observation = Observation(
             now_s=self.now_s,
             pose=pose,
-            odometer_m=self._odometer_m,
+            odometer_m=self.odometer_m,
             command=self._controller.wanted,
             collided=self.robot.collided,
             view=self._view(state),

@@ -46,7 +46,13 @@ from onemap_tools.bench.lockstep import (
     SystemConfig,
 )
 from onemap_tools.bench.navigation.methods import search_method
-from onemap_tools.bench.navigation.results import OBJECT, EpisodeRecord, Failure, ObjectRecord
+from onemap_tools.bench.navigation.results import (
+    OBJECT,
+    STARTED_S,
+    EpisodeRecord,
+    Failure,
+    ObjectRecord,
+)
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -236,12 +242,13 @@ class EpisodeSetup:
 
 @dataclass(slots=True)
 class FrameCounts:
-    """In how many frames each object was in view and detected while it was sought, and where the
-    robot was in every frame."""
+    """In how many frames each object was in view and detected while it was sought, where the
+    robot was in every frame, and the metres driven in the first ``STARTED_S``."""
 
     in_view: Counter[str] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
     trajectory: list[tuple[float, float]] = field(default_factory=list)
+    start_m: float = 0.0
 
     def add(self, name: str, found: Detections) -> None:
         """Count a frame that shows the object that is sought."""
@@ -284,6 +291,8 @@ def _search(
 
     def watch(frame: RgbdFrame, found: Detections) -> None:
         counts.trajectory.append(simulation.xy)
+        if simulation.now_s <= STARTED_S:
+            counts.start_m = simulation.odometer_m
         search = simulation.state.search
         if not search.active:
             return
@@ -317,6 +326,7 @@ def _search(
         pose_error_m=round(robot.localisation.largest_error_m, 3),
         simulated_s=round(simulation.now_s, 3),
         trajectory=tuple(counts.trajectory),
+        start_m=counts.start_m,
     )
 
 

@@ -34,6 +34,7 @@ from onemap_tools.cli.floor_plan import draw_floor_plan, draw_path
 from onemap_tools.demo.summary import path_efficiency
 
 DIGITS, TRAJECTORY_DIGITS = 4, 2
+STARTED_S = 15.0  # seconds in which a look around takes half: a robot that sets out has driven 3 m
 RESAMPLES = 2000  # the ends of a 95 % interval are then known to a tenth of its width
 COVERAGE = (2.5, 97.5)  # percentiles
 RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m")  # compared by quotients
@@ -83,7 +84,7 @@ class EpisodeRecord:
     pose_error_m: the largest of the reported pose; wall_s is the only value that differs between
     two runs; scene: where it ran, empty for the apartment of the seed; stairwells: x_min, y_min,
     x_max, y_max in metres of openings in the floor, edges_crossed: how often the robot came over
-    one."""
+    one; start_m: metres driven in the first ``STARTED_S``."""
 
     index: int
     seed: int
@@ -100,6 +101,7 @@ class EpisodeRecord:
     pose_error_m: float = 0.0
     stairwells: tuple[tuple[float, float, float, float], ...] = ()
     edges_crossed: int = 0
+    start_m: float = 0.0
 
     @property
     def progress(self) -> int:
@@ -183,6 +185,7 @@ def metrics_of(episodes: Sequence[EpisodeRecord], weights: F64) -> dict[str, F64
         "pr": (column(lambda e: e.progress / len(e.objects)), once),
         "ppl": (column(progress_by_path_length), once),
         "contacts": (column(lambda e: e.contacts), once),
+        "start_m": (column(lambda e: e.start_m), once),
     }
     for k in range(max(len(episode.objects) for episode in episodes)):
         sums[f"spl_{k + 1}"] = of_position(k)
@@ -284,6 +287,7 @@ TITLES = {
     "contacts": "contacts per episode",
     "path_m": "path per object, m",
     "time_s": "time per object, s",
+    "start_m": "driven in the first 15 s, m",
 }
 COUNTS = {
     "people_touched": "contacts with people, all episodes",
