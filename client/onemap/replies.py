@@ -114,9 +114,9 @@ class ChoiceOption(Reply):
     """A goal that the planner weighed."""
 
     kind: str = Field(description="frontier, region, detection, go_to or look_at.")
-    xy_m: Point = Field(description="x, y of what the robot would look at.")
+    xy_m: Point = Field(description="x, y of where the robot would stand.")
     score: Rounded = Field(description="Similarity expected there, 0 to 1; 0 for a place.")
-    travel_m: Rounded = Field(description="Metres of way to where the robot would stand.")
+    travel_m: Rounded = Field(description="Metres of way to there.")
     utility: Rounded = Field(description="Goals are ranked by it: score and size less the way.")
     chosen: bool = Field(description="Whether the robot drives there.")
 

@@ -12,13 +12,24 @@ import numpy as np
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
+from onemap_planner.motion.pure_pursuit import ARRIVE_M
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
+from onemap_planner.planning_thread import planned_path
 from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
-from onemap_planner.search.state_machine import Destination, EventStamp, Search, new_search
+from onemap_planner.search.state_machine import (
+    Approaching,
+    Confirming,
+    Destination,
+    Driving,
+    EventStamp,
+    Exploring,
+    Search,
+    new_search,
+)
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
@@ -273,10 +284,24 @@ class SimulatedSearch:
         )
         outcome = step(self.state, observation, params)
         self.state, self.decision = outcome.state, outcome.decision or self.decision
+        if outcome.decision is not None:
+            self._check_explained(outcome.decision)
         if not self.reasons or self.reasons[-1] != self.state.search.reason:
             self.reasons.append(self.state.search.reason)
         for _ in range(CONTROLS_PER_STEP):
             self._control()
+
+    def _check_explained(self, decision: Decision) -> None:
+        """At every step the goal that is explained is the one at the end of the path."""
+        search = self.state.search
+        explained = search.choice.chosen_xy
+        for end in planned_path(search, decision, 0).goal_m:
+            assert explained is not None, search
+            off_m = np.hypot(*np.subtract(explained, end))
+            assert off_m < (1.5 * ARRIVE_M if isinstance(search.phase, Confirming) else 1e-3)
+        assert explained is None or isinstance(
+            search.phase, Exploring | Approaching | Confirming | Driving
+        )
 
     def _other_view(self) -> SearchView | None:
         name, search = name_to_ask(self.state), self.state.search

@@ -284,6 +284,7 @@ class Planner:
         shown = (
             *(search.search_id, search.index, search.reason, search.choice.number),
             bool(waiting),
+            search.choice.chosen_xy,
         )
         if shown == self._published and now_s < self._next_status_s:
             return

@@ -29,9 +29,9 @@ class GoalOption(Message):
 
     Attributes:
         kind: frontier, region, detection, go_to or look_at.
-        xy_m: x, y in the map frame of what the robot would look at.
+        xy_m: x, y in the map frame of where the robot would stand, the end of its way.
         score: similarity expected there, in [0, 1]; 0 for a place.
-        travel_m: metres of way to where it would stand.
+        travel_m: metres of way to there.
         utility: what goals are ranked by, in units of similarity: score and size less the way.
         chosen: whether the robot drives there.
     """
@@ -59,6 +59,11 @@ class GoalChoice(Message):
     sentence: str = ""
     options: Annotated[tuple[GoalOption, ...], items(MAX_GOAL_OPTIONS)] = ()
     left_out: int = 0
+
+    @property
+    def chosen_xy(self) -> tuple[float, float] | None:
+        """Where the robot drives, metres; None without a goal."""
+        return next((option.xy_m for option in self.options if option.chosen), None)
 
 
 NO_CHOICE = GoalChoice()

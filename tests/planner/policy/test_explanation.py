@@ -22,7 +22,7 @@ def goal(
     kind: GoalKind = GoalKind.FRONTIER,
 ) -> Goal:
     utility = GoalUtility.of(score, travel_m, length_m=length_m)
-    return Goal(kind, (x, 0.0), (x, 1.0), utility, "a goal")
+    return Goal(kind, (x, 1.0), (x, 0.0), utility, "a goal")
 
 
 def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> None:
@@ -40,8 +40,12 @@ def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> N
     assert closer.sentence.endswith("its way is shorter (0.5 m against 1.0 m)")
     wider = explain(goal(3.0, length_m=2.0), [goal(3.0, length_m=2.0), near])
     assert wider.sentence.endswith("it opens a wider view")
-    twins = explain(near, [near, replace(near, look_xy=(9.0, 9.0))])
+    twins = explain(near, [near, replace(near, viewpoint_xy=(9.0, 9.0))])
     assert twins.sentence == "utility 0.24, 0.00 more than the frontier at (9.0, 9.0)"
+    here = replace(best, look_xy=(9.0, 9.0), kind=GoalKind.REGION)
+    at_one_place = explain(near, [near, best, here])
+    assert [option.xy_m for option in at_one_place.options] == [(1.0, 1.0), (2.0, 1.0)]
+    assert at_one_place.left_out == 0
 
 
 def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
@@ -61,7 +65,7 @@ def test_a_choice_is_explained_once_and_counted() -> None:
     assert active is not None
     assert first.number == 1
     (chosen,) = [option for option in first.options if option.chosen]
-    assert chosen.xy_m == active.goal.look_xy
+    assert chosen.xy_m == active.goal.viewpoint_xy
     assert len(first.options) + first.left_out >= 2
     state, *_ = explored(replace(state, active_time_s=1.0), TWO_OPENINGS)
     assert state.search.choice is first

@@ -23,7 +23,6 @@ from onemap_planner.policy.goals import (
     GoalCandidates,
     GoalKind,
     detection_goals,
-    explain_candidate,
     explain_goal,
     frontier_goals,
     region_goals,
@@ -40,7 +39,13 @@ from onemap_planner.policy.ways import (
     visit_counts,
     ways_to_unreached,
 )
-from onemap_planner.search.state_machine import CandidateSelected, Destination, Ending, Exploring
+from onemap_planner.search.state_machine import (
+    CandidateSelected,
+    Destination,
+    Ending,
+    Exploring,
+    without_choice,
+)
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
@@ -67,16 +72,6 @@ def select_candidate(state: PlannerState, context: PlanningContext) -> Candidate
     return None
 
 
-def explain_selection(
-    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext
-) -> None:
-    """Tell in the search why the robot walks up to the selected candidate."""
-    goals = _detection_goals([(candidate, candidate.similarity)], state, context)
-    if goals:
-        search, sightings = state.search, candidate.sightings
-        state.search = explain_candidate(search, goals[0], sightings, MIN_SIGHTINGS)
-
-
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, the last resorts."""
     memory, now_s = state.memory, state.active_time_s
@@ -93,8 +88,7 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
     active = _activated(state, goal)
     memory.leave(goal, now_s)
-    if memory.is_new(active):
-        state.search = explain_goal(state.search, goal, options)
+    state.search = explain_goal(state.search, goal, options, new=memory.is_new(active))
     active = active.at(now_s, arrived=arrived(motion, context.pose))
     memory.active_goal = active.compared(motion, candidates, now_s)
     memory.idle_since_s = None
@@ -332,7 +326,7 @@ LAST_RESORTS: tuple[Callable[[PlannerState, PlanningContext], Move | None], ...]
 
 def last_resort(state: PlannerState, context: PlanningContext) -> Move:
     """The first of ``LAST_RESORTS`` that has something to do; else the object is not found."""
-    state.memory.active_goal = None
+    state.memory.active_goal, state.search = None, without_choice(state.search)
     tried = (resort(state, context) for resort in LAST_RESORTS)
     move = next((move for move in tried if move is not None), None)
     return move if move is not None else give_up(state, context)

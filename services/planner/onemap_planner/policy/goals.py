@@ -269,9 +269,9 @@ def _pair(xy: F64) -> tuple[float, float]:
 LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
 
 
-def explain_goal(search: Search, goal: Goal, options: Sequence[Goal]) -> Search:
-    """The search with the reasons for a goal that was chosen anew among the options."""
-    return _numbered(search, explain(goal, options))
+def explain_goal(search: Search, goal: Goal, options: Sequence[Goal], *, new: bool) -> Search:
+    """The search with the reasons for the goal among the options; new: it was chosen anew."""
+    return _explained(search, explain(goal, options), new=new)
 
 
 def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -> Search:
@@ -280,13 +280,17 @@ def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -
         f"detected {sightings} times where the map agrees, {enough} are enough: it comes before "
         "every other goal"
     )
-    return _numbered(search, GoalChoice(0, sentence, _options([goal], goal)))
+    return _explained(search, GoalChoice(0, sentence, _options([goal], goal)), new=False)
 
 
 def explain(goal: Goal, options: Sequence[Goal]) -> GoalChoice:
-    """The choice of ``goal`` among these options, numbered 0."""
+    """The choice of ``goal`` among these options, numbered 0; of those at one place the best."""
     finite = [option for option in options if isfinite(option.utility.travel_m)]
     ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
+    places: dict[tuple[float, float], Goal] = {}
+    for each in (goal, *ranked) if goal in ranked else ranked:
+        places.setdefault(each.viewpoint_xy, each)
+    ranked = [option for option in ranked if places[option.viewpoint_xy] is option]
     shown = ranked[:MAX_GOAL_OPTIONS]
     if goal in ranked and goal not in shown:
         shown[-1] = goal
@@ -295,15 +299,20 @@ def explain(goal: Goal, options: Sequence[Goal]) -> GoalChoice:
     return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
 
 
-def _numbered(search: Search, choice: GoalChoice) -> Search:
-    return replace(search, choice=replace(choice, number=search.choice.number + 1))
+def _explained(search: Search, choice: GoalChoice, *, new: bool) -> Search:
+    """The search with this choice; another number if it is new, none if the place is the same."""
+    before = search.choice
+    if not new and before.chosen_xy == choice.chosen_xy:
+        return search
+    number = before.number + (new or not before.options)
+    return replace(search, choice=replace(choice, number=number))
 
 
 def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
     return tuple(
         GoalOption(
             kind=str(goal.kind),
-            xy_m=(float(goal.look_xy[0]), float(goal.look_xy[1])),
+            xy_m=(float(goal.viewpoint_xy[0]), float(goal.viewpoint_xy[1])),
             score=float(goal.utility.score),
             travel_m=float(goal.utility.travel_m),
             utility=float(goal.utility.total),
@@ -318,7 +327,7 @@ def _sentence(goal: Goal, rival: Goal | None) -> str:
     if rival is None:
         return f"the only goal: {goal.reason}"
     ahead = goal.utility.total - rival.utility.total
-    other = f"the {rival.kind} at ({rival.look_xy[0]:.1f}, {rival.look_xy[1]:.1f})"
+    other = f"the {rival.kind} at ({rival.viewpoint_xy[0]:.1f}, {rival.viewpoint_xy[1]:.1f})"
     if ahead < 0:
         return (
             f"kept although {other} has {-ahead:.2f} more utility: the robot turns away from its "

@@ -32,7 +32,6 @@ from onemap_planner.policy.context import (
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
 from onemap_planner.policy.explore import (
     can_follow,
-    explain_selection,
     explore,
     follow_goal,
     follow_window,
@@ -45,7 +44,6 @@ from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.search.state_machine import (
     Approaching,
-    CandidateSelected,
     Confirmed,
     Confirming,
     Driving,
@@ -260,8 +258,6 @@ def _run_phase(
     exhausted = isinstance(event, Ending) and event.outcome is not SearchState.ARRIVED
     if exhausted and is_trapped(state, context.pose):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
-    if isinstance(event, CandidateSelected):
-        explain_selection(state, event.candidate, context)
     return move, tuple(each for each in (revised, event) if each is not None)
 
 

@@ -8,6 +8,7 @@ from onemap_planner.motion.motions import Drive
 from onemap_planner.motion.pure_pursuit import ARRIVE_M, arrived
 from onemap_planner.policy.context import APPROACH_LAST_RESORT_M, PlanningContext
 from onemap_planner.policy.evidence import object_probability
+from onemap_planner.policy.goals import detection_goals, explain_candidate
 from onemap_planner.policy.memory import (
     DEAD_END_RETURNS,
     MAX_LOOKS,
@@ -30,6 +31,7 @@ from onemap_planner.search.state_machine import (
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,
+    MIN_SIGHTINGS,
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
@@ -56,6 +58,9 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
         return Move(event=Rejected())
     memory.idle_since_s = None
     motion = context.drive_to(viewpoint_xy, candidate.xyz[:2])
+    scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
+    (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
+    state.search = explain_candidate(state.search, goal, sightings, MIN_SIGHTINGS)
     return Move(motion, Arrived(candidate) if arrived(motion, context.pose) else None)
 
 

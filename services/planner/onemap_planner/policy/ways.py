@@ -25,7 +25,7 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.search.state_machine import Destination, Ending
+from onemap_planner.search.state_machine import Destination, Ending, without_choice
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
@@ -394,13 +394,12 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
     state.give_up_finished()
     goal = _select(state, destination, context)
     if goal is None:
-        memory.active_goal = None
+        memory.active_goal, state.search = None, without_choice(state.search)
         waits = now_s - memory.idle_from_s(now_s) < SETTLE_S
         return Move(event=None if waits else _failure(destination, context))
     motion = context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose))
     active = _activated(state, goal)
-    if memory.is_new(active):
-        state.search = explain_goal(state.search, goal, [goal])
+    state.search = explain_goal(state.search, goal, [goal], new=memory.is_new(active))
     there = arrived(motion, context.pose)
     final = there and goal.kind is not GoalKind.FRONTIER
     memory.active_goal = active.at(now_s, arrived=there and not final)

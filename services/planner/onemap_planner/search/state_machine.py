@@ -313,6 +313,7 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
         case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted()):
             return _look_around(search, "the map began anew: looking around")
         case (LookingAround() | Exploring() | Confirming(), CandidateSelected(candidate)):
+            search = without_choice(search)
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
         case (Exploring(), Reordered(indices)):
             return _reordered(search, indices, stamp)
@@ -368,6 +369,11 @@ def waiting(search: Search) -> tuple[int, ...]:
     return tuple(index for index in range(len(search.objects)) if index not in known)
 
 
+def without_choice(search: Search) -> Search:
+    """The search without a goal."""
+    return replace(search, choice=GoalChoice(search.choice.number))
+
+
 def _reordered(search: Search, indices: tuple[int, ...], stamp: EventStamp) -> Search:
     """With this order of what is still sought; another first object begins now.
 
@@ -383,7 +389,8 @@ def _reordered(search: Search, indices: tuple[int, ...], stamp: EventStamp) -> S
         driven_m=stamp.odometer_m - start.odometer_m,
         xy=start.xy,
     )
-    return _begun(replace(search, paused=(*search.paused, paused)), indices[0], stamp)
+    search = replace(without_choice(search), paused=(*search.paused, paused))
+    return _begun(search, indices[0], stamp)
 
 
 def _begun(search: Search, index: int, stamp: EventStamp) -> Search:
@@ -446,7 +453,7 @@ def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
 def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     """The present object is done; the next begins, or the search ends."""
     results = (*search.results, _result(search, ending, stamp))
-    search = replace(search, choice=GoalChoice(search.choice.number))
+    search = without_choice(search)
     if not ending.whole and len(results) < len(search.objects):
         left = waiting(search)
         index = next((index for index in search.planned if index in left), left[0])
@@ -472,7 +479,7 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
 
 
 def _set_out(search: Search) -> Search:
-    destination = search.destination
+    search, destination = without_choice(search), search.destination
     if destination is None:
         return replace(search, phase=Exploring(), reason=f"exploring for {search.subject}")
     look = destination.kind is SearchKind.LOOK_AT
@@ -481,8 +488,8 @@ def _set_out(search: Search) -> Search:
 
 
 def _look_around(search: Search, what: str) -> Search:
-    reason, choice = f"{what} for {search.subject}", GoalChoice(search.choice.number)
-    return replace(search, phase=LookingAround(), reason=reason, choice=choice)
+    reason = f"{what} for {search.subject}"
+    return replace(without_choice(search), phase=LookingAround(), reason=reason)
 
 
 def _approaching(candidate: ObjectCandidate) -> str:
