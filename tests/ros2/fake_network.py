@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 from collections import defaultdict
 
 from onemap_ros2.network.interface import Endpoint
@@ -37,6 +38,26 @@ class FakeCall:
         self.done, self.reply = True, reply
 
 
+class FakeRequest:
+    """A question to a service of the adapter; ``answer``: what it said."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+
+    def reply(self, data: bytes) -> None:
+        self.answers.put(data)
+
+
+class FakeService:
+    def __init__(self) -> None:
+        self.waiting: list[FakeRequest] = []
+
+    def take(self) -> list[FakeRequest]:
+        taken, self.waiting = self.waiting, []
+        return taken
+
+
 class FakeNetwork:
     """Implements ``RosNetwork``: what is said to it waits in the readers."""
 
@@ -46,10 +67,19 @@ class FakeNetwork:
         self.latched: set[str] = set()
         self.writers: dict[tuple[str, str], FakeWriter] = {}
         self.calls: list[FakeCall] = []
+        self.services: dict[str, FakeService] = defaultdict(FakeService)
         self.known = endpoints
         self.closed = False
 
-    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> FakeReader:
+    def read(
+        self,
+        topic: str,
+        ros_type: str,
+        depth: int,
+        *,
+        latched: bool = False,
+        reliable: bool = False,
+    ) -> FakeReader:
         assert depth > 0
         self.types[topic] = ros_type
         self.latched |= {topic} if latched else set()
@@ -60,6 +90,10 @@ class FakeNetwork:
         assert timeout_s > 0
         self.calls.append(FakeCall(service, request))
         return self.calls[-1]
+
+    def serve(self, service: str, ros_type: str) -> FakeService:
+        self.types[service] = ros_type
+        return self.services[service]
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> FakeWriter:
         self.latched |= {topic} if latched else set()

@@ -27,6 +27,19 @@ PUBLISHED = {
     "geometry_msgs/msg/TwistStamped": (
         "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64"
     ),
+    "sensor_msgs/msg/PointCloud2": (
+        "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
+    ),
+    "geometry_msgs/msg/PoseArray": (
+        "af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0"
+    ),
+    "nav_msgs/msg/OccupancyGrid": (
+        "8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7"
+    ),
+    "diagnostic_msgs/msg/DiagnosticArray": (
+        "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
+    ),
+    "std_srvs/srv/Trigger": "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
 }
 
 
@@ -43,6 +56,12 @@ def test_a_stamped_twist_aligns_its_doubles() -> None:
     body += bytes(-len(body) % 8) + struct.pack("<6d", 0.5, 0, 0, 0, 0, 1.0)
     assert encode(message, kind) == bytes((0, 1, 0, 0)) + body
     assert decode(bytes((0, 1, 0, 0)) + body, kind).twist.angular.z == 1.0
+
+
+def test_the_answer_of_a_trigger_aligns_its_text() -> None:
+    kind = "std_srvs/srv/Trigger_Response"
+    golden = struct.pack("<4B?3xI3s", 0, 1, 0, 0, True, 3, b"ok\0")
+    assert encode(new(kind, True, "ok"), kind) == golden
 
 
 def test_an_image_is_what_struct_says() -> None:

@@ -2,7 +2,7 @@
 
 The definitions are those of Jazzy. What the adapter uses has had the same layout from Jazzy on;
 type hashes are checked where a robot announces its own. rosbags lacks vision_msgs 4 and nav2's
-action: three services and two topics, whose types are generated as rosidl does it.
+action, whose types are generated as rosidl does it, and all services.
 """
 
 from __future__ import annotations
@@ -32,6 +32,11 @@ GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
 DETECTION_ARRAY = "vision_msgs/msg/Detection3DArray"
+POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+STRING = "std_msgs/msg/String"
+TRIGGER = "std_srvs/srv/Trigger"
 
 
 def image_type(topic: str) -> str:
@@ -39,7 +44,7 @@ def image_type(topic: str) -> str:
     return COMPRESSED_IMAGE if topic.endswith((COMPRESSED, COMPRESSED_DEPTH)) else IMAGE
 
 
-BASES = {"bool", "int8", "int16", "uint16", "float32", "float64", "string"}
+BASES = {"bool", "uint8", "int8", "int16", "uint16", "float32", "float64", "string"}
 UUID, TIME = "unique_identifier_msgs/msg/UUID", "builtin_interfaces/msg/Time"
 DURATION, GOAL_INFO = "builtin_interfaces/msg/Duration", "action_msgs/msg/GoalInfo"
 POSE, POINT = "geometry_msgs/msg/Pose", "geometry_msgs/msg/Point"
@@ -80,6 +85,8 @@ MESSAGES: dict[str, Fields] = {
     f"{GET_RESULT}_Response": {"status": "int8", "result": f"{NAVIGATE}_Result"},
     f"{CANCEL_GOAL}_Request": {"goal_info": GOAL_INFO},
     f"{CANCEL_GOAL}_Response": {"return_code": "int8", "goals_canceling": f"{GOAL_INFO}[]"},
+    f"{TRIGGER}_Request": {"structure_needs_at_least_one_member": "uint8"},  # rosidl's: it is empty
+    f"{TRIGGER}_Response": {"success": "bool", "message": "string"},
 }
 
 
@@ -94,7 +101,7 @@ def _register_missing(store: Typestore) -> None:
     gid = (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16))
     corrected: Any = [(name, gid if name == "client_gid" else kind) for name, kind in fields]
     store.fielddefs[SERVICE_EVENT] = (constants, corrected)
-    for service in (SEND_GOAL, GET_RESULT, CANCEL_GOAL):
+    for service in (SEND_GOAL, GET_RESULT, CANCEL_GOAL, TRIGGER):
         request, response, event = (f"{service}_{end}" for end in ("Request", "Response", "Event"))
         both = {"request": f"{request}[<=1]", "response": f"{response}[<=1]"}
         store.fielddefs[event] = ([], _described({"info": SERVICE_EVENT, **both}))
@@ -115,7 +122,6 @@ def _node(kind: str) -> Any:
 
 
 NS = 1_000_000_000
-HEADER_BYTES = 12  # CDR header, seconds, nanoseconds: where the stamp of a std_msgs/Header ends
 
 
 class FormatError(ValueError):
@@ -190,10 +196,10 @@ def pose(x_m: float, y_m: float, z_m: float = 0.0, yaw_rad: float = 0.0) -> Any:
     return new(POSE, new(POINT, x_m, y_m, z_m), new("geometry_msgs/msg/Quaternion", *turn))
 
 
-def peek_stamp_ns(data: bytes) -> int:
-    """The stamp of a message that begins with a header, without decoding the rest."""
-    _check_header(data, HEADER_BYTES)
-    seconds, nanoseconds = struct.unpack_from("<iI" if data[1] else ">iI", data, 4)
+def peek_stamp_ns(data: bytes, start: int = 4) -> int:
+    """The stamp at byte ``start`` of a message, without decoding the rest; 4: of its header."""
+    _check_header(data, start + 8)
+    seconds, nanoseconds = struct.unpack_from("<iI" if data[1] else ">iI", data, start)
     return int(seconds) * NS + int(nanoseconds)
 
 

@@ -16,6 +16,7 @@ from onemap_ros2.network.interface import (
     Endpoint,
     PendingCall,
     Reader,
+    RequestReader,
     Writer,
 )
 from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox, callback
@@ -47,11 +48,11 @@ def bridge_token(session: str) -> str:
     return f"{ADMIN}/{session}/{GRAPH}"
 
 
-def endpoint_token(session: str, endpoint: Endpoint, qos: str) -> str:
-    """The token of a publisher or a subscriber."""
+def endpoint_token(session: str, endpoint: Endpoint, qos: str = "") -> str:
+    """The token of a publisher or a subscriber, or without quality of service of a server."""
     key = topic_key(endpoint.topic).replace("/", SLASH)
     ros_type = endpoint.ros_type.replace("/", SLASH)
-    return f"{bridge_token(session)}/{endpoint.kind}/{key}/{ros_type}/{qos}"
+    return f"{bridge_token(session)}/{endpoint.kind}/{key}/{ros_type}/{qos}".removesuffix("/")
 
 
 def parse_token(token: str) -> Endpoint | None:
@@ -82,11 +83,20 @@ class BridgeNetwork(RobotSession):
         self.announce(bridge_token(self.id))
         self.follow_graph(graph_key())
 
-    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
+    def read(
+        self,
+        topic: str,
+        ros_type: str,
+        depth: int,
+        *,
+        latched: bool = False,
+        reliable: bool = False,
+    ) -> Reader:
         """See ``RosNetwork``."""
         inbox = self.inbox(depth)
         self.subscribe(topic_key(topic), inbox, latched=latched)
-        qos = QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR
+        volatile = QOS_RELIABLE if reliable else QOS_SENSOR
+        qos = QOS_TRANSIENT_LOCAL if latched else volatile
         self._announce(SUBSCRIBER, topic, ros_type, qos)
         if latched:
             self._latched[topic] = inbox
@@ -108,6 +118,12 @@ class BridgeNetwork(RobotSession):
         """See ``RosNetwork``; the bridge knows the type of the service itself."""
         del ros_type
         return self.ask(topic_key(service), request, timeout_s)
+
+    def serve(self, service: str, ros_type: str) -> RequestReader:
+        """See ``RosNetwork``; the bridge keeps the client's number itself."""
+        inbox = self.answer(topic_key(service), lambda _: None)
+        self._announce(SERVER, service, ros_type, "")
+        return inbox
 
     def on_endpoint(self, found: Endpoint) -> None:
         """An old bridge came that may have published a latched topic before."""

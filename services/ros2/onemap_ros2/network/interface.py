@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -36,17 +37,45 @@ class PendingCall(Protocol):
         """The encoded answer; None while there is none, and if nobody answered in time."""
 
 
+class ServiceRequest(Protocol):
+    """A question to a service of our own."""
+
+    def reply(self, data: bytes) -> None:
+        """Answer it, once; ``data``: the encoded response."""
+
+
+class RequestReader(Protocol):
+    """The questions to a service of our own, oldest first."""
+
+    def take(self) -> Sequence[ServiceRequest]:
+        """What came since the last call."""
+
+
 class RosNetwork(Protocol):
     """One ROS 2 node."""
 
-    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
-        """Follow a topic, keeping the newest ``depth`` messages; latched: also those of before."""
+    def read(
+        self,
+        topic: str,
+        ros_type: str,
+        depth: int,
+        *,
+        latched: bool = False,
+        reliable: bool = False,
+    ) -> Reader:
+        """Follow a topic, keeping the newest ``depth`` messages; latched: also those of before.
+
+        reliable: none may be lost on the way, and none comes from a best-effort publisher.
+        """
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """Announce a publisher of a topic; latched: who comes later gets the newest message."""
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
         """Ask a service, without waiting for its answer."""
+
+    def serve(self, service: str, ros_type: str) -> RequestReader:
+        """Offer a service."""
 
     def endpoints(self) -> tuple[Endpoint, ...]:
         """All publishers, subscribers and servers of the robot that are known now."""

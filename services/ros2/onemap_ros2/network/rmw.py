@@ -18,6 +18,7 @@ from onemap_ros2.network.interface import (
     Endpoint,
     PendingCall,
     Reader,
+    RequestReader,
     Writer,
 )
 from onemap_ros2.network.zenoh_session import RobotSession
@@ -94,6 +95,14 @@ def attachment(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
     return ATTACHMENT.pack(sequence, stamp_ns, GID_BYTES, gid)
 
 
+def reply_note(request: bytes | None) -> bytes:
+    """The attachment of a reply: the request's sequence and client. ValueError without those."""
+    if request is None or len(request) != ATTACHMENT.size:
+        raise ValueError("the request has no sequence number and client of rmw_zenoh")
+    sequence, _, _, gid = ATTACHMENT.unpack(request)
+    return attachment(sequence, time.time_ns(), gid)
+
+
 class RmwNetwork(RobotSession):
     """One ROS 2 node. Implements ``RosNetwork``."""
 
@@ -110,14 +119,23 @@ class RmwNetwork(RobotSession):
         self.announce(self._node)
         self.follow_graph(graph_key(domain))
 
-    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
+    def read(
+        self,
+        topic: str,
+        ros_type: str,
+        depth: int,
+        *,
+        latched: bool = False,
+        reliable: bool = False,
+    ) -> Reader:
         """See ``RosNetwork``."""
         inbox, key = self.inbox(depth), topic_key(self._domain, topic, ros_type)
         self.subscribe(key, inbox, latched=latched)
         if not latched:
             self.subscribe(f"{key}/{BUFFERS}", inbox, latched=False)
         endpoint = Endpoint(SUBSCRIBER, "", topic, ros_type, self._hash(ros_type))
-        self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else QOS_SENSOR)
+        volatile = QOS_RELIABLE if reliable else QOS_SENSOR
+        self._announce(endpoint, QOS_TRANSIENT_LOCAL if latched else volatile)
         self._buffered[topic] = endpoint
         for known in self.endpoints():
             self.on_endpoint(known)
@@ -141,6 +159,14 @@ class RmwNetwork(RobotSession):
         key = topic_key(self._domain, service, ros_type, known)
         note = attachment(self._calls, time.time_ns(), self._client_id)
         return self.ask(key, request, timeout_s, attachment=note)
+
+    def serve(self, service: str, ros_type: str) -> RequestReader:
+        """See ``RosNetwork``."""
+        endpoint = Endpoint(SERVER, "", service, ros_type, self._hash(ros_type))
+        key = topic_key(self._domain, service, ros_type, endpoint.type_hash)
+        inbox = self.answer(key, reply_note)
+        self._announce(endpoint, QOS_RELIABLE)
+        return inbox
 
     def on_endpoint(self, found: Endpoint) -> None:
         """Lyrical and Rolling publish images only for a token that names a buffer backend."""

@@ -10,15 +10,17 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import zenoh
 import zenoh.ext
 
-from onemap_ros2.network.interface import SUBSCRIBER, Endpoint, NetworkError
+from onemap_ros2.network.interface import SUBSCRIBER, Endpoint, NetworkError, ServiceRequest
 from onemap_shared.bus import zenoh_config
 
 STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
+MAX_REQUESTS = 10  # of a service that wait to be answered; the oldest is dropped
 HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
 
 
@@ -128,6 +130,13 @@ class RobotSession:
         )
         return call
 
+    def answer(self, key: str, note: Callable[[bytes | None], bytes | None]) -> QueryInbox:
+        """Collect the queries on a key; ``note``: the attachment of a reply, of the query's."""
+        inbox = QueryInbox(key, note, self._arrived)
+        handler = callback(inbox.on_query)
+        self.keep(self.session.declare_queryable(key, handler, complete=True))
+        return inbox
+
     def endpoints(self) -> tuple[Endpoint, ...]:
         """All endpoints but our own."""
         return tuple(e for token, e in self._graph.copy().items() if token not in self._own)
@@ -196,3 +205,37 @@ class QueryCall:
         """No answer will come any more."""
         self.done = True
         self._arrived.set()
+
+
+class QueryInbox:
+    """Implements ``RequestReader``. A query that is dropped ends without an answer."""
+
+    def __init__(
+        self, key: str, note: Callable[[bytes | None], bytes | None], arrived: threading.Event
+    ) -> None:
+        self._key, self._note, self._arrived = key, note, arrived
+        self._queries: deque[zenoh.Query] = deque(maxlen=MAX_REQUESTS)
+
+    def on_query(self, query: zenoh.Query) -> None:
+        """Keep a query; its callback returns at once."""
+        self._queries.append(query)
+        self._arrived.set()
+
+    def take(self) -> list[ServiceRequest]:
+        """See ``RequestReader``; what ROS 2 could not match with its question is left out."""
+        taken: list[ServiceRequest] = []
+        while self._queries:
+            query = self._queries.popleft()
+            attached = query.attachment.to_bytes() if query.attachment is not None else None
+            with suppress(ValueError):
+                taken.append(_Query(query, self._key, self._note(attached)))
+        return taken
+
+
+class _Query:
+    def __init__(self, query: zenoh.Query, key: str, note: bytes | None) -> None:
+        self._query, self._key, self._note = query, key, note
+
+    def reply(self, data: bytes) -> None:
+        with self._query as query:
+            query.reply(self._key, data, attachment=self._note)
