@@ -5,10 +5,29 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, POSE_STAMPED, decode, stamp_ns
+from onemap_ros2.cdr import (
+    DETECTION_ARRAY,
+    GRID,
+    MARKER_ARRAY,
+    PATH,
+    POINT_CLOUD,
+    POSE_ARRAY,
+    STRING,
+    decode,
+    encode,
+    new,
+    stamp_ns,
+)
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display import TOPICS, Display
-from onemap_ros2.display_messages import belief_grid, detection_array, marker_array, similarity_grid
+from onemap_ros2.display import TOPICS, VIEWS, Display
+from onemap_ros2.display_messages import (
+    belief_grid,
+    detection_array,
+    marker_array,
+    occupancy_grid,
+    similarity_cloud,
+    similarity_grid,
+)
 from onemap_shared.keys import (
     MAP_OBJECTS,
     MAP_REVISION,
@@ -24,6 +43,7 @@ from onemap_shared.messages import (
     SearchView,
     SearchViewRequest,
 )
+from onemap_shared.transport import RequestRejected
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork, FakeWriter
 from tests.ros2.planner_messages import KEPT, path_to, status, view
@@ -46,11 +66,25 @@ class Screen:
             self.mapper.publish(SEARCH_STATE),
         )
         self.network = FakeNetwork()
+        self.now_s = 10.0
         self.display = Display(router.bus("ros2"), self.network, CONFIG, lambda: 77)
 
     def _view(self, request: SearchViewRequest) -> SearchView:
         self.asked.append(request.text)
+        if request.text == "xyzzy":
+            raise RequestRejected("unknown_word", "no such word")
         return view()
+
+    def run(self, seconds: int, *, revise: bool = True) -> None:
+        """Steps of a tenth of a second; the map changes in each, though not its occupancy."""
+        for _ in range(10 * seconds):
+            self.now_s += 0.1
+            if revise:
+                self.revise(0)
+            self.display.step(self.now_s)
+
+    def query(self, word: str) -> None:
+        self.network.say("/r1/onemap/query", encode(new(STRING, word), STRING))
 
     def _objects(self, _: ObjectListRequest) -> ObjectList:
         self.asked.append("objects")
@@ -63,14 +97,39 @@ class Screen:
         self.revisions.put(MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version))
 
 
-def test_grids_show_the_present_object_at_a_bounded_rate() -> None:
+def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> None:
     screen = Screen()
     screen.states.put(status("s1"))
-    for step in range(30):
-        screen.display.step(10.0 + 0.1 * step)
-    assert screen.asked == ["sofa"] * 3
-    assert len(screen.writer("belief").sent) == len(screen.writer("similarity").sent) == 3
+    screen.run(3)
+    assert screen.asked.count("sofa") == 3
+    sent = {name: len(screen.writer(name).sent) for name in VIEWS}
+    assert sent == {"belief": 3, "map": 1, "similarity": 3, "similarity_cloud": 3}
     assert decode(screen.writer("belief").sent[0], GRID).info.width == 3
+    screen.run(3, revise=False)
+    assert screen.asked.count("sofa") == 4  # once for the last revision
+
+
+def test_who_listens_later_gets_the_view_though_nothing_changed() -> None:
+    screen = Screen()
+    cloud = screen.writer("similarity_cloud")
+    cloud.heard = False
+    screen.run(2, revise=False)
+    assert (len(screen.writer("belief").sent), cloud.sent) == (1, [])
+    cloud.heard = True
+    screen.run(2, revise=False)
+    assert (len(screen.writer("belief").sent), len(cloud.sent)) == (1, 1)
+
+
+def test_a_word_is_shown_until_an_empty_one_and_an_unknown_one_hides_nothing() -> None:
+    screen = Screen()
+    screen.states.put(status("s1"))
+    asked = []
+    for word in ("lamp", "", "xyzzy", "7 " * 99):
+        screen.query(word)
+        screen.asked.clear()
+        screen.run(2)
+        asked.append([text for text in screen.asked if text != "objects"])
+    assert asked == [["lamp"] * 2, ["sofa"] * 2, ["xyzzy", "sofa"], ["sofa"] * 2]
 
 
 def test_nothing_is_asked_while_nobody_listens() -> None:
@@ -87,7 +146,8 @@ def test_nothing_is_asked_while_nobody_listens() -> None:
 
 def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
     screen = Screen()
-    screen.writer("belief").heard = screen.writer("similarity").heard = False
+    for name in VIEWS:
+        screen.writer(name).heard = False
     screen.states.put(status("s1"))
     screen.revise(1)
     for step in range(20):
@@ -95,13 +155,16 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
         screen.display.step(10.0 + 0.1 * step)
     assert screen.asked == ["objects"]  # the list has not changed since
     assert len(screen.writer("markers").sent) == 4  # 2 Hz for 2 s
-    goal = decode(screen.writer("goal").sent[-1], POSE_STAMPED)
-    assert (goal.pose.position.x, stamp_ns(goal.header.stamp)) == (2.0, 77)
+    goal = decode(screen.writer("goal").sent[-1], POSE_ARRAY)
+    assert ([pose.position.x for pose in goal.poses], stamp_ns(goal.header.stamp)) == ([2.0], 77)
+    assert len(decode(screen.writer("path").sent[-1], PATH).poses) == 2
     screen.revise(2)
     screen.states.put(status("s1", SearchState.FOUND))
     screen.display.step(20.0)
     markers = decode(screen.writer("markers").sent[-1], MARKER_ARRAY).markers
     assert {each.ns for each in markers} == {"", "finds"}  # the plan is over
+    assert len(decode(screen.writer("path").sent[-1], PATH).poses) == 0
+    assert len(decode(screen.writer("goal").sent[-1], POSE_ARRAY).poses) == 0
     sent = len(screen.writer("markers").sent)
     screen.display.step(30.0)
     assert len(screen.writer("markers").sent) == sent  # nothing is new
@@ -119,6 +182,25 @@ def test_grids_have_their_rows_along_y_lowest_first() -> None:
     assert belief_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 30, 30, 100, 30))
     percent = struct.pack("6b", -1, 100, -1, 25, 0, 50)  # -1 where nothing was observed
     assert similarity_grid(view(), "map") == golden(percent)
+    assert occupancy_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 0, 0, 100, 0))
+
+
+def test_the_cloud_has_the_scored_cells_on_the_floor() -> None:
+    data = similarity_cloud(view(), "map")
+    cloud = decode(data, POINT_CLOUD)
+    assert [(each.name, each.offset, each.datatype, each.count) for each in cloud.fields] == [
+        ("x", 0, 7, 1),
+        ("y", 4, 7, 1),
+        ("z", 8, 7, 1),
+        ("intensity", 12, 7, 1),
+    ]
+    points = (-0.75, 2.75, 0, 0.25), (-0.25, 2.25, 0, 1), (-0.25, 2.75, 0, 0), (0.25, 2.75, 0, 0.5)
+    assert bytes(cloud.data) == b"".join(struct.pack("<4f", *point) for point in points)
+    assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step) == (4, 1, 16, 64)
+    assert (cloud.header.frame_id, stamp_ns(cloud.header.stamp)) == ("map", 5)
+    without = replace(view(), similarity=view().similarity[:0, :0])
+    assert decode(similarity_cloud(without, "map"), POINT_CLOUD).width == 0
+    assert -1 in decode(similarity_grid(without, "map"), GRID).data
 
 
 def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:

@@ -3,20 +3,35 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
 
-from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POSE_STAMPED
+import numpy as np
+
+from onemap_ros2.cdr import (
+    DETECTION_ARRAY,
+    GRID,
+    MARKER_ARRAY,
+    PATH,
+    POINT_CLOUD,
+    POSE_ARRAY,
+    STRING,
+    decode,
+)
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display_messages import (
     belief_grid,
     detection_array,
+    goal_message,
     marker_array,
+    occupancy_grid,
     path_message,
+    similarity_cloud,
     similarity_grid,
 )
-from onemap_ros2.drive.driver import encoded_pose, end_of
+from onemap_ros2.drive.driver import end_of
 from onemap_ros2.network.interface import RosNetwork
 from onemap_shared.keys import (
     MAP_OBJECTS,
@@ -31,21 +46,32 @@ from onemap_shared.messages import (
     ObjectListRequest,
     PlannedPath,
     SearchStatus,
+    SearchView,
     SearchViewRequest,
 )
-from onemap_shared.transport import Bus, CallError
+from onemap_shared.transport import Bus, CallError, RemoteError
 
+LOG = logging.getLogger("onemap.ros2")
 TICK_S = 0.1
 MAP_PERIOD_S = 1.0  # each grid is a question to the mapper and a message of a byte per cell
 MARKER_PERIOD_S = 0.5  # of markers, detections and paths; the planner plans four times a second
+VIEWS: dict[str, Callable[[SearchView, str], bytes]] = {
+    "belief": belief_grid,
+    "map": occupancy_grid,
+    "similarity": similarity_grid,
+    "similarity_cloud": similarity_cloud,
+}
 TOPICS = {
     "belief": GRID,
+    "map": GRID,
     "similarity": GRID,
+    "similarity_cloud": POINT_CLOUD,
     "markers": MARKER_ARRAY,
     "detections": DETECTION_ARRAY,
     "path": PATH,
-    "goal": POSE_STAMPED,
+    "goal": POSE_ARRAY,
 }
+QUERY = "query"  # topic with the word whose similarity is shown; empty: the object now sought
 
 
 class Display:
@@ -63,6 +89,7 @@ class Display:
             name: network.write(f"{prefix}/{name}", ros_type, latched=True)
             for name, ros_type in TOPICS.items()
         }
+        self._queries = network.read(f"{prefix}/{QUERY}", STRING, 1, reliable=True)
         self._revisions = bus.subscribe(MAP_REVISION)
         self._states = bus.subscribe(SEARCH_STATE)
         self._paths = bus.subscribe(SEARCH_PATH)
@@ -72,6 +99,10 @@ class Display:
         self._objects: tuple[KeptObject, ...] = ()
         self._objects_version: int | None = None
         self._changed = True
+        self._word = ""  # that was asked for; empty: none
+        self._view_version = 0  # counts what changes a view: revisions and words
+        self._view_sent: dict[str, int] = {}  # by topic, the version that it shows
+        self._mapped: SearchView | None = None  # that ``map`` shows
         self._next_map_s = self._next_markers_s = 0.0
         self.grids = 0
         self._stop = threading.Event()
@@ -90,9 +121,10 @@ class Display:
     def step(self, now_s: float) -> None:
         """Publish what is due; ``now_s`` of a monotonic clock."""
         self._take()
-        if now_s >= self._next_map_s and self._heard("belief", "similarity"):
+        due = [name for name in VIEWS if self._heard(name) and self._outdated(name)]
+        if due and now_s >= self._next_map_s:
             self._next_map_s = now_s + MAP_PERIOD_S
-            self._publish_grids()
+            self._publish_views(due)
         if now_s >= self._next_markers_s and self._heard("markers", "detections", "path", "goal"):
             self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
@@ -106,13 +138,33 @@ class Display:
 
     def _take(self) -> None:
         status, path = self._states.take(0.0), self._paths.take(0.0)
-        self._revision = self._revisions.take(0.0) or self._revision
+        revision, before = self._revisions.take(0.0), self._shown
+        self._revision = revision or self._revision
         self._status = status or self._status
+        for data in self._queries.take():
+            self._ask_for(data)
+        if revision is not None or self._shown != before:
+            self._view_version += 1
         if status is not None and not status.active:
             self._changed |= self._path is not None
             self._path = None
         elif path is not None:
             self._path, self._changed = path, True
+
+    @property
+    def _shown(self) -> str:
+        """The word whose similarity is shown; empty without one."""
+        return self._word or (self._status.target if self._status is not None else "")
+
+    def _ask_for(self, data: bytes) -> None:
+        """Show the similarity of another word, if it is one."""
+        try:
+            self._word = SearchViewRequest(str(decode(data, STRING).data).strip()).text
+        except ValueError as problem:
+            LOG.warning("no similarity is shown: %s", problem)
+
+    def _outdated(self, name: str) -> bool:
+        return self._view_sent.get(name) != self._view_version
 
     def _heard(self, *names: str) -> bool:
         return any(self._writers[name].heard for name in names)
@@ -127,24 +179,34 @@ class Display:
             return  # asked again with the next markers
         self._objects_version, self._changed = self._revision.objects_version, True
 
-    def _publish_grids(self) -> None:
-        target = self._status.target if self._status is not None else ""
+    def _publish_views(self, names: list[str]) -> None:
+        version = self._view_version
         try:
-            view = self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest(target))
+            view = self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest(self._shown))
+        except RemoteError as problem:
+            if self._word:  # which the encoder does not know, most likely
+                LOG.warning("no similarity to %r is shown: %s", self._word, problem)
+                self._word = ""
+            return
         except CallError:
             return  # health of the mapper says why
-        frame = self._config.map_frame
-        self._writers["belief"].put(belief_grid(view, frame))
-        self._writers["similarity"].put(similarity_grid(view, frame))
+        for name in names:
+            self._view_sent[name] = version
+            if name != "map" or self._is_new(view):
+                self._writers[name].put(VIEWS[name](view, self._config.map_frame))
         self.grids += 1
+
+    def _is_new(self, view: SearchView) -> bool:
+        """Whether the map's cells changed: nav2 computes its whole costmap from each message."""
+        before, self._mapped = self._mapped, view
+        if before is None or before.grid != view.grid:
+            return True
+        return not np.array_equal(before.occupancy, view.occupancy)
 
     def _publish_marks(self) -> None:
         stamp_ns, frame = self._stamp_ns(), self._config.map_frame
         self._writers["markers"].put(marker_array(self._objects, self._path, stamp_ns, frame))
         self._writers["detections"].put(detection_array(self._objects, stamp_ns, frame))
-        if self._path is None:
-            return
+        goal = end_of(self._path) if self._path is not None else None
         self._writers["path"].put(path_message(self._path, stamp_ns, frame))
-        goal = end_of(self._path)
-        if goal is not None:
-            self._writers["goal"].put(encoded_pose(goal, stamp_ns, frame))
+        self._writers["goal"].put(goal_message(goal, stamp_ns, frame))

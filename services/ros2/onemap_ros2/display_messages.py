@@ -1,4 +1,4 @@
-"""What RViz and Foxglove show, as messages: grids, finds, regions, frontiers, the path."""
+"""What RViz, nav2 and Foxglove take, as messages: grids, a cloud, finds, frontiers, the path."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from onemap_ros2.cdr import (
     MARKER_ARRAY,
     PATH,
     POINT,
+    POINT_CLOUD,
+    POSE_ARRAY,
     POSE_STAMPED,
     encode,
     header,
@@ -21,6 +23,7 @@ from onemap_ros2.cdr import (
     pose,
     time_of,
 )
+from onemap_ros2.drive.driver import GoalPose
 from onemap_shared.messages import KeptObject, Layer, Occupancy, PlannedPath, SearchView
 
 UNKNOWN, FREE, UNEXPLORED, OCCUPIED = -1, 0, 30, 100  # 30: free, and not looked at well enough
@@ -36,14 +39,47 @@ def belief_grid(view: SearchView, frame: str) -> bytes:
     return _grid(view, values, frame)
 
 
-def similarity_grid(view: SearchView, frame: str) -> bytes:
-    """The similarity to the object in percent, -1 where nothing was observed or none is sought."""
+def occupancy_grid(view: SearchView, frame: str) -> bytes:
+    """What nav2's static layer reads: -1 unknown, 0 free, 100 occupied."""
     values = np.full(view.grid.shape, UNKNOWN, np.int8)
-    if view.similarity.shape == view.grid.shape:
-        observed = ((view.layers & Layer.OBSERVED) > 0) & np.isfinite(view.similarity)
-        percent = np.rint(np.clip(view.similarity[observed], 0.0, 1.0) * 100.0)
-        values[observed] = percent.astype(np.int8)
+    values[view.occupancy == Occupancy.FREE] = FREE
+    values[view.occupancy == Occupancy.OCCUPIED] = OCCUPIED
     return _grid(view, values, frame)
+
+
+def similarity_grid(view: SearchView, frame: str) -> bytes:
+    """The similarity to the word in percent, -1 where nothing was observed or without a word."""
+    values, scored = np.full(view.grid.shape, UNKNOWN, np.int8), _scored(view)
+    percent = np.rint(np.clip(view.similarity[scored], 0.0, 1.0) * 100.0)
+    values[scored] = percent.astype(np.int8)
+    return _grid(view, values, frame)
+
+
+FLOAT32 = 7  # of sensor_msgs/PointField
+
+
+def similarity_cloud(view: SearchView, frame: str) -> bytes:
+    """The similarity to the word in [0, 1] as the intensity of the observed cells' centres, z = 0.
+
+    Points are float32 x, y, z, intensity; there is none without a word.
+    """
+    scored = _scored(view)
+    points = np.zeros((np.count_nonzero(scored), 4), "<f4")
+    points[:, :2] = view.grid.centres(np.argwhere(scored))
+    points[:, 3] = view.similarity[scored]
+    names = enumerate(("x", "y", "z", "intensity"))
+    fields = [new("sensor_msgs/msg/PointField", name, 4 * i, FLOAT32, 1) for i, name in names]
+    data = np.frombuffer(points.tobytes(), np.uint8)
+    size = 1, len(points), fields, False, 16, len(data)  # height, width, fields, order, bytes
+    return encode(new(POINT_CLOUD, header(view.stamp_ns, frame), *size, data, True), POINT_CLOUD)
+
+
+def _scored(view: SearchView) -> NDArray[np.bool_]:
+    """Where there is a similarity; an index of ``view.similarity`` too, which may be (0, 0)."""
+    if view.similarity.shape != view.grid.shape:
+        return np.zeros(view.similarity.shape, bool)
+    scored: NDArray[np.bool_] = (view.layers & Layer.OBSERVED) > 0
+    return scored & np.isfinite(view.similarity)
 
 
 def _grid(view: SearchView, values: NDArray[np.int8], frame: str) -> bytes:
@@ -159,8 +195,14 @@ def _detection(head: object, kept: KeptObject) -> object:
     return new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
 
 
-def path_message(path: PlannedPath, stamp_ns: int, frame: str) -> bytes:
+def path_message(path: PlannedPath | None, stamp_ns: int, frame: str) -> bytes:
     """The path's points as poses without a heading of their own; empty without a path."""
-    head = header(stamp_ns, frame)
-    poses = [new(POSE_STAMPED, head, pose(float(x), float(y))) for x, y in path.points_m]
+    head, points = header(stamp_ns, frame), () if path is None else path.points_m.tolist()
+    poses = [new(POSE_STAMPED, head, pose(x, y)) for x, y in points]
     return encode(new(PATH, head, poses), PATH)
+
+
+def goal_message(goal: GoalPose | None, stamp_ns: int, frame: str) -> bytes:
+    """The goal as an array of one pose, of none without a goal: displays keep a single pose."""
+    poses = [] if goal is None else [pose(goal.x_m, goal.y_m, yaw_rad=goal.yaw_rad)]
+    return encode(new(POSE_ARRAY, header(stamp_ns, frame), poses), POSE_ARRAY)
