@@ -157,10 +157,13 @@ ROLES: Mapping[str, Access] = {
     "robot": Access(
         names=("simulator", "replay", "ros2", "robot"),
         publishes=(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_POSE_GRAPH),
-        # beside commands and receipts: the planner's goals for nav2, and what RViz shows
-        subscribes=(ROBOT_CMD_VEL, RGBD_RECEIPTS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH),
+        # beside commands and receipts: what ROS 2 is shown, and the searches that it starts
+        subscribes=(
+            *(ROBOT_CMD_VEL, RGBD_RECEIPTS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH),
+            ALL_HEARTBEATS,
+        ),
         serves=(ROBOT_TRUTH,),
-        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS),
+        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS, SEARCH_START, SEARCH_CANCEL),
     ),
     "perception": Access(
         names=("perception",),

@@ -88,6 +88,13 @@ class Fake:
 
         self.declared.append(self.session.declare_queryable(key, on_query, complete=attached))
 
+    def ask(self, key: str, request: bytes, note: bytes) -> tuple[bytes, bytes]:
+        """The one answer of a service and its attachment."""
+        replies = self.session.get(key, payload=request, attachment=note, timeout=30.0)
+        (answer,) = [reply.ok for reply in replies if reply.ok is not None]
+        attached = answer.attachment.to_bytes() if answer.attachment is not None else b""
+        return answer.payload.to_bytes(), attached
+
 
 class FakeRobot(Fake):
     """A node of rmw_zenoh with its publishers, subscribers and servers."""
@@ -129,6 +136,13 @@ class FakeRobot(Fake):
         """Answer a service."""
         self.announce("SS", service, ros_type)
         self.answer(self.key(service, ros_type), answer, attached=True)
+
+    def call(self, service: str, ros_type: str, request: bytes) -> bytes:
+        """Ask a service; an answer that does not echo number and client belongs to nobody."""
+        note = struct.pack("<qqB", 41, time.time_ns(), 16) + bytes(range(16))
+        answer, echo = self.ask(self.key(service, ros_type), request, note)
+        assert (echo[:8], echo[16:]) == (note[:8], note[16:])
+        return answer
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic."""
@@ -181,6 +195,12 @@ class FakeBridge(Fake):
         elif "/_action/" not in service:
             self._announce("SS", service, ros_type)
         self.answer(service[1:], answer, attached=False)
+
+    def call(self, service: str, ros_type: str, request: bytes) -> bytes:
+        """Ask a service, once its token is there; before, the bridge does not offer it."""
+        key, escaped = service[1:].replace("/", "§"), ros_type.replace("/", "§")
+        (_,) = self.session.liveliness().get(f"@/*/@ros2_lv/SS/{key}/{escaped}")
+        return self.ask(service[1:], request, bytes(16))[0]
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic; a latched one of an old bridge has a cache of its own."""

@@ -19,14 +19,22 @@ import numpy as np
 import pytest
 import yaml
 
-from onemap_ros2.cdr import GRID
+from onemap_ros2.cdr import GRID, STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import join as join_robot
 from onemap_ros2.display_messages import belief_grid
 from onemap_shared import keys
-from onemap_shared.messages import SearchState, VelocityCommand
+from onemap_shared.messages import SearchRequest, SearchState, SearchStatus, VelocityCommand
 from onemap_shared.transport import Bus
-from tests.ros2.fake_robot import COMMAND, FORMS, FX, HEIGHT, WIDTH
+from tests.ros2.fake_robot import (
+    COMMAND,
+    FORMS,
+    FX,
+    HEIGHT,
+    WIDTH,
+    FakeBridge,
+    FakeRobot,
+)
 from tests.ros2.planner_messages import path_to, status, view
 from tests.shared.test_bus import Router, eventually, join, router
 from tests.structure import ROOT
@@ -235,7 +243,36 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
     later = FORMS[form](router.endpoint)  # nobody computes a grid any more: it is remembered
     later.subscribe("/onemap/belief", GRID, grids.put, latched=True)
     assert eventually(newest) == first
+    start_and_cancel(planner, later)
     later.session.close()
+
+
+def start_and_cancel(planner: Bus, viewer: FakeRobot | FakeBridge) -> None:
+    """A search of ROS 2: by a topic, followed on another, cancelled by a service."""
+    started: queue.SimpleQueue[SearchRequest] = queue.SimpleQueue()
+
+    def start(request: SearchRequest) -> SearchStatus:
+        started.put(request)
+        return status("s1")
+
+    planner.serve(keys.SEARCH_START, start)
+    planner.serve(keys.SEARCH_CANCEL, lambda _: status("s1", SearchState.CANCELLED))
+    words, states = viewer.publish("/onemap/search", STRING), planner.publish(keys.SEARCH_STATE)
+
+    def say() -> SearchRequest | None:
+        words.put(encode(new(STRING, "sofa"), STRING))
+        with suppress(queue.Empty):
+            return started.get(timeout=0.05)
+        return None
+
+    assert eventually(say).objects == ("sofa",)
+    seen: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    viewer.subscribe("/onemap/state", STRING, seen.put, latched=True)
+    states.put(status("s1"))
+    eventually(lambda: '"id": "s1"' in decode(seen.get(timeout=90), STRING).data or None)
+    request = encode(new(f"{TRIGGER}_Request", 0), f"{TRIGGER}_Request")
+    answer = viewer.call("/onemap/cancel", TRIGGER, request)
+    assert decode(answer, f"{TRIGGER}_Response").success
 
 
 class Ride:
