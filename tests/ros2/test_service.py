@@ -7,18 +7,28 @@ import numpy as np
 import pytest
 
 from onemap_ros2 import service
-from onemap_ros2.cdr import POSE_STAMPED, TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
+from onemap_ros2.cdr import (
+    DIAGNOSTICS,
+    POSE_STAMPED,
+    TWIST,
+    TWIST_STAMPED,
+    decode,
+    stamp_ns,
+    type_hash,
+)
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
+from onemap_ros2.topic_list import TopicNeed, needs
 from onemap_shared.keys import (
     ROBOT_CMD_VEL,
     ROBOT_ODOMETRY,
     ROBOT_RGBD,
     SEARCH_PATH,
     SEARCH_STATE,
+    heartbeat,
 )
-from onemap_shared.messages import VelocityCommand
+from onemap_shared.messages import Heartbeat, VelocityCommand
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
@@ -40,6 +50,10 @@ TOPICS = CONFIG.names
 
 def base(ros_type: str) -> Endpoint:
     return Endpoint("MS", "/base", "/cmd_vel", ros_type, type_hash(ros_type))
+
+
+def endpoint_of(need: TopicNeed) -> Endpoint:
+    return Endpoint(need.kind, "/robot", need.topic, need.types[0], type_hash(need.types[0]))
 
 
 class Clock:
@@ -79,8 +93,11 @@ class System:
         self.worker = Ros2Worker(router.bus("ros2"), self.network, config)
         self.sequences: Iterator[int] = itertools.count(1)
 
-    def robot_says(self, stamp_ns: int = T0) -> None:
-        say = self.network.say
+    def robot_says(self, stamp_ns: int = T0, *, silent: str = "") -> None:
+        def say(topic: str, data: bytes) -> None:
+            if topic != silent:
+                self.network.say(topic, data)
+
         say(TOPICS.tf_static, transforms(0, ("base_link", "camera", 0.2, 0.0)))
         say(TOPICS.tf, transforms(stamp_ns, ("odom", "base_link", 1.0, 0.0)))
         say(TOPICS.camera_info, camera_info(stamp_ns))
@@ -104,6 +121,14 @@ class System:
         messages = [decode(data, ros_type) for data in writer.sent]
         return [m.twist.linear.x if ros_type == TWIST_STAMPED else m.linear.x for m in messages]
 
+    def diagnoses(self) -> dict[str, tuple[int, str, dict[str, str]]]:
+        """Level, message and values of the newest diagnostics, by name."""
+        sent = self.network.writers["/diagnostics", DIAGNOSTICS].sent
+        return {
+            part.name: (part.level, part.message, {pair.key: pair.value for pair in part.values})
+            for part in decode(sent[-1], DIAGNOSTICS).status
+        }
+
     def run(self, duration_s: float) -> None:
         end_s = self.clock.now_s + duration_s
         while self.clock.now_s < end_s:
@@ -120,7 +145,7 @@ def test_frames_and_odometry_reach_the_bus_with_an_echo_of_the_command(clock: Cl
     assert frame.stamp_ns == message.stamp_ns == T0
     assert frame.T_map_camera[0, 3] == pytest.approx(1.2)
     assert (message.planner, message.command_sequence) == ("", 0)
-    assert made.network.latched == {TOPICS.tf_static}
+    assert TOPICS.tf_static in made.network.latched
     made.command(0.25, T0)
     made.robot_says(T0 + 1)
     message = made.odometry.take(0.0)
@@ -158,7 +183,7 @@ def test_no_velocity_without_odometry_or_a_base(clock: Clock) -> None:
     alone = System(clock)
     alone.robot_says()
     alone.command()
-    assert alone.network.writers == {}
+    assert not [topic for topic, _ in alone.network.writers if topic == TOPICS.command]
 
 
 def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
@@ -177,6 +202,52 @@ def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
     assert (health.ready, health.problem) == (True, "")
     assert health.metrics is not None
     assert health.metrics["frames"] == 1
+
+
+def test_a_camera_that_falls_silent_is_named_with_its_rate_and_last_stamp(clock: Clock) -> None:
+    made = System(clock, *(endpoint_of(need) for need in needs(CONFIG)))
+    for step in range(60):
+        stamp_ns = T0 + step * 100_000_000
+        made.clock.now_s += 0.1
+        made.robot_says(stamp_ns, silent=TOPICS.depth if step >= 20 else "")
+        if step == 45:  # the last pair is 2.6 s old
+            assert made.worker.health().problem == ""
+            assert made.diagnoses()["onemap: ros2"][:2] == (0, "ready")
+    assert made.worker.health().problem == (
+        f"no frame from {TOPICS.color} and {TOPICS.depth} for 4 s: {TOPICS.depth} is silent for "
+        "4 s (10.0 Hz before, last stamp 1700000001.900 s)"
+    )
+    found = made.diagnoses()
+    assert found[f"onemap: topic {TOPICS.color}"][:2] == (0, "10.0 Hz")
+    level, message, values = found[f"onemap: topic {TOPICS.depth}"]
+    assert (level, values["last_stamp_s"], values["messages"]) == (3, "1700000001.900", "20")
+    assert "is silent for" in message
+    assert found["onemap: ros2"][0] == 2
+    assert f"onemap: topic {TOPICS.tf_static}" not in found
+    made.network.known = ()  # its driver is gone too
+    assert f"no node publishes {TOPICS.color}" in made.worker.health().problem
+    assert f"{TOPICS.depth} is silent" in made.worker.health().problem
+    made.clock.now_s += 3.1
+    problem = made.worker.health().problem
+    silent = [TOPICS.odometry, TOPICS.color, TOPICS.depth, TOPICS.tf, TOPICS.camera_info]
+    assert all(f"{topic} is silent for" in problem for topic in silent)
+
+
+def test_diagnostics_have_the_other_services_and_the_search(clock: Clock) -> None:
+    made = System(clock)
+    beats = made.bus.publish(heartbeat("mapper"))
+    beats.put(Heartbeat("mapper", "m1", T0, 1, False, "no frame yet", {"frames": 3.0}))
+    made.states.put(status("s1"))
+    made.run(1.1)
+    found = made.diagnoses()
+    assert found["onemap: mapper"] == (2, "no frame yet", {"frames": "3.0"})
+    assert found["onemap: search"][:2] == (0, "exploring: it looks")
+    made.run(4.0)
+    assert made.diagnoses()["onemap: mapper"][0] == 3
+    made.network.writers["/diagnostics", DIAGNOSTICS].heard = False
+    sent = len(made.network.writers["/diagnostics", DIAGNOSTICS].sent)
+    made.run(2.0)
+    assert len(made.network.writers["/diagnostics", DIAGNOSTICS].sent) == sent
 
 
 def nav2() -> Endpoint:

@@ -142,6 +142,12 @@ class Ros2Config(Params):
         tf = self.namespace if self.tf_in_namespace else ""
         return RobotTopics(**placed, tf=f"{tf}/tf", tf_static=f"{tf}/tf_static")
 
+    @property
+    def diagnostics(self) -> str:
+        """One topic for all robots of a network; a bridge puts its namespace before it."""
+        bridged = self.middleware == "zenoh-bridge-ros2dds"
+        return self.in_namespace("/diagnostics") if bridged else "/diagnostics"
+
     def in_namespace(self, topic: str) -> str:
         """A topic with the robot's namespace before it."""
         return f"{self.namespace}{topic}"

@@ -7,7 +7,16 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
 
+from onemap_ros2.cdr import DIAGNOSTICS
 from onemap_ros2.config import Ros2Config
+from onemap_ros2.diagnostics import (
+    Diagnosis,
+    diagnostic_array,
+    of_adapter,
+    of_search,
+    of_service,
+    of_topic,
+)
 from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
 from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, Say, pose_of
@@ -16,22 +25,27 @@ from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
 from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
 from onemap_ros2.robot_input import RobotInput
+from onemap_ros2.search_control import SearchControl
 from onemap_ros2.topic_list import missing, needs
+from onemap_ros2.topic_watch import SILENT_S, TopicWatch
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.keys import (
+    ALL_HEARTBEATS,
     ROBOT_CMD_VEL,
     ROBOT_ODOMETRY,
     ROBOT_RGBD,
     SEARCH_PATH,
     SEARCH_STATE,
 )
-from onemap_shared.messages import Odometry, VelocityCommand
+from onemap_shared.messages import Heartbeat, Odometry, VelocityCommand
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.ros2")
 STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the planner's 20 Hz
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
+DIAGNOSTICS_PERIOD_S = 1.0  # as ROS 2's own nodes send them
+KEPT_BEATS = 20  # of all services, between two diagnostics
 KEPT = {"tf_static": 100, "tf": 100, "odometry": 5, "color": 5, "depth": 5}  # between two steps
 DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Say], Driver]] = {
     "velocity": VelocityDriver,
@@ -52,6 +66,13 @@ class Ros2Worker:
             for kind, topic, types, role in needs(config)
             if role == PUBLISHER
         }
+        began_s = time.monotonic()
+        self._watches = {
+            kind: TopicWatch(kind, topic, began_s)
+            for kind, topic, _, role in needs(config)
+            if role == PUBLISHER and kind != "tf_static"  # which is sent once
+        }
+        self._last_frame_s = began_s
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
@@ -60,6 +81,11 @@ class Ros2Worker:
         self._states = bus.subscribe(SEARCH_STATE)
         self._voice = PlannerVoice()
         self._driver: Driver = DRIVERS[config.drive](network, config, LOG.info)
+        self._control = SearchControl(bus, network, config)
+        self._beats = bus.subscribe(ALL_HEARTBEATS, KEPT_BEATS)
+        self._services: dict[str, tuple[float, Heartbeat]] = {}  # when it came
+        self._diagnostics = network.write(config.diagnostics, DIAGNOSTICS)
+        self._next_diagnostics_s = began_s
         self._last: tuple[float, Odometry] | None = None  # when it was sent
         self._display: Display | None = None
         if config.display:
@@ -73,12 +99,18 @@ class Ros2Worker:
         for kind, reader in self._readers.items():
             for data in reader.take():
                 self._input.add(kind, data, now_s)
+                if kind in self._watches:
+                    self._watches[kind].add(data, now_s)
         while (odometry := self._input.take_odometry(now_s)) is not None:
             self._send(odometry, now_s)
         frame = self._input.take_frame(now_s)
         if frame is not None:
             self._frames.put(frame)
+            self._last_frame_s = now_s
         self._drive(time.monotonic())
+        if now_s >= self._next_diagnostics_s:
+            self._next_diagnostics_s = now_s + DIAGNOSTICS_PERIOD_S
+            self._diagnose(now_s)
 
     def health(self) -> Health:
         """Ready while odometry arrives, there is a camera, and the robot can be driven."""
@@ -97,6 +129,7 @@ class Ros2Worker:
         """Stop the robot and leave its network."""
         if self._display is not None:
             self._display.close()
+        self._control.close()
         self._driver.close()
         self._network.close()
 
@@ -130,6 +163,7 @@ class Ros2Worker:
         status, path = self._states.take(0.0), self._paths.take(0.0)
         if status is not None:
             self._voice = self._voice.with_status(status)
+        self._control.step(status)
         if path is not None:
             self._voice = self._voice.with_path(path, now_s)
         return self._voice
@@ -146,23 +180,46 @@ class Ros2Worker:
             return time.time_ns()
         return last[1].stamp_ns + int((now_s - last[0]) * 1e9)
 
+    def _diagnose(self, now_s: float) -> None:
+        """Publish how the adapter, the robot's topics, OneMap's services and the search stand."""
+        while (beat := self._beats.take(0.0)) is not None:
+            self._services[beat.service] = now_s, beat
+        if not self._diagnostics.heard:
+            return
+        services = sorted(self._services.items())
+        parts: list[Diagnosis] = [
+            of_adapter(self.health()),
+            *(of_topic(watch, now_s) for watch in self._watches.values()),
+            *(of_service(beat, now_s - at_s) for name, (at_s, beat) in services if name != "ros2"),
+            of_search(self._control.status),
+        ]
+        self._diagnostics.put(diagnostic_array(parts, self._robot_ns(now_s)))
+
     def _problem(self, now_s: float) -> str:
         """What keeps the robot from being used; empty if nothing does."""
         topics = self._topics
         lacking = missing(self._network.endpoints(), self._config)
+        silent = "; ".join(filter(None, (w.silence(now_s) for w in self._watches.values())))
         if self._config.use_sim_time and self._input.clock_ns is None:
             return lacking.get("clock", f"no message arrives on {topics.clock}")
         if not self._fresh(now_s):
             reason = self._input.problem or lacking.get("odometry", "no message arrives")
-            return f"no odometry on {topics.odometry} for {STALE_S:g} s: {reason}"
+            return f"no odometry on {topics.odometry} for {STALE_S:g} s: {_both(reason, silent)}"
         for kind in ("camera_info", "depth_camera_info"):
             if not self._input.has_camera(kind):
                 return lacking.get(kind, f"no camera information on {getattr(topics, kind)}")
-        if self._input.counts.frames == 0:
+        waited_s = now_s - self._last_frame_s
+        if self._input.counts.frames == 0 or waited_s > SILENT_S:
             lack = lacking.get("color") or lacking.get("depth")
-            reason = self._input.problem or lack or "no color and depth images with near stamps"
-            return f"no frame from {topics.color} and {topics.depth}: {reason}"
+            reason = self._input.problem or lack or ""
+            reason = _both(reason, silent) or "no color and depth images with near stamps"
+            since = f" for {waited_s:.0f} s" if self._input.counts.frames else ""
+            return f"no frame from {topics.color} and {topics.depth}{since}: {reason}"
         return self._driver.problem()
+
+
+def _both(reason: str, silent: str) -> str:
+    return "; ".join(filter(None, (reason, silent)))
 
 
 def build(bus: Bus, config: Ros2Config) -> Ros2Worker:
