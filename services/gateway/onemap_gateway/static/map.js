@@ -34,6 +34,7 @@ export class MapView {
     this.state = null;
     this.answers = [];
     this.finds = [];
+    this.instead = null; // drawn in place of what is live: { places, draw(map) }
     this.marked = null; // [x, y]: the place that a window stands at
     this.robot = null;
     this.robots = []; // of this map, where there are several: { name, colour, own, state }
@@ -88,6 +89,13 @@ export class MapView {
     this.dirty = true;
   }
 
+  // Draw a past search, or, with null, again what is live.
+  showInstead(instead) {
+    this.instead = instead;
+    if (this.fitted) this.fit();
+    this.dirty = true;
+  }
+
   mark(place) {
     this.marked = place;
     this.dirty = true;
@@ -104,8 +112,8 @@ export class MapView {
     this.dirty = true;
     if (!this.image) return;
     let [x0, y0, x1, y1] = this.image.bounds;
-    if (this.robot) {
-      const { x, y } = this.robot;
+    const places = this.instead?.places ?? (this.robot ? [[this.robot.x, this.robot.y]] : []);
+    for (const [x, y] of places) {
       [x0, y0] = [Math.min(x0, x - ROBOT_MARGIN_M), Math.min(y0, y - ROBOT_MARGIN_M)];
       [x1, y1] = [Math.max(x1, x + ROBOT_MARGIN_M), Math.max(y1, y + ROBOT_MARGIN_M)];
     }
@@ -158,6 +166,7 @@ export class MapView {
   }
 
   choose(column, row, byTouch) {
+    if (this.instead) return; // the robot is not where it is shown
     const find = this.findAt(column, row, byTouch ? TOUCH_REACH_PX : REACH_PX);
     if (find) this.actions.onFind(find);
     else if (this.image) this.actions.onPlace(this.metres(column, row));
@@ -165,7 +174,7 @@ export class MapView {
 
   // The find whose pin is there; undefined if none is.
   findAt(column, row, reach) {
-    return this.finds.findLast(({ position_m: [x, y] }) => {
+    return this.instead ? undefined : this.finds.findLast(({ position_m: [x, y] }) => {
       const [tip, base] = this.pixels(x, y);
       return Math.hypot(column - tip, row - base + PIN_PX) < reach;
     });
@@ -225,7 +234,15 @@ export class MapView {
     context.fillStyle = this.colours.unknown;
     context.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
     if (this.image) this.drawImage();
-    if (!this.state) return;
+    if (this.instead) this.instead.draw(this);
+    else if (this.state) this.drawLive();
+    else return;
+    if (this.marked) this.drawCross(...this.pixels(...this.marked));
+    else if (!this.instead && canvas.matches(":focus-visible")) this.drawCross(canvas.clientWidth / 2, canvas.clientHeight / 2);
+    this.drawScaleBar();
+  }
+
+  drawLive() {
     const path = this.state.path;
     this.line(this.trail, this.colours.trail, 2, 0.75);
     if (path) this.drawPlan(path);
@@ -237,9 +254,6 @@ export class MapView {
     }
     for (const find of this.finds) this.drawFind(find);
     this.drawRobots();
-    if (this.marked) this.drawCross(...this.pixels(...this.marked));
-    else if (canvas.matches(":focus-visible")) this.drawCross(canvas.clientWidth / 2, canvas.clientHeight / 2);
-    this.drawScaleBar();
   }
 
   drawImage() {
@@ -375,7 +389,7 @@ export class MapView {
     const length = [100, 50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1].find((m) => m <= longest) ?? 0.1;
     const left = 18;
     const right = left + length * this.camera.pixelsPerM;
-    const row = canvas.clientHeight - 20;
+    const row = canvas.clientHeight - 20 - (this.instead ? this.free.bottom - 14 : 0);
     context.strokeStyle = this.colours.ink;
     context.lineWidth = 1.5;
     context.beginPath();

@@ -103,7 +103,8 @@ export function showSearch(search) {
   );
 }
 
-function searchTitle({ kind, active, target, objects, place_m: goal }) {
+// What a search is about.
+export function searchTitle({ kind, active, target, objects, place_m: goal }) {
   if (kind === "go_to") return `${active ? "Driving" : "Drive"} to (${place(goal)})`;
   if (kind === "look_at") return `${active ? "Going to look" : "Look"} at (${place(goal)})`;
   return active ? `Looking for the ${target}` : `Search for ${objects.join(", ")}`;
