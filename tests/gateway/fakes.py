@@ -196,6 +196,8 @@ class FakeMapper:
     images: list[bytes] = field(default_factory=list)
     image_problem: RequestRejected | None = None
     merged: list[m.MapMerge] = field(default_factory=list)
+    loaded: list[str] = field(default_factory=list)
+    cleared: int = 0
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
@@ -204,11 +206,11 @@ class FakeMapper:
         serve(keys.MAP_IMAGE_SIMILARITY, self._image_similarity)
         serve(keys.MAP_SEARCH_VIEW, self._view)
         serve(keys.MAP_SAVE, self._save)
-        serve(keys.MAP_LOAD, lambda request: self._used(request.name))
+        serve(keys.MAP_LOAD, self._load)
         serve(keys.MAP_LIST, self._list)
         serve(keys.MAP_DELETE, self._delete)
         serve(keys.MAP_MERGE, self._merge)
-        serve(keys.MAP_CLEAR, lambda _: self._summary(""))
+        serve(keys.MAP_CLEAR, self._clear)
         serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
         serve(keys.MAP_OBJECT, self._object)
         serve(keys.MAP_FORGET, self._forget)
@@ -265,6 +267,14 @@ class FakeMapper:
         if created:
             self.saved.append(request.name)
         return replace(self._summary(f"maps/{request.name}"), created=created)
+
+    def _load(self, request: m.MapFile) -> m.MapSummary:
+        self.loaded.append(request.name)
+        return self._used(request.name)
+
+    def _clear(self, _request: m.MapClear) -> m.MapSummary:
+        self.cleared += 1
+        return self._summary("")
 
     def _used(self, name: str) -> m.MapSummary:
         self._require(name)

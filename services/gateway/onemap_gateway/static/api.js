@@ -16,8 +16,8 @@ let asking = null; // the open question for the token, one for all requests that
 let declined = false; // what nobody pressed a button for does not ask again
 
 // A request of the user: asks for the token if it is missing, wrong, or may not do that.
-export async function send(method, path, body) {
-  return (await checked(await allowed(() => attempt(method, path, body), true))).json();
+export async function send(method, path, body, timeoutMs = TIMEOUT_MS) {
+  return (await checked(await allowed(() => attempt(method, path, body, BASE, timeoutMs), true))).json();
 }
 
 // A request of the page itself.
@@ -70,7 +70,7 @@ async function mayNot(response) {
   return String(problem.type).endsWith("#problem-forbidden");
 }
 
-async function attempt(method, path, body, base = BASE) {
+async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS) {
   const headers = {};
   const token = sessionStorage.getItem("token");
   if (token) headers.Authorization = `Bearer ${token}`;
@@ -80,7 +80,7 @@ async function attempt(method, path, body, base = BASE) {
       method,
       headers,
       body: body === undefined ? undefined : JSON.stringify(body),
-      signal: AbortSignal.timeout(TIMEOUT_MS),
+      signal: AbortSignal.timeout(timeoutMs),
     });
   } catch {
     throw new ProblemError({ detail: "The gateway cannot be reached: is it running?" }, 0);

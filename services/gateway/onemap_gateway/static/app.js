@@ -7,10 +7,13 @@ import { follow } from "./live.js";
 import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
 import { Fleet } from "./fleet.js";
+import { History } from "./history.js";
 import { MapView } from "./map.js";
+import { Maps } from "./maps.js";
 import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
+import { Replay } from "./replay.js";
 
 const MAP_MS = 600; // between two images of the map
 const FINDS_MS = 500; // between two looks whether there are others
@@ -26,10 +29,13 @@ const map = new MapView(by("map"), {
   onMove: () => [menu, card].forEach((popup) => popup.follow()),
 });
 const menu = new PlaceMenu(map);
+const maps = new Maps(act, lostWithMap);
+const replay = new Replay(map, onReplay);
+const history = new History(openReplay);
 const fleet = new Fleet((robots) => {
   map.showRobots(robots);
   finds.showRows(); // the robots' names may have come after the finds
-});
+}, (role) => maps.allow(role));
 const finder = (namespace) => fleet.finder(namespace);
 const card = new FindCard(map, finder);
 const finds = new Finds((find) => showFind(find), finder);
@@ -51,17 +57,19 @@ follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
+repeat(() => history.refresh(state.search, finds.objects), FINDS_MS);
 
 // A phone begins with the details folded; what the user unfolds stays.
 function fold() {
-  for (const details of document.querySelectorAll(".fold, #health")) details.open = !phone.matches;
+  for (const details of document.querySelectorAll(".fold:not(.shut), #health")) details.open = !phone.matches;
   leaveFree();
 }
 
 // All of the map is shown between what lies over it.
 function leaveFree() {
   const right = document.querySelector(".zoom").offsetWidth + 2 * EDGE_PX;
-  map.leaveFree({ top: TAGS_PX, right, bottom: by("legend").offsetHeight + 2 * EDGE_PX });
+  const below = by(replay.isOpen && !phone.matches ? "replay" : "legend").offsetHeight;
+  map.leaveFree({ top: TAGS_PX, right, bottom: below + 2 * EDGE_PX });
 }
 
 function onState(next) {
@@ -129,7 +137,26 @@ async function refreshCamera() {
   camera.show(state.camera);
 }
 
+// Show how a past search went; the page shows the present again with one press.
+function openReplay(search, button) {
+  return act(button, () => replay.open(search, button), (text) => history.showError(text));
+}
+
+function onReplay() {
+  if (replay.isOpen) [menu, card].forEach((popup) => popup.close());
+  leaveFree();
+}
+
+// What is lost with the map in use, and what that means for a search.
+function lostWithMap() {
+  const cells = (state?.map?.cells_observed ?? 0).toLocaleString("en");
+  const count = finds.objects.length;
+  const kept = `Its ${cells} cells and ${count} found ${count === 1 ? "object" : "objects"}, with the pictures, are lost unless they were saved.`;
+  return state?.search?.active ? `${kept} The search goes on and looks around anew.` : kept;
+}
+
 function heatmapText() {
+  if (replay.isOpen && !queried) return ""; // what is sought now has no place in it
   const target = state?.search?.target ?? "";
   return queried || (target === dismissed ? "" : target);
 }
@@ -230,6 +257,7 @@ function startSearch() {
 
 async function beginSearch(request) {
   await send("POST", "/v1/searches", request);
+  replay.close();
   clearResult();
   dismissed = "";
 }

@@ -8,17 +8,19 @@ const COLOURS = 4; // --map-robot-0 and so on of style.css
 const PAUSE_MS = 5000;
 
 export class Fleet {
-  // onChange(robots): those of this map, each { name, colour, own, state }
-  constructor(onChange) {
+  // onChange(robots): those of this map, each { name, colour, own, state }; onRole(role): of the token
+  constructor(onChange, onRole) {
     this.onChange = onChange;
+    this.onRole = onRole;
     this.robots = [];
     this.followed = new Map(); // address -> the newest state
     this.refresh();
   }
 
   async refresh() {
-    const { robots } = await readAll("/v1/robots").catch(() => ({ robots: this.robots }));
+    const { robots, role } = await readAll("/v1/robots").catch(() => ({ robots: this.robots }));
     this.robots = robots;
+    if (role) this.onRole(role);
     this.showLinks();
     const own = robots.find(({ address }) => address === BASE);
     for (const { name, address } of robots) {

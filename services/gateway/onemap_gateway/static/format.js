@@ -13,6 +13,11 @@ export function duration(value) {
   return whole < 60 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
 }
 
+// The size of a file.
+export function bytes(count) {
+  return count < 1e6 ? `${Math.ceil(count / 1e3)} kB` : `${(count / 1e6).toFixed(1)} MB`;
+}
+
 // x and y of a place in metres; what follows them is left out.
 export function place([x, y]) {
   return `${decimetres(x)}, ${decimetres(y)}`;

@@ -1,0 +1,84 @@
+// The list of past searches: what, when, how it ended, and the photograph of what was found.
+
+import { fetchImage, read } from "./api.js";
+import { capital, clockTime, duration } from "./format.js";
+import { by, element, refill, searchTitle } from "./panels.js";
+
+const THUMB_PX = 112; // on a side, shown at half of it
+const MARGIN = 0.15; // of the object's size, around it
+
+export class History {
+  // onOpen(search, button): one was chosen
+  constructor(onOpen) {
+    this.onOpen = onOpen;
+    this.shown = ""; // newest search and finds of the list
+    by("history-card").addEventListener("toggle", () => (this.shown = ""));
+    // photographs are fetched when their row comes into sight
+    this.sight = new IntersectionObserver((entries) => {
+      for (const { isIntersecting, target } of entries) if (isIntersecting) this.picture(target);
+    });
+  }
+
+  // Fetch the list if it is open and older than this.
+  async refresh(search, objects) {
+    const wanted = JSON.stringify([search?.id, search?.active, objects.map(({ id, search_id: by }) => [id, by])]);
+    if (!by("history-card").open || wanted === this.shown) return;
+    this.shown = wanted;
+    const { searches } = await read("/v1/searches").catch((problem) => {
+      this.shown = ""; // and again
+      this.showError(problem.message);
+      throw problem;
+    });
+    this.showError("");
+    const past = searches.filter(({ active }) => !active);
+    by("history-none").hidden = past.length > 0;
+    const rows = past.map((each) => [each, findOf(each, objects)]);
+    refill(by("history"), rows, () => rows.map(([each, find]) => this.row(each, find)));
+  }
+
+  row(search, find) {
+    const { state, reason, started_at: began, elapsed_s: took, path_length_m: way } = search;
+    const button = element("button", { title: "Show how it went on the map" }, [
+      element("span", { text: searchTitle(search) }),
+      element("span", { className: `state ${state}`, text: state.replaceAll("_", " ") }),
+      element("small", { text: `${clockTime(began)} · ${duration(took)} · ${way.toFixed(1)} m` }),
+      element("small", { text: capital(reason) }),
+    ]);
+    button.type = "button";
+    button.addEventListener("click", () => this.onOpen(search, button));
+    if (find) {
+      const canvas = element("canvas");
+      canvas.width = canvas.height = THUMB_PX;
+      canvas.setAttribute("role", "img");
+      canvas.setAttribute("aria-label", `Photograph of the ${find.name}`);
+      canvas.find = find;
+      button.prepend(canvas);
+      this.sight.observe(canvas);
+    }
+    return element("li", {}, [button]);
+  }
+
+  showError(text) {
+    by("history-error").hidden = !text;
+    by("history-error").textContent = text;
+  }
+
+  // Draw what the find's box holds.
+  async picture(canvas) {
+    this.sight.unobserve(canvas);
+    const { picture, last_seen_ns: seen, box_px: box } = canvas.find;
+    const { bitmap } = await fetchImage(`${picture}?seen=${seen}`).catch(() => ({}));
+    if (!bitmap) return canvas.remove();
+    const [x0, y0, x1, y1] = box ?? [0, 0, bitmap.width, bitmap.height];
+    const side = Math.min(Math.max(x1 - x0, y1 - y0) * (1 + 2 * MARGIN), bitmap.width, bitmap.height);
+    const left = Math.min(Math.max((x0 + x1 - side) / 2, 0), bitmap.width - side);
+    const top = Math.min(Math.max((y0 + y1 - side) / 2, 0), bitmap.height - side);
+    canvas.getContext("2d").drawImage(bitmap, left, top, side, side, 0, 0, THUMB_PX, THUMB_PX);
+    bitmap.close();
+  }
+}
+
+// What the search was the last to find, with a photograph; undefined if there is none.
+function findOf({ id }, objects) {
+  return objects.find(({ search_id: last, picture }) => last === id && picture);
+}
