@@ -9,7 +9,7 @@ from hypothesis import settings
 
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.floor import floor_points
-from onemap_mapper.occupancy.heights import LEVELS, cell_heights, height_band
+from onemap_mapper.occupancy.heights import LEVELS, cell_heights, height_band, tops_dm
 from onemap_mapper.occupancy.image import few_alike, flying_pixels, occupancy_update
 from onemap_shared.geometry import F32
 from onemap_shared.grid import world_cells
@@ -76,6 +76,8 @@ def test_shares_say_how_high_the_pixels_of_a_cell_are(compiled: bool) -> None:
     centre = (cells + 0.5) * params.cell_size_m
     on_shelf = known & (np.abs(centre - (1.8, 0.0)) < (0.2, 0.3)).all(axis=1)
     assert (heights[on_shelf, TOP] > 0.99).all()
+    assert (tops_dm(heights[on_shelf]) == 8).all()
+    assert (tops_dm(heights[~known]) == 0).all()
     in_front = known & (np.abs(centre - (1.9, -1.2)) < (0.2, 0.3)).all(axis=1)
     assert (heights[in_front, FLOOR] == 1).all()
 

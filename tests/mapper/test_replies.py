@@ -23,6 +23,7 @@ from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage.snapshot import merge_into, take
 from onemap_shared.messages import (
     MapVerdict,
+    Occupancy,
     SimilarityReply,
     SimilarityRequest,
     Verdict,
@@ -189,6 +190,18 @@ def test_an_object_lies_at_the_heights_of_its_extent(table_map: BeliefMap, name:
     (box,) = table_room.THINGS[name]
     band = extent_band(table_map.shared_version(), (*box.low[:2], *box.high[:2]))
     assert_lies(name, np.array(band))
+
+
+def test_a_view_tells_walls_from_furniture_by_how_high_they_reach(table_map: BeliefMap) -> None:
+    view = search_view(MapScores(table_map).of([]), text="")
+    standing = view.occupancy == Occupancy.OCCUPIED
+    assert (view.tops_dm[~standing] == 0).all()
+    centres = view.grid.centres(np.argwhere(standing))
+    tops = view.tops_dm[standing]
+    (table, *_) = table_room.THINGS["table"]
+    outside_m = np.maximum(table.low[:2] - centres, centres - table.high[:2]).max(axis=1)
+    assert np.isin(tops[outside_m < 0], (8, 10)).mean() > 0.9  # in decimetres; with the cup
+    assert (tops[outside_m > 0.3] > 10).mean() > 0.9
 
 
 def test_heights_follow_a_merge(table_map: BeliefMap) -> None:

@@ -97,7 +97,7 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
-        np.full((4, 5), np.nan, np.float32), f32(4, 5),
+        np.full((4, 5), np.nan, np.float32), f32(4, 5), tops_dm=np.full((4, 5), 8, np.uint8),
     ),
     m.ViewChangesRequest("sofa", ("bed", "desk"), m.ViewKey("5f3a", "1.2.3", 4)),
     m.ViewChanges(

@@ -134,6 +134,8 @@ class SearchView(Message):
         guidance: (nx, ny) rank of the cell's cosine among all observed cells, 1 lowest to 255
             highest, 0 where not observed; (0, 0) without a text.
         calibrated: whether the similarity is a probability; else only its order means anything.
+        tops_dm: (nx, ny) how high what stands in occupied cells reaches, in decimetres, 22 also
+            for what is higher; 0 elsewhere, and where it is not known; (0, 0) from older mappers.
     """
 
     text: str
@@ -147,6 +149,7 @@ class SearchView(Message):
     rival: Annotated[F32, Shape(None, None)] = without(np.float32, 0, 0)
     guidance: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
     calibrated: bool = True
+    tops_dm: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
 
     def _check(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)

@@ -13,6 +13,7 @@ from onemap_mapper.belief.cells import EXPLORED, searched_row
 from onemap_mapper.belief.tiles import TileIndex
 from onemap_mapper.belief.view_log import Keyframes, ViewLog, Views
 from onemap_mapper.frame.update import FrameUpdate
+from onemap_mapper.occupancy.heights import tops_dm
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, U8, Bool
 from onemap_shared.grid import GridSpec
@@ -156,6 +157,17 @@ class MapVersion:
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
         dense: U8 = self._dense(self.occupancy, Occupancy.UNKNOWN)
+        return dense
+
+    def obstacle_tops_dm(self) -> U8:
+        """How high what stands in occupied cells reaches, (nx, ny) uint8 as of ``tops_dm``.
+
+        0 elsewhere, and where it is not known.
+        """
+        rows = np.flatnonzero((self.occupancy == Occupancy.OCCUPIED) & (self.slots != NO_SLOT))
+        tops: U8 = np.zeros(len(self.slots), np.uint8)
+        tops[rows] = tops_dm(self.heights_of(self.slots[rows]))
+        dense: U8 = self._dense(tops, 0)
         return dense
 
     def to_grid(self, per_slot: F32) -> F32:

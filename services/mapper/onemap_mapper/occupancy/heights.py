@@ -22,7 +22,7 @@ from onemap_mapper.frame.cloud import PointCloud, cells_of, divided
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import to_host
-from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
 LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose
@@ -30,6 +30,8 @@ THICKNESS_M = 0.2  # of the levels above it; the last one has all that is higher
 EDGES_M: F64 = np.append(0.0, LOWEST_M + THICKNESS_M * np.arange(LEVELS))
 RING_CELLS = 3  # around a region, with which it is compared: 0.3 m, beyond the blur
 MIN_EXCESS = 0.15  # a region that differs less from its surroundings has their heights
+# Of a cell's confidence at its top and above: less are pixels on the edge of something behind it.
+MIN_TOP_SHARE = 0.05
 MIN_SHARE = 0.7  # of what counts lies in the answer; the rest are stray pixels and blur
 
 
@@ -134,6 +136,19 @@ def height_band(inside: F32, weights: F32, around: F32) -> F32:
     excess = np.maximum(own - _mean_shares(around, np.ones(len(around), np.float32)), 0.0)
     low, high = _run(excess if excess.sum() >= MIN_EXCESS else own)
     return EDGES_M[[low, high]].astype(np.float32)
+
+
+def tops_dm(shares: F32) -> U8:
+    """How high the content of cells reaches, (n,) uint8 in decimetres, of shares (n, LEVELS).
+
+    The middle of the level, so to a decimetre, but 22 also for what is higher; 0: not known.
+    """
+    above = shares[:, ::-1].cumsum(axis=1, dtype=np.float64)[:, ::-1]
+    total = above[:, 0]
+    top = (above >= MIN_TOP_SHARE * total[:, None]).sum(axis=1) - 1
+    middle_dm = np.rint(EDGES_M[:-1] * 10 + THICKNESS_M * 5)
+    middle_dm[0] = 1
+    return np.where(total > 0, middle_dm[top], 0).astype(np.uint8)
 
 
 def _mean_shares(shares: F32, weights: F32) -> F64:

@@ -164,6 +164,7 @@ def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
         rival=rival,
         guidance=guidance,
         calibrated=calibrated,
+        tops_dm=version.obstacle_tops_dm(),
     )
 
 
