@@ -146,7 +146,10 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
         similarity = np.full(GRID.shape, np.nan, np.float32)
         similarity[10:30, 5:20] = 0.01
         similarity[12:15, 15:18] = 0.9
-    return m.SearchView(text, number, number, STAMP_NS, GRID, occupancy, layers, similarity)
+    tops_dm = np.zeros(GRID.shape, np.uint8)
+    tops_dm[30, 5:15], tops_dm[30, 15:20] = 8, 22  # a low wall, half of it up to the ceiling
+    known = (text, number, number, STAMP_NS, GRID, occupancy, layers, similarity)
+    return m.SearchView(*known, tops_dm=tops_dm)
 
 
 def saved_map(name: str) -> m.SavedMap:

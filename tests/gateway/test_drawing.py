@@ -168,6 +168,7 @@ def test_texts_marks_and_walls_contrast_with_their_ground(palette: Palette) -> N
         for ground in (palette.free, palette.unknown):
             assert contrast(getattr(palette, mark), ground) >= MARK_CONTRAST, mark
     assert contrast(palette.occupied, palette.free) >= MARK_CONTRAST
+    assert contrast(palette.wall, palette.occupied) >= MARK_CONTRAST
 
 
 @BOTH
@@ -219,6 +220,20 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
             row, column = (ny - 1 - iy) * scale, ix * scale
             block = image[row : row + scale, column : column + scale].reshape(-1, 3)
             assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
+
+
+@BOTH
+def test_what_is_taller_is_drawn_more_like_a_wall(palette: Palette) -> None:
+    """And a cell whose height is not known like the lowest."""
+    tops_dm = np.array([[0, 4, 8, 12, 16, 22, 255]], np.uint8).T
+    occupied = np.full(tops_dm.shape, Occupancy.OCCUPIED, np.uint8)
+    colours = occupancy_image(occupied, 1, palette, tops_dm)[0]
+    assert [tuple(colours[index].tolist()) for index in (0, 2)] == [palette.occupied] * 2
+    assert {tuple(colours[index].tolist()) for index in (4, 5, 6)} == {palette.wall}
+    between = contrast(tuple(colours[3].tolist()), palette.free)
+    assert contrast(palette.occupied, palette.free) < between < contrast(palette.wall, palette.free)
+    free = np.full(tops_dm.shape, Occupancy.FREE, np.uint8)
+    assert (occupancy_image(free, 1, palette, tops_dm) == palette.free).all()
 
 
 def test_an_empty_map_has_an_image_too() -> None:

@@ -42,6 +42,17 @@ def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
 
     assert at(1.0, 0.5) == DARK.free
     assert at(2.05, 0.5) == DARK.occupied
+    assert at(2.05, 1.5) == DARK.wall
+
+
+def test_the_heights_lie_where_the_image_shows_the_obstacles(client: TestClient) -> None:
+    image = client.get("/v1/map.png?marks=false&scale=1")
+    answer = client.get("/v1/map/heights.png")
+    assert answer.headers["X-OneMap-Bounds"] == image.headers["X-OneMap-Bounds"]
+    heights = decoded(answer.content)[..., 0]
+    walls = (decoded(image.content) == DARK.wall).all(axis=2)
+    assert (heights[walls] == 22).all()
+    assert np.bincount(heights.ravel()).nonzero()[0].tolist() == [0, 8, 22]
 
 
 def test_the_image_may_show_a_heatmap(client: TestClient) -> None:

@@ -21,6 +21,7 @@ class Theme(str, Enum):
 class Palette:
     """RGB of everything in the map image.
 
+    ``wall``: what stands taller than a person's chest, ``occupied`` what is lower or not known.
     ``heat``: at heat 0, 1/3, 2/3 and 1; away from the floor's brightness, so that it also works
     in grey. ``unknown`` is also the outline of texts and marks.
     """
@@ -28,6 +29,7 @@ class Palette:
     unknown: Rgb
     free: Rgb
     occupied: Rgb
+    wall: Rgb
     trail: Rgb
     path: Rgb
     frontier: Rgb
@@ -42,6 +44,7 @@ DARK = Palette(
     unknown=(15, 20, 27),
     free=(40, 50, 63),
     occupied=(110, 127, 147),
+    wall=(222, 230, 238),
     trail=(130, 150, 175),
     path=(76, 201, 240),
     frontier=(94, 214, 160),
@@ -55,7 +58,8 @@ DARK = Palette(
 LIGHT = Palette(
     unknown=(224, 229, 236),
     free=(250, 251, 253),
-    occupied=(118, 131, 148),
+    occupied=(128, 142, 160),
+    wall=(44, 54, 68),
     trail=(92, 108, 128),
     path=(0, 92, 138),
     frontier=(18, 107, 69),

@@ -21,6 +21,10 @@ HEATMAP_THRESHOLD = 0.1  # heat below which the cell keeps its colour
 HEAT_LEVELS = 256  # of opacity: neighbours differ by less than a level of grey
 MIN_HEATMAP_TOP = 0.25  # least score of heat 1: a weak best match must not look like a find
 
+# Tops of obstacles between which their colour changes to that of a wall, in decimetres: tables,
+# beds and sofas are lower. A wall that was only seen from near is known up to 1.4 m.
+FURNITURE_DM, WALL_DM = 9, 15
+
 MARGIN_M = 0.5
 ROBOT_BEYOND_MAP_M = 50.0  # further out the robot is left out: its pose is wrong
 EMPTY_MAP_SIDE_M = 4.0  # of the image of an empty map
@@ -49,7 +53,7 @@ class Overlay:
 
 @dataclass(frozen=True, slots=True)
 class MapImage:
-    """An RGB image (H, W, 3) uint8 and the part of the map that it shows."""
+    """An RGB image (H, W, 3) uint8, or a grey one (H, W), and the part of the map that it shows."""
 
     image: U8
     bounds_m: tuple[float, float, float, float]
@@ -73,7 +77,7 @@ def render_map(
     grid = _visible_grid(view, robot)
     pixels = _pixels_per_cell(grid, scale)
     occupancy = on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
-    image = occupancy_image(occupancy, pixels, palette)
+    image = occupancy_image(occupancy, pixels, palette, _tops_on(grid, view))
     if view.similarity.size:
         similarity = on_grid(view.similarity, view.grid, grid, np.nan)
         similarity[occupancy == Occupancy.UNKNOWN] = np.nan
@@ -86,10 +90,27 @@ def render_map(
     return MapImage(image, grid.bounds_m, pixels)
 
 
-def occupancy_image(occupancy: U8, pixels_per_cell: int, palette: Palette = DARK) -> U8:
-    """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, nearest neighbour."""
-    colours = np.array([palette.unknown, palette.free, palette.occupied], np.uint8)
-    return _upscaled(colours[_as_image(occupancy)], pixels_per_cell, cv2.INTER_NEAREST)
+def render_tops(view: SearchView) -> MapImage:
+    """How high obstacles reach: (H, W) uint8, decimetres as in ``SearchView.tops_dm``, a pixel per
+    cell of the part of the map that ``render_map`` shows without an overlay."""
+    grid = _visible_grid(view, ())
+    return MapImage(np.ascontiguousarray(_as_image(_tops_on(grid, view))), grid.bounds_m, 1)
+
+
+def occupancy_image(
+    occupancy: U8, pixels_per_cell: int, palette: Palette = DARK, tops_dm: U8 | None = None
+) -> U8:
+    """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, nearest neighbour.
+
+    tops_dm (nx, ny): how high obstacles reach, in decimetres, 0 not known.
+    """
+    wall = np.interp(np.arange(256), (FURNITURE_DM, WALL_DM), (0.0, 1.0))[:, None]
+    obstacles = (1 - wall) * palette.occupied + wall * palette.wall  # by their tops
+    colours = np.vstack([palette.unknown, palette.free, np.rint(obstacles)]).astype(np.uint8)
+    index = occupancy.astype(np.int16)
+    if tops_dm is not None:
+        index[occupancy == Occupancy.OCCUPIED] += tops_dm[occupancy == Occupancy.OCCUPIED]
+    return _upscaled(colours[_as_image(index)], pixels_per_cell, cv2.INTER_NEAREST)
 
 
 def blend_heatmap(image: U8, similarity: F32, palette: Palette = DARK) -> U8:
@@ -179,8 +200,9 @@ def draw_scale_bar(canvas: Canvas, palette: Palette = DARK) -> None:
 
 
 def encode_png(image: U8) -> bytes:
-    """PNG of an RGB image."""
-    _, data = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    """PNG of an RGB or a grey image."""
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR) if image.ndim == 3 else image
+    _, data = cv2.imencode(".png", bgr)
     return data.tobytes()
 
 
@@ -217,6 +239,13 @@ def on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) 
     outer = tuple(slice(a, b) for a, b in zip(lower - offset, upper - offset, strict=True))
     result[inner] = array[outer]
     return result
+
+
+def _tops_on(grid: GridSpec, view: SearchView) -> U8:
+    """Tops of obstacles on the cells of ``grid``, 0 from a mapper that does not send them."""
+    if not view.tops_dm.size:
+        return np.zeros(grid.shape, np.uint8)
+    return on_grid(view.tops_dm, view.grid, grid, 0)
 
 
 def _pixels_per_cell(grid: GridSpec, scale: int | None) -> int:

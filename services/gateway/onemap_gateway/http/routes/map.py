@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
@@ -29,10 +29,12 @@ from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import (
     MAX_SCALE,
+    MapImage,
     annotate_detections,
     encode_jpeg,
     encode_png,
     render_map,
+    render_tops,
 )
 from onemap_gateway.present.replies import map_archive, map_statistics
 from onemap_shared import keys
@@ -49,8 +51,16 @@ Text = Annotated[
 
 PICTURE = content(
     "image/png",
-    "Unknown is dark, free is grey, occupied is light (with `theme=light` free is white, occupied "
-    "is dark); x to the right, y up. `X-OneMap-Bounds` holds x_min, y_min, x_max, y_max in metres.",
+    "Unknown is dark, free is grey, occupied is light, the more so the higher it reaches (with "
+    "`theme=light` free is white, occupied is dark); x to the right, y up. `X-OneMap-Bounds` holds "
+    "x_min, y_min, x_max, y_max in metres.",
+    format="binary",
+)
+HEIGHTS = content(
+    "image/png",
+    "Grey: decimetres above the floor, within 1, up to which what stands in an occupied cell was "
+    "seen; 22 also for what is higher, 0 elsewhere and where it is not known. `X-OneMap-Bounds` as "
+    "of the map.",
     format="binary",
 )
 ARCHIVE = content(
@@ -122,20 +132,43 @@ async def _picture(
 ) -> Response:
     """The image of the view that ``look`` gives; compared: with what, None for nothing."""
 
+    def render(view: SearchView) -> MapImage:
+        drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if how.marks else None
+        return render_map(view, drawn, how.scale, PALETTES[how.theme])
+
+    return await _shared_png(gateway, ("map.png", compared, how), look, render)
+
+
+async def _shared_png(
+    gateway: GatewayContext,
+    asked: Hashable,
+    look: Callable[[], Awaitable[SearchView]],
+    render: Callable[[SearchView], MapImage],
+) -> Response:
+    """The image that ``render`` makes of a view, one for all who ask for the same."""
+
     async def draw() -> tuple[bytes, dict[str, str]]:
         view = await look()
-        drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if how.marks else None
-        palette = PALETTES[how.theme]
-        map_image = await to_thread.run_sync(render_map, view, drawn, how.scale, palette)
+        map_image = await to_thread.run_sync(render, view)
         data = await to_thread.run_sync(encode_png, map_image.image)
         return data, {
             "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
             "X-OneMap-Revision": str(view.revision),
         }
 
-    asked = ("map.png", compared, how)
     image = await gateway.images.get(asked, gateway.map_revision(), draw)
     return SharedResponse(image.body, media_type="image/png", headers=image.headers)
+
+
+@router.get(
+    "/map/heights.png",
+    summary="How high obstacles reach",
+    response_class=Response,
+    responses={200: HEIGHTS, **problem_responses(503)},
+)
+async def get_map_heights(gateway: GatewayDep) -> Response:
+    """A pixel for each cell of the part of the map that `map.png?marks=false` shows."""
+    return await _shared_png(gateway, "heights.png", gateway.view, render_tops)
 
 
 @router.get(
