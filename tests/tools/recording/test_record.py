@@ -22,6 +22,7 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     AnsweredQuery,
     FeatureField,
+    MapClear,
     MapDigest,
     MapRevision,
     RgbdFrame,
@@ -232,12 +233,28 @@ def test_features_that_come_after_their_revision_are_waited_for(
     assert last(result)["messages"]["perception/field/v1"] == 1
 
 
+def test_a_map_that_was_not_cleared_is_warned_of(
+    joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exactly where the replay cannot compare it; a map that was cleared before is new."""
+    joined.see(0, 1)
+    for name, warned in (("used", True), ("new", False)):
+        at_a_sync(monkeypatch, lambda: joined.see(2), stop)
+        result = recorded(path := tmp_path / f"{name}.mcap")
+        assert ("The map holds 2 frames from before this recording" in result.stderr) is warned
+        assert ("map/revision/v1" in last(result)["problems"]) is warned
+        assert RUNNER.invoke(app, ["replay", str(path)]).exit_code == int(warned)
+        joined.bus.call(keys.MAP_CLEAR, MapClear())
+
+
 def test_the_map_is_cleared_first_or_nothing_is_recorded(
     joined: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     joined.see(0, 1, 2)
     at_a_sync(monkeypatch, lambda: joined.see(3), stop)
-    assert recorded(tmp_path / "a.mcap", "--clear-map").exit_code == 0
+    cleared = recorded(tmp_path / "a.mcap", "--clear-map")
+    assert (cleared.exit_code, last(cleared)["problems"]) == (0, {})
+    assert "frames from before" not in cleared.stderr
     shown = last(RUNNER.invoke(app, ["bag", "info", str(tmp_path / "a.mcap"), "--json"]))
     assert shown["map"]["frames_fused"] == 1
     joined.mapper_bus.close()

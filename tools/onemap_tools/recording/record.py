@@ -76,7 +76,7 @@ def record(options: RecordOptions, console: Console) -> dict[str, Any]:
         writer = BagWriter(options.path, _metadata(options.version, sections))
         recorder = BagRecorder(bus, streams, writer)
         console.print(f"Recording to {options.path}; Ctrl-C ends it.", soft_wrap=True)
-        ended = _run(recorder, writer, options, stop)
+        ended = _run(recorder, writer, options, stop, console)
     document = {
         "file": str(writer.path),
         "seconds": round((time.time_ns() - started_ns) / 1e9, 1),
@@ -132,14 +132,23 @@ def _metadata(version: str, sections: Mapping[str, Any]) -> dict[str, dict[str, 
     }
 
 
-def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop: Event) -> str:
+def _run(
+    recorder: BagRecorder,
+    writer: BagWriter,
+    options: RecordOptions,
+    stop: Event,
+    console: Console,
+) -> str:
     """Record until the end; returns why it ended by itself, empty if it was stopped."""
     ends_s = time.monotonic() + (options.seconds or float("inf"))
     sync_s = digest_s = time.monotonic()
-    problem = ""
+    problem, warned = "", options.clear_map  # then what arrives first is the map before
     try:
         while not problem and not stop.wait(UPDATE_S) and (now_s := time.monotonic()) < ends_s:
             recorder.update(time.time_ns())
+            if not warned and (warning := recorder.problems.get(keys.MAP_REVISION.key)):
+                warned = True
+                console.print(warning, soft_wrap=True)
             if now_s >= digest_s:
                 digest_s = now_s + DIGEST_S
                 recorder.snapshot(time.time_ns())
@@ -206,9 +215,22 @@ class BagRecorder:
                     case AnsweredQuery():
                         self._embed(message.texts, now_ns)
                     case MapRevision():
+                        self._check_beginning(message)
                         self._fused_ns = message.stamp_ns
                     case FeatureField():
                         self._field_ns = message.stamp_ns
+
+    def _check_beginning(self, revision: MapRevision) -> None:
+        """Note that the map holds frames from before the recording, until it is cleared."""
+        key = keys.MAP_REVISION.key
+        if revision.frames_fused == 0:
+            self.problems.pop(key, None)
+        elif self.recorded[key] == 1 and revision.revision > 1:
+            self.problems[key] = (
+                f"The map holds {revision.frames_fused} frames from before this recording, so that "
+                "'onemap replay' can compare nothing until it is cleared: begin again with "
+                "--clear-map, or run 'onemap map clear'."
+            )
 
     @property
     def whole(self) -> bool:
