@@ -18,7 +18,8 @@ NEWCOMERS = (
 EPILOG = (
     "Start with 'onemap demo'.\n\n"
     "Exit codes: 0 yes or done; 1 no: not found, not ready, refused or failed; 2 misused: an "
-    "option, a word or a configuration is wrong; 130 stopped by Ctrl-C.\n\n"
+    "option, a word or a configuration is wrong; 130 stopped by Ctrl-C before it was done. What "
+    "runs until Ctrl-C, as 'up' or 'record', has done its work then: 0.\n\n"
     "With --json the last line on stdout is one JSON object; for an error it holds 'error', the "
     "sentence that is on stderr too, and 'exit_code'."
 )

@@ -82,7 +82,10 @@ def query(
         if follow:
             standing = gateway.follow_queries([words], options)  # opened when it is read
             events = gateway.follow_image(crop, options) if crop else standing
-            remote.follow_query(events, as_json=as_json)
+            try:
+                remote.follow_query(events, as_json=as_json)
+            except KeyboardInterrupt:
+                return
         if crop is not None:
             result = gateway.query_image(crop, options)
         else:

@@ -81,8 +81,9 @@ def demo(
     With --robots 2 two of them search for four and share one map: one that has found its object
     takes the next. Each is simulated on its own, so that they neither see nor touch one another.
 
-    Exit code 0 only if all were found and the simulator confirms it. It cannot confirm objects
-    that a scene file does not name: there the robot's claim counts. See 'onemap scene check'.
+    Exit code 0 only if all were found and the simulator confirms it, also where Ctrl-C ends the
+    demo after the search. It cannot confirm objects that a scene file does not name: there the
+    robot's claim counts. See 'onemap scene check'.
     """
     from onemap_tools.demo.run import run
     from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
