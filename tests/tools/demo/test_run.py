@@ -139,7 +139,10 @@ def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
             wait()
         assert error.value.exit_code == EXIT_FAILED
     demo.stop.set()
-    demo.stay_up(console())  # until Ctrl-C
+    demo.stay_up(out := console())  # until Ctrl-C
+    assert isinstance(out.file, io.StringIO)
+    for hint in ("onemap query sofa --url http://127.0.0.1:1\n", "doctor --config"):
+        assert hint in out.file.getvalue()
 
 
 def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> None:

@@ -372,9 +372,12 @@ class DemoRun:
     def stay_up(self, console: Console) -> None:
         """Keep the processes running until Ctrl-C."""
         yours = "The robot is yours" if len(self.setup.robots) == 1 else "The robots are yours"
-        console.print(f"{yours}. {self.setup.pages}   (Ctrl-C ends everything)")
+        console.print(f"{yours}. {self.setup.pages}   (Ctrl-C ends everything)", soft_wrap=True)
+        url = self.setup.url_of(self.setup.robots[0])
+        console.print(f"Ask from another shell: onemap query sofa --url {url}", soft_wrap=True)
         console.print(
-            f"What is wrong, if anything: onemap doctor --config {self.setup.config_file}"
+            f"What is wrong, if anything: onemap doctor --config {self.setup.config_file}",
+            soft_wrap=True,
         )
         while not self.stop.wait(POLL_S):
             self._check_processes()
