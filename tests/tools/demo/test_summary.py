@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import replace
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import Any
 
 import pytest
@@ -54,6 +54,21 @@ def test_spl_is_shortest_over_driven_for_successes_only() -> None:
     assert ITEM.spl == 0.5
     assert replace(ITEM, path_length_m=4.0).spl == 1.0
     assert MISSED.spl == 0.0
+
+
+def test_an_object_that_was_there_at_the_start_is_no_failure() -> None:
+    """Its row has no SPL, and the mean is that of the other rows."""
+    there = replace(ITEM, name="bed", shortest_path_m=0.0, path_length_m=0.4)
+    assert isnan(there.spl)
+    assert replace(there, outcome="not_found").spl == 0.0
+    both = summary(there, ITEM, replace(MISSED, name="desk"))
+    assert both.object_spl == pytest.approx((0.5 + 0.0) / 2)
+    assert document_of(both)["objects"][0]["spl"] is None
+    (row,) = (line.split() for line in printed(both).splitlines() if line.startswith(" bed"))
+    assert row[-3:] == ["-", "0.9", "m"]
+    assert "SPL 0.25 per object, 0.00 in all" in flat(printed(both))
+    assert "off by: straight from where the robot stopped to the nearest one" in flat(printed(both))
+    assert document_of(summary(there))["object_spl"] is None
 
 
 @given(shortest_m=lengths, driven_m=lengths)
@@ -154,8 +169,8 @@ def test_a_row_per_object_fits_eighty_columns_and_failures_have_their_reason() -
     assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
     assert "toilet: searched it all\n" in text
     assert "desk not sought" in flat(text)
-    totals = "1 of 4 found in 50 s (60 s with starting up), 1 claimed wrongly, SPL 0.00, 5.0 map"
-    assert totals in flat(text)
+    totals = "1 of 4 found in 50 s (60 s with starting up), 1 claimed wrongly, SPL 0.17 per object"
+    assert f"{totals}, 0.00 in all, 5.0 map" in flat(text)
     assert "It ended." in text
     assert "Map, path and finds: map.png" in text
     assert "Closest" not in text

@@ -67,7 +67,12 @@ class ObjectSummary:
 
     @property
     def spl(self) -> float:
-        """Success weighted by path length, in [0, 1]."""
+        """Success weighted by path length, in [0, 1].
+
+        NaN if it was found and had been there at the start: no way to it can be compared.
+        """
+        if self.success and self.shortest_path_m == 0:
+            return nan
         return path_efficiency(self.shortest_path_m, self.path_length_m) if self.success else 0.0
 
     def document(self) -> dict[str, Any]:
@@ -220,6 +225,12 @@ class DemoSummary:
         return done / len(self.wanted) if self.wanted else 0.0
 
     @property
+    def object_spl(self) -> float:
+        """Mean SPL of the objects that were judged and not there at the start; NaN without any."""
+        known = [item.spl for item in self.objects if item.judged and isfinite(item.spl)]
+        return sum(known) / len(known) if known else nan
+
+    @property
     def spl(self) -> float:
         """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count.
 
@@ -242,6 +253,7 @@ class DemoSummary:
             "claimed_wrongly": self.claimed_wrongly,
             "objects": [item.document() for item in self.objects],
             "spl": json_value(self.spl),
+            "object_spl": json_value(self.object_spl),
             "progress": self.progress,
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
@@ -266,6 +278,12 @@ def json_value(value: Any) -> Any:
     return [json_value(item) for item in value] if isinstance(value, tuple) else value
 
 
+LEGEND = (
+    "shortest: the way from where it began to where the object counts as found. off by: straight\n"
+    "from where the robot stopped to the nearest one. SPL -: it was there at the start."
+)
+
+
 def describe(summary: DemoSummary, picture: str | None, console: Console) -> None:
     """Print one row per object, the reasons of failures, totals and the picture's path."""
     titles = ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by")
@@ -275,6 +293,7 @@ def describe(summary: DemoSummary, picture: str | None, console: Console) -> Non
     for name in summary.not_sought:
         table.add_row(name, Text("not sought", style="dim"))
     console.print(table)
+    console.print(Text(LEGEND, style="dim"))
     if summary.several:
         table = _table("found", ("robot", "found", "path", "time", "contacts"))
         for robot in summary.several:
@@ -316,7 +335,8 @@ def _verdict(summary: DemoSummary) -> str:
     """Wrong claims and SPL, or for how many objects there is ground truth."""
     wrong = f"{summary.claimed_wrongly} claimed wrongly"
     if summary.judged == len(summary.objects):
-        return f"{wrong}, SPL {summary.spl:.2f}"
+        whole = f"SPL {number(summary.object_spl)} per object, {number(summary.spl)} in all"
+        return f"{wrong}, {whole}"
     known = f"ground truth for {summary.judged} of {len(summary.objects)}"
     return f"{known}, {wrong}" if summary.judged else "no ground truth"
 
@@ -336,9 +356,14 @@ def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
         f"{item.time_s:.0f} s",
         metres(item.path_length_m),
         metres(item.shortest_path_m),
-        f"{item.spl:.2f}" if item.judged else "-",
+        number(item.spl) if item.judged else "-",
         metres(item.true_distance_m),
     )
+
+
+def number(value: float) -> str:
+    """A ratio with two digits; a dash if it is not finite."""
+    return f"{value:.2f}" if isfinite(value) else "-"
 
 
 def metres(value: float) -> str:
