@@ -199,6 +199,8 @@ class Display:
     def _is_new(self, view: SearchView) -> bool:
         """Whether the map's cells changed: nav2 computes its whole costmap from each message."""
         before, self._mapped = self._mapped, view
+        if 0 in view.grid.shape:
+            return False  # before the first frame; nav2 cannot use a map without cells
         if before is None or before.grid != view.grid:
             return True
         return not np.array_equal(before.occupancy, view.occupancy)
