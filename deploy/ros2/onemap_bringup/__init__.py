@@ -1,0 +1,1 @@
+"""Launch file and RViz configuration of OneMap; no code."""

@@ -1,0 +1,93 @@
+"""``deploy/ros2``: what colcon installs, the launch file, and what RViz shows."""
+
+from __future__ import annotations
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from unittest.mock import MagicMock
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POINT_CLOUD, POSE_ARRAY
+from onemap_ros2.display import TOPICS
+from tests.structure import ROOT
+
+PACKAGE = ROOT / "deploy" / "ros2"
+MANIFEST = ElementTree.parse(PACKAGE / "package.xml").getroot()
+DEPENDS = {node.text for node in MANIFEST.iter("exec_depend")}
+SHOWS = {
+    "Map": GRID,
+    "MarkerArray": MARKER_ARRAY,
+    "Path": PATH,
+    "PointCloud2": POINT_CLOUD,
+    "PoseArray": POSE_ARRAY,
+}
+
+
+def test_rviz_shows_all_that_the_adapter_publishes_and_it_can() -> None:
+    config = yaml.safe_load((PACKAGE / "rviz" / "onemap.rviz").read_text())
+    displays = config["Visualization Manager"]["Displays"]
+    shown = {each["Topic"]["Value"]: each for each in displays if "Topic" in each}
+    types = {topic: SHOWS[each["Class"].split("/")[-1]] for topic, each in shown.items()}
+    # detections need a plug-in of vision_msgs; their finds are markers too
+    assert types == {f"/onemap/{n}": kind for n, kind in TOPICS.items() if kind != DETECTION_ARRAY}
+    assert {each["Topic"]["Durability Policy"] for each in shown.values()} == {"Transient Local"}
+    assert {each["Class"].split("/")[0] for each in displays} == {"rviz_default_plugins"}
+
+
+def test_setup_and_manifest_agree_and_name_every_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    setuptools = MagicMock()
+    monkeypatch.setitem(sys.modules, "setuptools", setuptools)
+    monkeypatch.chdir(PACKAGE)
+    runpy.run_path("setup.py")
+    given = setuptools.setup.call_args.kwargs
+    assert (given["name"], given["version"]) == tuple(
+        MANIFEST.findtext(t) for t in ("name", "version")
+    )
+    assert f'version = "{given["version"]}"' in (ROOT / "pyproject.toml").read_text()
+    assert (MANIFEST.get("format"), MANIFEST.findtext("export/build_type")) == ("3", "ament_python")
+    installed = dict(given["data_files"])
+    name = given["name"]
+    assert installed["share/ament_index/resource_index/packages"] == [f"resource/{name}"]
+    assert installed[f"share/{name}/launch"] == ["launch/onemap.launch.py"]
+    assert installed[f"share/{name}/rviz"] == ["rviz/onemap.rviz"]
+    assert all(Path(file).is_file() for files in installed.values() for file in files)
+    assert all((Path(package) / "__init__.py").is_file() for package in given["packages"])
+
+
+def test_colcon_finds_no_other_package_in_a_clone() -> None:
+    """It takes each ``setup.py`` for one, and runs it."""
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    tracked = [ROOT / line for line in listed.stdout.splitlines()]
+    scripts = [each for each in tracked if each.name == "setup.py" and each.parent != PACKAGE]
+    for script in scripts:
+        assert any((folder / "COLCON_IGNORE").is_file() for folder in script.parents), script
+
+
+def test_the_launch_file_starts_onemap_and_rviz(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against stand-ins for ROS's launch, which is not here: what it is asked for."""
+    names = "launch", "launch.actions", "launch.conditions", "launch.substitutions"
+    made = {
+        name: MagicMock() for name in (*names, "launch_ros.actions", "launch_ros.substitutions")
+    }
+    made["launch.substitutions"].LaunchConfiguration = "${{{}}}".format
+    made["launch.substitutions"].PathJoinSubstitution = "/".join
+    made["launch_ros.substitutions"].FindPackageShare = "{}".format
+    for name, module in {**made, "launch_ros": MagicMock()}.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    runpy.run_path(str(PACKAGE / "launch" / "onemap.launch.py"))["generate_launch_description"]()
+    process = made["launch.actions"].ExecuteProcess.call_args.kwargs
+    assert process["cmd"] == ["${onemap}", "up", "--config", "${config}"]
+    node = made["launch_ros.actions"].Node.call_args.kwargs
+    assert node["arguments"] == ["-d", f"{MANIFEST.findtext('name')}/rviz/onemap.rviz"]
+    assert {"launch", "launch_ros", node["package"]} <= DEPENDS
+    declared = {
+        call.args[0] for call in made["launch.actions"].DeclareLaunchArgument.call_args_list
+    }
+    assert declared == {"config", "onemap", "rviz", "use_sim_time"}
