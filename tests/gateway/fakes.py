@@ -359,19 +359,17 @@ class FakePlanner:
         return self.status
 
     def _get(self, request: m.SearchId) -> m.SearchStatus:
-        if self.status is None or request.search_id not in ("", self.status.search_id):
-            raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
-        return self.status
+        for status in ([self.status] if self.status else []) + self.past:
+            if request.search_id in ("", status.search_id):
+                return status
+        raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
 
     def _list(self, _request: m.SearchListRequest) -> m.SearchList:
         return m.SearchList((*([self.status] if self.status else []), *self.past), 2)
 
     def _record(self, request: m.SearchId) -> m.SearchRecord:
         """Ten seconds along y = 0.5 to a frontier, then to the sofa."""
-        for status in self.past:
-            if status.search_id == request.search_id:
-                return m.SearchRecord(status, STEPS, 4, PLACES)
-        raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
+        return m.SearchRecord(self._get(request), STEPS, 4, PLACES)
 
     def _cancel(self, request: m.SearchId) -> m.SearchStatus:
         if self._get(request).active:

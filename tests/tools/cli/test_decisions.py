@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.service import build
 from onemap_planner.search.decision_log import FOLDER, file_name, record
 from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
 from onemap_tools.cli.app import app
 from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
 from onemap_tools.errors import EXIT_OK, CliError
+from tests.gateway.fakes import FakePlanner, past_search
+from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
 STATUS = sample(SearchStatus)
@@ -112,3 +117,22 @@ def test_a_step_that_was_cut_off_is_said(three: Path) -> None:
     result = RUNNER.invoke(app, ["search", "replay", str(three)])
     assert "Step 2 of 2" in result.stdout
     assert "The last line is not complete" in result.stdout
+
+
+def test_a_running_robot_tells_its_past_searches() -> None:
+    router = MemoryRouter()
+    FakePlanner(router, past=[past_search()])
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        url = ["--url", f"http://127.0.0.1:{worker.port}"]
+        listed = RUNNER.invoke(app, ["search", "list", *url])
+        for text in ("2026-01-01 00:00:00", "sofa", "found", "10 s", "2.0 m", "s0"):
+            assert text in listed.stdout
+        told = RUNNER.invoke(app, ["search", "replay", "s0", *url])
+        assert told.exit_code == EXIT_OK
+        for text in (
+            "Step 2 of 3, after 6.0 s, robot at (0.6, 0.5)",
+            "sofa: approaching: seen 3 times: walking up to it",
+            "Goal: detection at (1.0, 1.0): it comes before every other goal.",
+            "4 steps are left out.",
+        ):
+            assert text in told.stdout

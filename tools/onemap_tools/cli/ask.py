@@ -33,7 +33,8 @@ from onemap_tools.processes.network import DEFAULT_URL
 
 REPLAY_EPILOG = (
     "The planner records the last 50 searches in the folder 'decisions' of planner.state_dir, one "
-    "file each. To search for an object called replay: onemap search -- replay"
+    "file each; 'onemap search list' has their ids. To search for an object called replay: onemap "
+    "search -- replay"
 )
 Crop = Annotated[
     Path | None, typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG.")
@@ -127,34 +128,54 @@ def search(
     raise typer.Exit(exit_code)
 
 
+@app.command("search list", rich_help_panel=RECORDINGS)
+def search_list(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
+    """The searches of the robot, also past ones, the newest first."""
+    from onemap_tools.cli import remote
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        searches = [dict(each.latest.document) for each in gateway.searches.list()]
+    show({"searches": searches}, as_json, remote.describe_searches)
+
+
 @app.command("search replay", rich_help_panel=RECORDINGS, epilog=REPLAY_EPILOG)
 def search_replay(
-    file: Annotated[Path, typer.Argument(help="A file of recorded decisions (*.jsonl).")],
+    file: Annotated[
+        Path, typer.Argument(help="A file of recorded decisions (*.jsonl), or a search's id.")
+    ],
     *,
     show_all: Annotated[bool, typer.Option("--all", help="Print all steps without waiting.")] = (
         False
     ),
+    url: Url = DEFAULT_URL,
+    token: Token = "",
     as_json: Json = False,
 ) -> None:
     """Why did the robot drive there? Each decision of a past search; Enter shows the next.
 
-    Needs no running robot. Without a terminal all steps are printed.
+    A file needs no running robot. Without a terminal all steps are printed.
     """
-    from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
+    from onemap_tools.cli.decision_file import recorded_search, replayed_search
 
-    decisions = read_decisions(file)
+    if file.suffix or file.exists():
+        search = recorded_search(file)
+    else:
+        from onemap_tools.gateway import gateway_client
+
+        with gateway_client(url, token) as gateway:
+            search = replayed_search(gateway.searches.get(str(file)).replay())
     if as_json:
-        print_json(decisions_document(decisions))
+        print_json(search.document)
         return
     console = result_console(as_json)
-    count = len(decisions.steps)
-    for number, step in enumerate(decisions.steps, 1):
-        console.print(*describe_step(step, number, count), sep="\n", soft_wrap=True)
-        last = number == count
+    for number, step in enumerate(search.steps, 1):
+        console.print(*step, sep="\n", soft_wrap=True)
+        last = number == len(search.steps)
         if not (last or show_all or wait_for_enter("Enter: next step, Ctrl-D: end ")):
             return
-    if decisions.cut_off:
-        console.print("The last line is not complete: the planner was ended while it wrote.")
+    if search.missing:
+        console.print(search.missing)
 
 
 @app.command(rich_help_panel=FIRST, context_settings={"ignore_unknown_options": True})

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from rich.table import Table
 from rich.text import Text
 
-from onemap import SearchSnapshot
+from onemap import ReplayStep, SearchReplay, SearchSnapshot
 from onemap_tools.errors import CliError
 
 SCHEMA = 1
@@ -104,6 +104,41 @@ def decisions_document(decisions: DecisionFile) -> dict[str, Any]:
         "cut_off": decisions.cut_off,
         "steps": [dict(step.search.document) for step in decisions.steps],
     }
+
+
+class PastSearch(NamedTuple):
+    """A search as it is printed: its steps, the JSON object, what is missing in a sentence."""
+
+    steps: tuple[Rendered, ...]
+    document: dict[str, Any]
+    missing: str
+
+
+def recorded_search(path: Path) -> PastSearch:
+    """What a file of the planner holds; CliError as ``read_decisions``."""
+    decisions = read_decisions(path)
+    count = len(decisions.steps)
+    steps = (describe_step(step, n, count) for n, step in enumerate(decisions.steps, 1))
+    cut = "The last line is not complete: the planner was ended while it wrote."
+    return PastSearch(tuple(steps), decisions_document(decisions), cut if decisions.cut_off else "")
+
+
+def replayed_search(replay: SearchReplay) -> PastSearch:
+    """What a gateway tells of a search; the goals that did not win are in the file alone."""
+    steps = tuple(_replayed(step, n, replay) for n, step in enumerate(replay.steps, 1))
+    left = f"{replay.left_out} steps are left out." if replay.left_out else ""
+    return PastSearch(steps, dict(replay.document), left)
+
+
+def _replayed(step: ReplayStep, number: int, replay: SearchReplay) -> Rendered:
+    x_y = "" if step.robot_m is None else f", robot at ({_place(step.robot_m)})"
+    head = f"Step {number} of {len(replay.steps)}, after {step.elapsed_s:.1f} s{x_y}"
+    subject = step.target or replay.search.subject
+    lines = [Text(head, style="bold"), Text(f"{subject}: {step.state}: {step.reason}")]
+    if step.goal_m is not None:
+        kind = step.goal_kind.replace("_", " ")
+        lines.append(Text(f"Goal: {kind} at ({_place(step.goal_m)}): {step.goal_reason}."))
+    return tuple(lines)
 
 
 def _place(xy: tuple[float, float]) -> str:

@@ -178,6 +178,25 @@ def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:
             describe_query(dict(event.document), result_console(as_json))
 
 
+def describe_searches(reply: dict[str, Any], console: Console) -> None:
+    """Print one row per search: when, what, how it ended, how long and far, id."""
+    if not reply["searches"]:
+        console.print("Nothing was searched yet: 'onemap search' goes and looks.")
+        return
+    table = Table("began (UTC)", "what", "state", "time", "driven", "id")
+    for each in reply["searches"]:
+        table.add_row(
+            each["started_at"][:19].replace("T", " "),
+            ", ".join(each["objects"])
+            or f"{each['kind'].replace('_', ' ')} {_place(each['place_m'])}",
+            each["state"].replace("_", " "),
+            f"{each['elapsed_s']:.0f} s",
+            f"{each['path_length_m']:.1f} m",
+            each["id"],
+        )
+    console.print(table)
+
+
 def describe_objects(reply: dict[str, Any], console: Console) -> None:
     """Print one row per found object: name, place, score, times, id."""
     if not reply["objects"]:

@@ -27,6 +27,7 @@ Document = dict[str, Any]
 CLOSED_LISTS: Mapping[str, Mapping[str, type[Enum]]] = {
     "SearchSnapshot": {"kind": SearchKind, "state": SearchState, "order": SearchOrder},
     "ObjectOutcome": {"outcome": SearchState},
+    "ReplayStep": {"state": SearchState},
     "QueryResult": {"verdict": Verdict},
 }
 REASONS = " ".join(f"`{code}`: {code.sentence}" for code in FailureCode if code)
