@@ -62,7 +62,10 @@ SAMPLES: tuple[Any, ...] = (
     m.RgbdFrame(
         7, 123, np.full((6, 8, 3), 9, np.uint8), np.full((6, 8), 1500, np.uint16), CAMERA, POSE
     ),
-    m.Odometry(7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12),
+    m.Odometry(
+        7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12,
+        reached=(1.0, -2.0, 0.5), hold="nav2 does not answer",
+    ),
     m.PoseGraph(2, 456, np.array([123, 234]), np.stack([POSE, POSE]), np.stack([POSE, POSE])),
     m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123, frame_ns=99),
     m.FeatureField(

@@ -12,7 +12,7 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
-from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape
+from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape, numbers
 
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
@@ -58,6 +58,9 @@ class Odometry(Message):
         command_sequence: of the newest command that came from it, followed or not; 0 before the
             first; -1: the driver does not say, and the planner cannot measure its loop.
         lateral_mps: speed to the left, in metres per second; 0 for a differential drive.
+        reached: x, y in metres and yaw in radians of the last goal that the robot's own navigation
+            says it has reached, while it stands there; empty without one.
+        hold: why the planner must wait: the robot may not do what it is told; empty if it does.
     """
 
     sequence: int
@@ -69,6 +72,8 @@ class Odometry(Message):
     planner: Name = ""
     command_sequence: int = -1
     lateral_mps: float = 0.0
+    reached: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
+    hold: str = ""
 
 
 @dataclass(frozen=True, slots=True)
