@@ -252,6 +252,7 @@ class SimulatedSearch:
     decision: Decision | None = None
     stale_reason: str = ""
     patience_from_s: float = float("-inf")
+    reached: Pose2d | None = None
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     targets_reset: list[int] = field(default_factory=list)
@@ -281,6 +282,7 @@ class SimulatedSearch:
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
             patience_from_s=self.patience_from_s,
+            reached=self.reached,
         )
         outcome = step(self.state, observation, params)
         self.state, self.decision = outcome.state, outcome.decision or self.decision

@@ -12,6 +12,7 @@ from onemap_planner.inputs import (
     with_revision,
     with_start,
 )
+from onemap_planner.motion.motions import Pose2d
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry
 from tests.planner.drawn_maps import PARAMS
@@ -52,6 +53,14 @@ def test_the_stale_reason_names_the_age() -> None:
     late = with_odometry(inputs(), odometry(2, 0), 11.2)
     assert late.stale_reason(11.2, FRESH) == "the map is 1.2 s old"
     assert inputs().stale_reason(10.8, FRESH) == "odometry is 0.8 s old"
+
+
+def test_a_robot_that_may_not_obey_holds_the_planner_as_long_as_it_says_so() -> None:
+    held = with_odometry(inputs(), replace(odometry(2, 0), hold="it may drive"), 10.1)
+    assert held.stale_reason(10.1, FRESH) == "it may drive"
+    there = with_odometry(held, replace(odometry(3, 0), reached=(1.0, 2.0, 0.5)), 10.2)
+    assert there.stale_reason(10.2, FRESH) == ""
+    assert (there.reached, held.reached) == (Pose2d(1.0, 2.0, 0.5), None)
 
 
 def test_the_odometer_counts_driving_only() -> None:

@@ -42,10 +42,13 @@ class LatestInputs:
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
     robots or mappers come, empty if they do not; held: why a search of before the planner's restart
-    does not go on yet; camera: of the robot, as the mapper last told it.
+    does not go on yet; camera: of the robot, as the mapper last told it; reached and hold: what the
+    robot's own navigation says, see ``Odometry``.
     """
 
     pose: Pose2d | None = None
+    reached: Pose2d | None = None
+    hold: str = ""
     collided_s: float = float("-inf")
     odometer_m: float = 0.0
     odometry: Arrival | None = None
@@ -76,7 +79,7 @@ class LatestInputs:
         """Why the robot must stop; empty if it may move."""
         stale = stale_reason(self.ages(now_s), params)
         stale = stale and (self.starts(now_s) or stale)
-        return self.mixed or self.held or stale or self._late_reason(now_s, params)
+        return self.mixed or self.held or self.hold or stale or self._late_reason(now_s, params)
 
     def patience_from_s(self, now_s: float) -> float:
         """Since when a map can be expected: it was heard once, and no stage starts."""
@@ -118,6 +121,8 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
     return replace(
         inputs,
         pose=pose,
+        reached=Pose2d(*message.reached) if message.reached else None,
+        hold=message.hold,
         collided_s=now_s if message.collided else inputs.collided_s,
         odometer_m=inputs.odometer_m + (driven_m if driven_m < MAX_ODOMETRY_STEP_M else 0.0),
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),

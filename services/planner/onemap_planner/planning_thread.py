@@ -356,6 +356,7 @@ class PlanningThread:
             creeps=now.creeps,
             patience_from_s=now.inputs.patience_from_s(now_s),
             camera=now.inputs.camera,
+            reached=now.inputs.reached,
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision

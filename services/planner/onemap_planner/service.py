@@ -302,6 +302,7 @@ class Planner:
             odometer_m=self._inputs.odometer_m,
             now_ns=time.time_ns(),
             waiting=self._waiting(time.monotonic()),
+            hold=self._inputs.hold,
         )
 
     def _waiting(self, now_s: float) -> str:

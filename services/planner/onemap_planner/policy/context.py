@@ -83,7 +83,8 @@ class PlanningContext:
 
     whole: whether all of the known map is in it, or the part around the way to the goal only;
     appeared: what has just appeared on it; bands: from how far things are looked at;
-    consensus: when detector and map agree.
+    consensus: when detector and map agree; reached: the goal at which the robot's own navigation
+    says it stands, None without one.
     """
 
     pose: Pose2d
@@ -95,6 +96,7 @@ class PlanningContext:
     appeared: Appeared = NOTHING
     bands: Bands = Bands()
     consensus: Consensus = CONSENSUS
+    reached: Pose2d | None = None
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""

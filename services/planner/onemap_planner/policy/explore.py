@@ -14,7 +14,8 @@ from math import pi
 import numpy as np
 
 from onemap_planner.motion.motions import Rotate
-from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS, arrived
+from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
+from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
 from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
 from onemap_planner.policy.goals import (
@@ -85,11 +86,13 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     goal = select_goal(options, memory.active_goal.goal if memory.active_goal else None)
     if goal is None:
         return replace(last_resort(state, context), candidates=candidates)
-    motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
+    at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
+    if at is ArrivalState.NO_VIEW:
+        return _without_view(state, goal, candidates)
     active = _activated(state, goal)
     memory.leave(goal, now_s)
     state.search = explain_goal(state.search, goal, options, new=memory.is_new(active))
-    active = active.at(now_s, arrived=arrived(motion, context.pose))
+    active = active.at(now_s, arrived=at is ArrivalState.THERE)
     memory.active_goal = active.compared(motion, candidates, now_s)
     memory.idle_since_s = None
     return Move(motion, _disputed_reached(state, active), candidates)
@@ -254,10 +257,19 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     active = state.memory.active_goal
     if active is None or active.comparison is None:
         return Move()
-    motion = context.drive_to(active.goal.viewpoint_xy, active.goal.look_xy)
-    there = arrived(motion, context.pose)
+    candidates, goal = active.comparison.candidates, active.goal
+    at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
+    if at is ArrivalState.NO_VIEW:
+        return _without_view(state, goal, candidates)
+    there = at is ArrivalState.THERE
     state.memory.active_goal = active.at(state.active_time_s, arrived=there)
-    return Move(motion, candidates=active.comparison.candidates)
+    return Move(motion, candidates=candidates)
+
+
+def _without_view(state: PlannerState, goal: Goal, candidates: GoalCandidates) -> Move:
+    """Give up a goal that the robot comes no nearer to: the next step takes another view."""
+    state.give_up(goal, reached=False)
+    return Move(candidates=candidates)
 
 
 # Square metres of free floor that no path leads to, from which on all frontiers are visited once

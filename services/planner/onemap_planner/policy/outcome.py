@@ -26,7 +26,8 @@ class Observation:
     the inputs are too old to act on, empty if they are fresh; other_view: of the object of
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
-    nobody could expect fresh inputs, because a stage was starting; camera: of the robot.
+    nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
+    the goal at which its own navigation says it stands, None without one.
     """
 
     now_s: float
@@ -42,6 +43,7 @@ class Observation:
     creeps: bool = False
     patience_from_s: float = float("-inf")
     camera: CameraView = USUAL_CAMERA
+    reached: Pose2d | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -143,7 +143,7 @@ def step(
     if not context.whole and not can_follow(state, context):
         context = _context(state, pose, view, params, None)
     bands = Bands(params.explore.approach_farthest_m, observation.camera)
-    context = replace(context, consensus=consensus, bands=bands)
+    context = replace(context, consensus=consensus, bands=bands, reached=observation.reached)
     state.appeared = context.appeared
     _take_in_map(state, observation, context)
     move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)

@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_planner.motion.motions import Drive
-from onemap_planner.motion.pure_pursuit import ARRIVE_M, arrived
-from onemap_planner.policy.context import APPROACH_LAST_RESORT_M, PlanningContext
+from onemap_planner.motion.pure_pursuit import ARRIVE_M
+from onemap_planner.policy.arrival import ArrivalState, arrive, stands_at
+from onemap_planner.policy.context import (
+    APPROACH_LAST_RESORT_M,
+    APPROACH_LIMIT_M,
+    PlanningContext,
+)
 from onemap_planner.policy.evidence import object_probability
 from onemap_planner.policy.goals import detection_goals, explain_candidate
 from onemap_planner.policy.memory import (
@@ -57,11 +62,15 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
         _leave(memory, candidate, context)
         return Move(event=Rejected())
     memory.idle_since_s = None
-    motion = context.drive_to(viewpoint_xy, candidate.xyz[:2])
+    at, motion = arrive(context.drive_to(viewpoint_xy, candidate.xyz[:2]), context)
+    too_far = surface_distance_m(candidate, context) > APPROACH_LIMIT_M
+    if at is ArrivalState.NO_VIEW or (at is ArrivalState.THERE and context.reached and too_far):
+        memory.doubt(candidate, viewpoint_xy)  # the robot comes no nearer to this one
+        return Move()
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
     state.search = explain_candidate(state.search, goal, sightings, MIN_SIGHTINGS)
-    return Move(motion, Arrived(candidate) if arrived(motion, context.pose) else None)
+    return Move(motion, Arrived(candidate) if at is ArrivalState.THERE else None)
 
 
 def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
@@ -105,8 +114,7 @@ def _sure(memory: TargetMemory, candidate: ObjectCandidate, context: PlanningCon
     limit_m = APPROACH_LAST_RESORT_M + 1.2 * ARRIVE_M
     if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
         return Confirmed(candidate)
-    there = context.pose.distance_to(nearer_xy) <= 1.2 * ARRIVE_M
-    return Confirmed(candidate) if there else CandidateSelected(candidate)
+    return Confirmed(candidate) if stands_at(nearer_xy, context) else CandidateSelected(candidate)
 
 
 def _weigh(

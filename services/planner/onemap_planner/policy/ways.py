@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
-from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility, explain_goal
 from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, PlannerState
@@ -160,8 +160,10 @@ class UnreachedPlace:
     score: float
 
 
-def place_goals(destination: Destination, context: PlanningContext, visits: I64) -> Iterator[Goal]:
-    """The goals of a drive to a place, the best first.
+def place_goals(
+    destination: Destination, context: PlanningContext, visits: I64, tried_xy: F64
+) -> Iterator[Goal]:
+    """The goals of a drive to a place, the best first; none near the views tried_xy (T, 2), metres.
 
     A place that the map knows is reached or seen from known floor; otherwise the way to it is
     explored. visits (nx, ny): how often the robot looked beyond a frontier near each cell without
@@ -169,7 +171,7 @@ def place_goals(destination: Destination, context: PlanningContext, visits: I64)
     well as possible.
     """
     look = destination.kind is SearchKind.LOOK_AT
-    final = _seeing(destination.xy, context) if look else None
+    final = _seeing(destination.xy, context, tried_xy) if look else None
     if not look and _known(destination.xy, context):
         final = _standing(destination.xy, context)
     if final is not None:
@@ -269,11 +271,12 @@ def _standing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
     return None
 
 
-def _seeing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
+def _seeing(xy: tuple[float, float], context: PlanningContext, tried_xy: F64) -> I64 | None:
     """The cheapest reachable cell (2,) from which a known place is in sight; None without any."""
     if not _known(xy, context):
         return None
-    return first_visible(_around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M)))
+    tried = context.costmap.grid.cells(tried_xy)
+    return first_visible(_around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M), tried))
 
 
 def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
@@ -284,15 +287,21 @@ def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | Non
 
 
 def _around(
-    xy: tuple[float, float], context: PlanningContext, band_m: tuple[float, float]
+    xy: tuple[float, float],
+    context: PlanningContext,
+    band_m: tuple[float, float],
+    tried: I64 = NO_CELLS,
 ) -> Viewpoints:
-    """Viewpoints around a place; what is unknown hides it, except around the robot."""
+    """Viewpoints around a place, not near tried ones (T, 2).
+
+    What is unknown hides it, except around the robot.
+    """
     costmap, grid = context.costmap, context.costmap.grid
     here_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
     beneath = here_m <= context.params.escape_radius_m
     opaque = replace(costmap, occupied=costmap.occupied | ~(costmap.free | beneath))
     target = SightTarget(context.cell_at(xy)[None])
-    return viewpoints_around(target, replace(context, costmap=opaque), band_m)
+    return viewpoints_around(target, replace(context, costmap=opaque), band_m, tried=tried)
 
 
 def _view_of(cells: I64, context: PlanningContext, tried: I64 = NO_CELLS) -> I64 | None:
@@ -397,10 +406,13 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
         memory.active_goal, state.search = None, without_choice(state.search)
         waits = now_s - memory.idle_from_s(now_s) < SETTLE_S
         return Move(event=None if waits else _failure(destination, context))
-    motion = context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose))
+    at, motion = arrive(context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose)), context)
+    if at is ArrivalState.NO_VIEW:
+        state.give_up(goal, reached=False)
+        return Move()
     active = _activated(state, goal)
     state.search = explain_goal(state.search, goal, [goal], new=memory.is_new(active))
-    there = arrived(motion, context.pose)
+    there = at is ArrivalState.THERE
     final = there and goal.kind is not GoalKind.FRONTIER
     memory.active_goal = active.at(now_s, arrived=there and not final)
     memory.idle_since_s = None
@@ -410,7 +422,9 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
 
 def _select(state: PlannerState, destination: Destination, context: PlanningContext) -> Goal | None:
     """The best goal that was not given up; a frontier is given up by its visits."""
-    goals = place_goals(destination, context, visit_counts(context, state.visited_frontiers))
+    visits = visit_counts(context, state.visited_frontiers)
+    tried_xy = state.memory.tried_xy(GoalKind.LOOK_AT)
+    goals = place_goals(destination, context, visits, tried_xy)
     fresh = (g for g in goals if g.kind is GoalKind.FRONTIER or not state.is_given_up(g))
     return next(fresh, None)
 

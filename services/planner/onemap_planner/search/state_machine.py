@@ -329,17 +329,21 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             return search
 
 
-def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "") -> SearchStatus:
+def status(
+    search: Search, *, odometer_m: float, now_ns: int, waiting: str = "", hold: str = ""
+) -> SearchStatus:
     """The message about the search; waiting: why the robot stands still, or empty.
 
-    ``updated_ns`` of a search that is over is when it ended.
+    hold: why the robot may not obey, which counts after the end too; or empty. ``updated_ns`` of a
+    search that is over is when it ended.
     """
+    reason = f"{search.reason}; {hold}" if hold else search.reason
     return SearchStatus(
         search_id=search.search_id,
         state=_wire_state(search.phase),
         objects=search.objects,
         index=search.index,
-        reason=f"waiting: {waiting}" if waiting and search.active else search.reason,
+        reason=f"waiting: {waiting}" if waiting and search.active else reason,
         results=search.results,
         started_ns=search.started_ns,
         updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
