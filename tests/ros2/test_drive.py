@@ -14,6 +14,7 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive.driver import (
     MAX_COMMAND_AGE_S,
     MAX_PLAN_AGE_S,
+    TURN_RAD,
     GoalPose,
     PlannerVoice,
     RobotNow,
@@ -67,9 +68,9 @@ def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
     assert goal is not None
     assert (goal.x_m, goal.y_m, goal.yaw_rad) == pytest.approx((2.0, 0.0, math.pi / 2))
     turned = goal_of(path_to(3.0, 0.0, "rotate"), GoalPose(1.0, 2.0, 3.0))
-    assert turned is not None  # a quarter turn to the left in place
-    assert (turned.x_m, turned.y_m) == (1.0, 2.0)
-    assert turned.yaw_rad == pytest.approx(3.0 - 1.5 * math.pi)
+    assert turned is not None  # to the left in place
+    assert (turned.x_m, turned.y_m, turned.turns) == (1.0, 2.0, True)
+    assert turned.yaw_rad == pytest.approx(3.0 + TURN_RAD - 2 * math.pi)
     for motion in ("rest", "reverse", ""):
         assert goal_of(path_to(3.0, 0.0, motion), ORIGIN) is None
         assert end_of(path_to(3.0, 0.0, motion)) is None
@@ -126,10 +127,11 @@ class Ride:
         self.voice = PlannerVoice().with_status(status("s1"))
         self.now_s = 10.0
 
-    def step(self, x_m: float, *, fresh: bool = True) -> None:
+    def step(self, x_m: float, *, fresh: bool = True, moving: bool = True) -> None:
         self.now_s += 0.5
         self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s).with_command(self.now_s)
-        self.driver.step(RobotNow(self.now_s, 7, fresh, GoalPose(0.5, 0.0, 0.0)), None, self.voice)
+        here = GoalPose(0.5, 0.0, 0.0)
+        self.driver.step(RobotNow(self.now_s, 7, fresh, here, moving=moving), None, self.voice)
 
     @property
     def sent(self) -> list[float]:
@@ -146,6 +148,27 @@ def test_goal_poses_are_sent_when_they_move_and_to_stop_where_the_robot_stands()
         ride.step(4.0, fresh=False)
     assert set(ride.sent[2:]) == {0.5}
     assert 2 <= len(ride.sent[2:]) <= 3
+
+
+def test_a_robot_that_stands_near_its_goal_pose_has_reached_it() -> None:
+    ride = Ride()
+    for moving in (True, False, False, False):
+        ride.step(0.75, moving=moving)
+        assert ride.driver.report().reached is None
+    for _ in range(8):
+        ride.step(0.75, moving=False)
+        assert ride.driver.report().reached == GoalPose(0.75, 0.0, 0.0)
+    assert ride.sent == [0.75]
+    ride.step(1.0, moving=False)
+    assert ride.sent[1:] == [1.0]
+    assert ride.driver.report().reached is None
+
+
+def test_one_step_of_rest_ends_no_goal() -> None:
+    rest, voice = path_to(0.0, 0.0, "rest"), VOICE.with_path(path_to(2.0, 0.0), 10.0)
+    resting = voice.with_path(rest, 10.25)
+    assert resting.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
+    assert resting.with_path(rest, 10.5).goal(NOW) is None
 
 
 def test_an_adapter_by_goal_poses_that_ends_stops_the_robot() -> None:

@@ -117,7 +117,8 @@ class Ros2Config(Params):
         description="velocity: the planner's own velocities on the command topic. nav2: its goals "
         "by the action /navigate_to_pose, and nav2 drives. goal_pose: the same as messages on "
         "/goal_pose, for what has no action; it cannot be cancelled, a goal where the robot "
-        "stands replaces it. With the last two nothing is ever sent on the command topic.",
+        "stands replaces it. With the last two nothing is sent on the command topic, but for zeros "
+        "while nav2 does not answer a cancellation.",
     )
     command_type: Literal["auto", "Twist", "TwistStamped"] = Field(
         default="auto",

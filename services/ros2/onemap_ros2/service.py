@@ -43,6 +43,7 @@ from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.ros2")
 STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the planner's 20 Hz
+STANDS_MPS, STANDS_RADPS = 0.02, 0.05  # up to this a base that stands may report
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
 DIAGNOSTICS_PERIOD_S = 1.0  # as ROS 2's own nodes send them
 KEPT_BEATS = 20  # of all services, between two diagnostics
@@ -136,7 +137,11 @@ class Ros2Worker:
     def _send(self, odometry: Odometry, now_s: float) -> None:
         self._last = (now_s, odometry)
         planner, sequence = self._gate.echo(now_s)
-        self._odometry.put(replace(odometry, planner=planner, command_sequence=sequence))
+        report, reached = self._driver.report(), ()
+        if report.reached is not None:
+            reached = (report.reached.x_m, report.reached.y_m, report.reached.yaw_rad)
+        known = replace(odometry, planner=planner, command_sequence=sequence)
+        self._odometry.put(replace(known, reached=reached, hold=report.hold))
 
     def _drive(self, now_s: float) -> None:
         robot = RobotNow(
@@ -145,6 +150,7 @@ class Ros2Worker:
             self._fresh(now_s),
             pose_of(self._last[1].T_map_body) if self._last is not None else None,
             self._input.body_frame,
+            self._moving(now_s),
         )
         self._driver.step(robot, self._command(robot), self._listen(now_s))
 
@@ -170,6 +176,14 @@ class Ros2Worker:
 
     def _fresh(self, now_s: float) -> bool:
         return self._last is not None and now_s - self._last[0] <= STALE_S
+
+    def _moving(self, now_s: float) -> bool:
+        """Whether the robot moves, by its odometry; without that it may."""
+        if self._last is None or not self._fresh(now_s):
+            return True
+        moved = self._last[1]
+        speed_mps = max(abs(moved.linear_mps), abs(moved.lateral_mps))
+        return speed_mps > STANDS_MPS or abs(moved.angular_radps) > STANDS_RADPS
 
     def _robot_ns(self, now_s: float) -> int:
         """The time now on the robot's clock, which may be simulated or differ from ours."""
@@ -197,6 +211,8 @@ class Ros2Worker:
 
     def _problem(self, now_s: float) -> str:
         """What keeps the robot from being used; empty if nothing does."""
+        if hold := self._driver.report().hold:
+            return hold
         topics = self._topics
         lacking = missing(self._network.endpoints(), self._config)
         silent = "; ".join(filter(None, (w.silence(now_s) for w in self._watches.values())))

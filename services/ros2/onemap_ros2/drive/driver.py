@@ -14,10 +14,15 @@ from onemap_shared.geometry import F64, wrap_angle, yaw_of
 from onemap_shared.messages import PlannedPath, SearchStatus, VelocityCommand
 
 NEAR_M = 0.05  # a direction over less than this is noise
-TURN_RAD = math.pi / 2  # of a goal that makes the robot rotate where it stands
+# Of a goal that makes the robot rotate where it stands: three are a circle, though nav2 ends each
+# 0.25 rad before, and left is the shorter way.
+TURN_RAD = 2.4
 # By so much the planner's goal must move, or its heading turn, before the robot's is replaced: each
 # one makes nav2 plan anew, and ends of paths move by a few cells at each plan. A third of a view.
 GOAL_CHANGE_M, GOAL_CHANGE_RAD = 0.4, 0.6
+# The same once the robot has reached its goal: the planner's own tolerances.
+ARRIVED_M, ARRIVED_RAD = 0.12, 0.15
+REST_S = 0.4  # one step of the planner, which takes 0.25 s, and not two
 NEVER = float("-inf")
 Say: TypeAlias = Callable[[str], None]  # what happened, for the log
 GOAL_PERIOD_S = 1.0  # least time between two goals: nav2's behaviour tree plans once a second
@@ -28,16 +33,26 @@ MAX_PLAN_AGE_S, MAX_COMMAND_AGE_S = 1.5, 0.6
 
 @dataclass(frozen=True, slots=True)
 class GoalPose:
-    """A pose on the floor, in the map frame."""
+    """A pose on the floor, in the map frame; turns: it makes the robot look around in place."""
 
     x_m: float
     y_m: float
     yaw_rad: float
+    turns: bool = False
 
-    def differs(self, other: GoalPose) -> bool:
-        """Whether the other one is further away, or turned by more, than goals may be."""
-        far = math.hypot(self.x_m - other.x_m, self.y_m - other.y_m) > GOAL_CHANGE_M
-        return far or abs(wrap_angle(self.yaw_rad - other.yaw_rad)) > GOAL_CHANGE_RAD
+    def away_m(self, other: GoalPose) -> float:
+        """Metres between both."""
+        return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m)
+
+    def differs(
+        self, other: GoalPose, by_m: float = GOAL_CHANGE_M, by_rad: float = GOAL_CHANGE_RAD
+    ) -> bool:
+        """Whether the other one is further away, or turned by more, than goals may be.
+
+        All turns in one place are one: the next is due when the robot has turned.
+        """
+        turned = abs(wrap_angle(self.yaw_rad - other.yaw_rad)) > by_rad
+        return self.away_m(other) > by_m or (turned and not (self.turns and other.turns))
 
 
 def pose_of(T_map_body: F64) -> GoalPose:
@@ -48,10 +63,10 @@ def pose_of(T_map_body: F64) -> GoalPose:
 def goal_of(path: PlannedPath, robot: GoalPose) -> GoalPose | None:
     """The goal of a plan, from where the robot stands; None if it is not to move or to reverse.
 
-    To rotate is a goal in place, a quarter turn further to the left than the robot is.
+    To rotate is a goal in place, further to the left than the robot is.
     """
     if path.motion == "rotate":
-        return GoalPose(robot.x_m, robot.y_m, wrap_angle(robot.yaw_rad + TURN_RAD))
+        return GoalPose(robot.x_m, robot.y_m, wrap_angle(robot.yaw_rad + TURN_RAD), turns=True)
     return end_of(path, robot)
 
 
@@ -103,7 +118,13 @@ class PlannerVoice:
     search: str = ""
 
     def with_path(self, path: PlannedPath, now_s: float) -> PlannerVoice:
-        """After a plan came."""
+        """After a plan came; one to rest counts from the second on.
+
+        The planner rests for a step when it changes its mind, and mostly drives on to the same.
+        """
+        drives = self.path is not None and self.path.motion in ("drive", "rotate")
+        if path.motion == "rest" and drives and now_s - self.path_s <= REST_S:
+            return self
         return replace(self, path=path, path_s=now_s)
 
     def with_status(self, status: SearchStatus) -> PlannerVoice:
@@ -137,7 +158,7 @@ class RobotNow:
     """The robot at one moment, on a monotonic clock and on its own, which may be simulated.
 
     fresh: whether its odometry is. pose: of its body on the map; None before the first odometry.
-    frame: of its body, as its odometry names it.
+    frame: of its body, as its odometry names it. moving: whether it does, or may.
     """
 
     now_s: float
@@ -145,6 +166,15 @@ class RobotNow:
     fresh: bool
     pose: GoalPose | None
     frame: str = ""
+    moving: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class GoalReport:
+    """What the planner is told with the odometry, see there."""
+
+    reached: GoalPose | None = None
+    hold: str = ""
 
 
 class Driver(Protocol):
@@ -155,6 +185,9 @@ class Driver(Protocol):
 
     def problem(self) -> str:
         """Why the robot cannot be driven, in one sentence; empty if it can."""
+
+    def report(self) -> GoalReport:
+        """What the planner must know of the goals."""
 
     def metrics(self) -> dict[str, float]:
         """Counts for health."""

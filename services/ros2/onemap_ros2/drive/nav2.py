@@ -27,14 +27,19 @@ from onemap_ros2.cdr import (
 )
 from onemap_ros2.config import NODE, Ros2Config
 from onemap_ros2.drive.driver import (
+    ARRIVED_M,
+    ARRIVED_RAD,
+    GOAL_CHANGE_M,
     GOAL_PERIOD_S,
     NEVER,
     GoalPose,
+    GoalReport,
     PlannerVoice,
     RobotNow,
     Say,
     stamped_pose,
 )
+from onemap_ros2.drive.velocity import STOPPED, ZEROS, Base
 from onemap_ros2.network.interface import PendingCall, RosNetwork
 from onemap_ros2.topic_list import missing, serves_action
 from onemap_shared.messages import VelocityCommand
@@ -43,15 +48,17 @@ MARK_BYTES = 6  # of a goal's id that say whose it is
 RANDOM_BYTES = 10
 RESULT_S = 86_400.0  # a goal takes as long as it takes; a lost link ends the question earlier
 CLOSE_S = 2.0
-ANSWER_S = 2.0  # for nav2 to answer a goal or a cancellation, which is asked again then
-RETRY_S = 3.0  # after a goal that nav2 refused, aborted or reached, before the same is sent again
+ANSWER_S = 2.0  # for nav2 to answer a goal, which is cancelled then
+CANCEL_S = 1.0  # the same for a cancellation, which is asked again: the robot may still drive
+END_S = 3.0  # for a goal to end after nav2 accepted that: it brakes within one
+RETRY_S = 3.0  # after a goal that nav2 refused or aborted, before the same is sent again
 STATUS_KEPT = 5
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6  # of action_msgs/GoalStatus
 UNDER_WAY = (1, 2)  # accepted, executing
 OUTCOMES = {SUCCEEDED: "reached", CANCELED: "cancelled", ABORTED: "aborted"}
 # of action_msgs/CancelGoal; what it does not know or has ended needs no cancelling
-CANCEL_REJECTED, GOAL_UNKNOWN, GOAL_ENDED = 1, 2, 3
+CANCEL_ACCEPTED, CANCEL_REJECTED, GOAL_UNKNOWN, GOAL_ENDED = 0, 1, 2, 3
 STATUS_BYTE = 4  # after the header of the encoding
 
 
@@ -163,7 +170,8 @@ class NavGoal:
 
     since_s: since when the phase lasts, or when the cancellation was last asked for. next_s: before
     this it is not sent again: nav2 refused or ended it. replaces: it takes the place of one that
-    nav2 drives to.
+    nav2 drives to. reached: the last goal that nav2 reached, while the robot is there, and stood:
+    its pose then. ending_s: since when the goal must end; cancel_code: nav2's last answer to that.
     """
 
     phase: GoalPhase = GoalPhase.NONE
@@ -172,91 +180,162 @@ class NavGoal:
     sent_s: float = NEVER
     next_s: float = NEVER
     replaces: bool = False
+    reached: GoalPose | None = None
+    stood: GoalPose | None = None
+    ending_s: float = NEVER
+    cancel_code: int | None = None
 
-    def step(self, now_s: float, wanted: GoalPose | None, heard: Heard) -> tuple[NavGoal, Order]:
+    def step(
+        self, now_s: float, wanted: GoalPose | None, heard: Heard, here: GoalPose | None = None
+    ) -> tuple[NavGoal, Order]:
         """The goal after this moment, and what to ask of nav2. ``wanted`` None: it must end."""
+        if self.stood and here and here.away_m(self.stood) > GOAL_CHANGE_M:
+            return replace(self, reached=None, stood=None).step(now_s, wanted, heard, here)
         late = now_s - self.since_s > ANSWER_S
-        moved = wanted is not None and (self.target is None or wanted.differs(self.target))
-        due = now_s >= (self.sent_s + GOAL_PERIOD_S if moved else self.next_s)
         after: tuple[NavGoal, Order] = self, Order.NOTHING
         if self.phase is GoalPhase.NONE:
-            if wanted is not None and heard.served and due:
+            if wanted is not None and heard.served and self._due(now_s, wanted):
                 after = self._sent(now_s, wanted)
         elif self.phase is GoalPhase.ASKING:
             if heard.accepted:
                 after = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
             elif heard.accepted is False and not self.replaces:
-                after = self._ended(now_s), Order.NOTHING
+                after = self._failed(now_s), Order.NOTHING
             elif heard.accepted is False or late:
                 after = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
         elif self.phase is GoalPhase.DRIVING:
             if heard.result is not None:
-                after = self._ended(now_s), Order.NOTHING
+                there = heard.result.status == SUCCEEDED
+                ended = self._arrived(here) if there else self._failed(now_s)
+                after = ended, Order.NOTHING
             elif wanted is None or heard.lost:
                 after = self._cancel(now_s)
-            elif moved and due:
+            elif self._moved(wanted) and self._due(now_s, wanted):
                 after = self._sent(now_s, wanted)
-        elif heard.result is not None or heard.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
-            after = replace(self, phase=GoalPhase.NONE, next_s=now_s), Order.NOTHING
-        elif late:
-            after = self._cancel(now_s)
+        else:
+            after = self._ending(now_s, heard)
         return after
+
+    def overdue_s(self, now_s: float) -> float:
+        """Seconds since the goal had to end, once that takes too long; else 0."""
+        patience_s = END_S if self.cancel_code == CANCEL_ACCEPTED else CANCEL_S
+        waited_s = now_s - self.ending_s
+        cancelling = self.phase is GoalPhase.CANCELLING
+        return waited_s if cancelling and waited_s > patience_s else 0.0
+
+    def _ending(self, now_s: float, heard: Heard) -> tuple[NavGoal, Order]:
+        if heard.result is not None or heard.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
+            return replace(self, phase=GoalPhase.NONE, next_s=now_s), Order.NOTHING
+        goal = self
+        if heard.cancel_code is not None:
+            goal = replace(self, cancel_code=heard.cancel_code)
+        return goal._cancel(now_s) if now_s - self.since_s > CANCEL_S else (goal, Order.NOTHING)
+
+    def _moved(self, wanted: GoalPose) -> bool:
+        """Whether it is another goal than the newest; of one that was reached little is enough."""
+        if self.target is None:
+            return True
+        if self.phase is GoalPhase.NONE and self.reached is not None:
+            return wanted.turns or wanted.differs(self.target, ARRIVED_M, ARRIVED_RAD)
+        return wanted.differs(self.target)
+
+    def _due(self, now_s: float, wanted: GoalPose) -> bool:
+        """Whether to send it now; never the one again at which the robot stands."""
+        if self._moved(wanted):
+            return now_s >= self.sent_s + GOAL_PERIOD_S
+        return self.reached is None and now_s >= self.next_s
 
     def _sent(self, now_s: float, wanted: GoalPose) -> tuple[NavGoal, Order]:
         replaces = self.phase is GoalPhase.DRIVING
-        return NavGoal(GoalPhase.ASKING, wanted, now_s, now_s, replaces=replaces), Order.SEND
+        goal = NavGoal(GoalPhase.ASKING, wanted, now_s, now_s, replaces=replaces)
+        if self.reached is not None and self.reached.away_m(wanted) <= GOAL_CHANGE_M:
+            goal = replace(goal, reached=self.reached, stood=self.stood)  # it turns where it stands
+        return goal, Order.SEND
 
     def _cancel(self, now_s: float) -> tuple[NavGoal, Order]:
-        return replace(self, phase=GoalPhase.CANCELLING, since_s=now_s), Order.CANCEL
+        goal = replace(self, phase=GoalPhase.CANCELLING, since_s=now_s, reached=None, stood=None)
+        if self.phase is not GoalPhase.CANCELLING:
+            goal = replace(goal, ending_s=now_s, cancel_code=None)
+        return goal, Order.CANCEL
 
-    def _ended(self, now_s: float) -> NavGoal:
-        return replace(self, phase=GoalPhase.NONE, since_s=now_s, next_s=now_s + RETRY_S)
+    def _arrived(self, here: GoalPose | None) -> NavGoal:
+        return replace(self, phase=GoalPhase.NONE, reached=self.target, stood=here or self.target)
+
+    def _failed(self, now_s: float) -> NavGoal:
+        next_s = now_s + RETRY_S
+        goal = replace(self, phase=GoalPhase.NONE, since_s=now_s, next_s=next_s)
+        return replace(goal, reached=None, stood=None)
 
 
 class Nav2Driver:
     """Implements ``Driver``. One goal at a time; it ends as soon as it may not rest on anything.
 
     Goals carry a mark in their ids: those that an adapter left behind when it was killed are
-    cancelled by the next one of the same name.
+    cancelled by the next one of the same name. While a goal that must end does not, the base gets
+    zero velocities beside nav2's own.
     """
 
     def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
         self._network, self._config, self._say = network, config, say
-        self._action = config.names.navigate
-        self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()
+        self._action, self._base = config.names.navigate, Base(network, config)
+        self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()[:MARK_BYTES]
         self._goal = NavGoal()
         self._goal_id = b""
-        self._old_id = b""  # of the goal that the newest one takes the place of
+        self._replaced: tuple[bytes, PendingCall | None] = b"", None  # by one not yet accepted
         self._answer: PendingCall | None = None
         self._result: PendingCall | None = None
         self._cancel: PendingCall | None = None
-        self._orphans: dict[bytes, float] = {}  # cancelled goals of others like us, and when
         self._feedback = network.read(f"{self._action}/_action/feedback", FEEDBACK, 1)
         status = f"{self._action}/_action/status"
         self._status = network.read(status, STATUS_ARRAY, STATUS_KEPT, latched=True)
-        self._counts = dict.fromkeys(("sent", "refused", "lost", *OUTCOMES.values()), 0)
+        self._counts = dict.fromkeys(("sent", "replaced", "refused", "lost", *OUTCOMES.values()), 0)
         self._remaining_m = 0.0
         self._problem = ""
+        self._robot: RobotNow | None = None
+        self._braked = False  # the robot stands, and nav2 is gone: others may drive
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
-        heard = self._hear(robot.now_s)
+        self._robot = robot
+        self._base.find()
+        self._hear_topics(robot.now_s)
+        heard = self._hear()
         before = self._goal
-        self._goal, order = before.step(robot.now_s, voice.goal(robot), heard)
+        self._goal, order = before.step(robot.now_s, voice.goal(robot), heard, robot.pose)
         if order is Order.SEND and self._goal.target is not None:
             self._send(self._goal.target, robot.stamp_ns)
         elif order is Order.CANCEL:
-            refused = before.phase is GoalPhase.ASKING and heard.accepted is False
-            self._ask_to_cancel(self._old_id if refused else self._goal_id)
+            if before.phase is GoalPhase.ASKING and heard.accepted is False:
+                self._return_to_replaced()
+            self._ask_to_cancel()
         if heard.accepted:
+            self._counts["replaced"] += before.replaces
+            self._replaced = b"", None
             self._ask_result()
+        self._brake(robot)
 
     def problem(self) -> str:
         """See ``Driver``."""
+        if hold := self.report().hold:
+            return hold
         if not self._served():
             return missing(self._network.endpoints(), self._config).get("navigate", "")
         return self._problem
+
+    def report(self) -> GoalReport:
+        """See ``Driver``: where nav2 says it is, and that it does not end a goal."""
+        overdue_s = self._goal.overdue_s(self._robot.now_s) if self._robot is not None else 0.0
+        if not overdue_s:
+            return GoalReport(self._goal.reached)
+        code, since = self._goal.cancel_code, f"{overdue_s:.0f} s"
+        what = f"has not answered a cancellation for {since}"
+        if code is not None:
+            rejected = code == CANCEL_REJECTED
+            what = (
+                f"{'refuses' if rejected else 'was asked and has failed'} to end a goal for {since}"
+            )
+        return GoalReport(hold=f"{self._action} {what}: the robot may still drive")
 
     def metrics(self) -> dict[str, float]:
         """See ``Driver``: goals by what became of them, and what remains of the present one."""
@@ -265,21 +344,32 @@ class Nav2Driver:
         return {**counts, "goal_remaining_m": self._remaining_m if active else 0.0}
 
     def close(self) -> None:
-        """Cancel the goal, and wait shortly for nav2 to say so."""
-        if self._goal.phase is GoalPhase.NONE:
+        """Cancel the goal, and wait shortly for nav2 to say so; else stop the base."""
+        if self._goal.phase is GoalPhase.NONE or self._robot is None:
             return
-        self._ask_to_cancel(self._goal_id)
+        self._ask_to_cancel()
         for _ in range(int(CLOSE_S / 0.05)):
             if self._cancel is None or self._cancel.done:
-                return
+                break
             self._network.wait(0.05)
+        if self._cancel is not None and self._cancel.reply is None:
+            for _ in range(1 + ZEROS):
+                self._base.publish(STOPPED, self._robot)
 
     def _served(self) -> bool:
         return serves_action(self._network.endpoints(), self._action)
 
+    def _brake(self, robot: RobotNow) -> None:
+        """Zero velocity while nav2 does not end its goal; if it is gone, until the robot stands."""
+        if not self._goal.overdue_s(robot.now_s):
+            self._braked = False
+        elif self._served() or not self._braked:
+            self._base.publish(STOPPED, robot)
+            self._braked = not robot.moving
+
     def _send(self, goal: GoalPose, stamp_ns: int) -> None:
-        self._old_id = self._goal_id
-        self._goal_id = self._mark[:MARK_BYTES] + secrets.token_bytes(RANDOM_BYTES)
+        self._replaced, self._result = (self._goal_id, self._result), None
+        self._goal_id = self._mark + secrets.token_bytes(RANDOM_BYTES)
         request = goal_request(self._goal_id, goal, stamp_ns, self._config.map_frame)
         self._answer = self._call("send_goal", SEND_GOAL, request)
         self._counts["sent"] += 1
@@ -291,17 +381,19 @@ class Nav2Driver:
         service = f"{self._action}/_action/get_result"
         self._result = self._network.call(service, GET_RESULT, request, RESULT_S)
 
-    def _ask_to_cancel(self, goal_id: bytes) -> None:
-        self._goal_id, self._old_id = goal_id, b""
-        self._cancel = self._call("cancel_goal", CANCEL_GOAL, cancel_request(goal_id))
+    def _return_to_replaced(self) -> None:
+        """The goal before the newest one is the one to cancel: nav2 does not have the newest."""
+        (self._goal_id, self._result), self._replaced = self._replaced, (b"", None)
+
+    def _ask_to_cancel(self) -> None:
+        self._cancel = self._call("cancel_goal", CANCEL_GOAL, cancel_request(self._goal_id))
         self._say(f"{self._action} was asked to cancel its goal")
 
     def _call(self, service: str, ros_type: str, request: bytes) -> PendingCall:
         return self._network.call(f"{self._action}/_action/{service}", ros_type, request, ANSWER_S)
 
-    def _hear(self, now_s: float) -> Heard:
+    def _hear(self) -> Heard:
         """Take nav2's answers; what cannot be read counts as no answer."""
-        self._hear_topics(now_s)
         try:
             return Heard(
                 served=self._served(),
@@ -326,14 +418,17 @@ class Nav2Driver:
             self._problem = f"{self._action} says what cannot be read: {problem}"
 
     def _end_orphan(self, goal_id: bytes, now_s: float) -> None:
-        """Cancel a goal of an adapter of our name that is not ours: it was killed."""
-        ours = goal_id in (self._goal_id, self._old_id)
-        if ours or not goal_id.startswith(self._mark[:MARK_BYTES]):
-            return
-        if now_s - self._orphans.get(goal_id, NEVER) > ANSWER_S:
-            self._orphans[goal_id] = now_s
-            self._call("cancel_goal", CANCEL_GOAL, cancel_request(goal_id))
+        """Take over a goal of an adapter of our name that was killed, to end it.
+
+        One of our own ends it by itself: nav2 has one goal at a time.
+        """
+        others = goal_id not in (self._goal_id, self._replaced[0])
+        if others and goal_id.startswith(self._mark) and self._goal.phase is GoalPhase.NONE:
             self._say("a goal that an adapter before this one left behind is cancelled")
+            cancelling = GoalPhase.CANCELLING
+            self._goal, self._goal_id = NavGoal(cancelling, since_s=now_s, ending_s=now_s), goal_id
+            self._ask_to_cancel()
+            self._ask_result()
 
     def _accepted(self) -> bool | None:
         reply, self._answer = _taken(self._answer)
@@ -358,12 +453,15 @@ class Nav2Driver:
         return result
 
     def _cancelled(self) -> int | None:
+        """nav2's answer to a cancellation; without the newest goal it may have the one before."""
         reply, self._cancel = _taken(self._cancel)
         if reply is None:
             return None
         code = int(decode(reply, f"{CANCEL_GOAL}_Response").return_code)
-        if code == CANCEL_REJECTED:
-            self._problem = f"{self._action} does not let its goal be cancelled"
+        if code in (GOAL_UNKNOWN, GOAL_ENDED) and self._replaced[0]:
+            self._return_to_replaced()
+            self._ask_to_cancel()
+            return None
         return code
 
     def _lost(self) -> bool:

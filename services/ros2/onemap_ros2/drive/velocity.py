@@ -6,11 +6,37 @@ from dataclasses import dataclass, replace
 
 from onemap_ros2.cdr import TWIST, TWIST_STAMPED, encode, header, known, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import NEVER, PlannerVoice, RobotNow, Say
+from onemap_ros2.drive.driver import NEVER, GoalReport, PlannerVoice, RobotNow, Say
 from onemap_ros2.network.interface import SUBSCRIBER, RosNetwork, Writer
 from onemap_ros2.topic_list import missing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import VelocityCommand
+
+
+class Base:
+    """The command topic: a publisher from when its type is known, which the base says."""
+
+    def __init__(self, network: RosNetwork, config: Ros2Config) -> None:
+        self._network, self._config = network, config
+        self._writer: tuple[str, Writer] | None = None
+
+    def find(self) -> str | None:
+        """Announce the publisher early: its first message may be lost. The type, None before."""
+        if self._writer is None:
+            ros_type = command_type(self._network, self._config)
+            if ros_type is None:
+                return None
+            topic = self._config.names.command
+            self._writer = (ros_type, self._network.write(topic, ros_type))
+        return self._writer[0]
+
+    def publish(self, velocity: Velocity2d, robot: RobotNow) -> bool:
+        """Send a velocity; whether there is a base."""
+        if self._writer is None:
+            return False
+        ros_type, writer = self._writer
+        writer.put(twist(velocity, ros_type, robot.stamp_ns, robot.frame))
+        return True
 
 
 class VelocityDriver:
@@ -18,9 +44,8 @@ class VelocityDriver:
 
     def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
         self._network, self._config, self._say = network, config, say
-        self._topic = config.names.command
-        self._relay = CommandRelay()
-        self._writer: tuple[str, Writer] | None = None
+        self._relay, self._base = CommandRelay(), Base(network, config)
+        self._found: str | None = None
         self._robot: RobotNow | None = None
         self._sent = 0
 
@@ -28,16 +53,23 @@ class VelocityDriver:
         """See ``Driver``; the planner's goals count for nothing here."""
         del voice
         self._robot = robot
-        self._find_base()  # early: a publisher's first message may be lost
+        found = self._base.find()
+        if found != self._found:
+            self._found = found
+            self._say(f"velocities go to {self._config.names.command} as {found}")
         self._relay, velocity = self._relay.step(robot.now_s, command, fresh=robot.fresh)
         if velocity is not None:
-            self._publish(velocity)
+            self._sent += self._base.publish(velocity, robot)
 
     def problem(self) -> str:
         """See ``Driver``."""
-        if self._writer is None and self._config.command_type == "auto":
+        if self._found is None and self._config.command_type == "auto":
             return missing(self._network.endpoints(), self._config).get("command", "")
         return ""
+
+    def report(self) -> GoalReport:
+        """See ``Driver``: there are no goals."""
+        return GoalReport()
 
     def metrics(self) -> dict[str, float]:
         """See ``Driver``."""
@@ -45,24 +77,8 @@ class VelocityDriver:
 
     def close(self) -> None:
         """See ``Driver``."""
-        if self._relay.driving:
-            self._publish(Velocity2d())
-
-    def _find_base(self) -> None:
-        """Announce the publisher once the command topic's type is known; the base says it."""
-        if self._writer is not None:
-            return
-        ros_type = command_type(self._network, self._config)
-        if ros_type is not None:
-            self._writer = (ros_type, self._network.write(self._topic, ros_type))
-            self._say(f"velocities go to {self._topic} as {ros_type}")
-
-    def _publish(self, velocity: Velocity2d) -> None:
-        if self._writer is None or self._robot is None:
-            return
-        ros_type, writer = self._writer
-        writer.put(twist(velocity, ros_type, self._robot.stamp_ns, self._robot.frame))
-        self._sent += 1
+        if self._relay.driving and self._robot is not None:
+            self._sent += self._base.publish(STOPPED, self._robot)
 
 
 def command_type(network: RosNetwork, config: Ros2Config) -> str | None:
