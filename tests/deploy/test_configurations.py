@@ -7,10 +7,12 @@ from pathlib import Path
 import pytest
 import yaml
 
+from onemap_planner.policy.step import PlannerParams
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.topic_list import missing, needs
 from onemap_shared.config import read, section
 from tests.deploy.deployment import CONFIGURATIONS, DEPLOY, PRESETS, models
+from tests.ros2.stock_nav2 import TOLERANCE_M
 from tests.ros2.test_topic_list import endpoint
 
 
@@ -47,3 +49,5 @@ def test_a_robot_with_the_topics_of_its_preset_lacks_nothing(path: Path) -> None
     assert len(set(topics)) == len(topics)
     if sections["ros2"].get("drive") == "nav2":  # which has recoveries of its own
         assert sections["planner"]["recovery"]["stuck_s"] >= 20
+        farthest_m = sections["planner"]["explore"]["approach_farthest_m"]
+        assert farthest_m + TOLERANCE_M <= PlannerParams().explore.approach_farthest_m
