@@ -16,13 +16,14 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import yaml
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_ros2.cdr import decode
+from onemap_ros2.network.interface import RosNetwork
 from onemap_shared.config import PREFIX
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.runner import run_service
@@ -35,7 +36,7 @@ from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE, Ros2Robot
 from onemap_tools.processes.launch import ProcessSpec, onemap_command
 from tests.ros2.fake_nav2 import ACTION, FakeNav2
 from tests.ros2.fake_network import FakeReader
-from tests.ros2.fake_robot import FORMS, FakeBridge, FakeRobot
+from tests.ros2.fake_robot import FORMS, FakeBridge, FakeRobot, Publisher
 from tests.ros2.stock_nav2 import EXECUTING, StockNav2
 from tests.structure import ROOT
 
@@ -52,9 +53,11 @@ class FormNetwork:
     def __init__(self, robot: FakeRobot | FakeBridge) -> None:
         self._robot = robot
         self._came = threading.Event()
+        self._written: list[Publisher] = []  # which a latched topic needs as long as it lasts
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Any:
-        return self._robot.publish(topic, ros_type, latched=latched)
+        self._written.append(self._robot.publish(topic, ros_type, latched=latched))
+        return self._written[-1]
 
     def read(self, topic: str, ros_type: str, depth: int) -> FakeReader:
         assert depth > 0
@@ -113,7 +116,7 @@ class Nav2Robot(Ros2Robot):
 
     def __init__(self, bus: Bus, config: SimulatorConfig) -> None:
         robot = FORMS[os.environ[FORM]](os.environ[ROUTER_VARIABLE])
-        super().__init__(bus, FormNetwork(robot), config)
+        super().__init__(bus, cast(RosNetwork, FormNetwork(robot)), config)
         scene = open_scene(config)
         floor = CollisionMap.of(scene, config.robot.height_m, CELL_M)
         clearance_m = np.asarray(floor.clearance, np.float64)

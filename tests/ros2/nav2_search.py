@@ -11,6 +11,7 @@ from scipy import ndimage
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.planning_thread import planned_path
+from onemap_planner.policy.outcome import Decision
 from onemap_planner.search.state_machine import status
 from onemap_ros2.cdr import decode, type_hash
 from onemap_ros2.config import Ros2Config
@@ -44,7 +45,7 @@ class Nav2Search(SimulatedSearch):
             self.network, config, lambda text: self.said.append((self.now_s, text))
         )
         self.voice = PlannerVoice()
-        self._spoken = None
+        self._spoken: Decision | None = None
 
     def _control(self) -> None:
         """The planner speaks, the adapter asks, nav2 drives."""

@@ -327,6 +327,18 @@ def test_a_replaced_goal_is_no_failure(ride: Ride) -> None:
     assert metrics["goals_aborted"] == 0
 
 
+def test_a_failure_is_named_until_another_goal_is_driven_to(ride: Ride) -> None:
+    ride.drive().answer(result(6))
+    for far_m, problem in ((4.0, "/navigate_to_pose: aborted"), (8.0, "")):
+        sent = len(ride.calls("send_goal"))
+        while len(ride.calls("send_goal")) == sent:
+            ride.step(far_m)
+            assert ride.driver.problem() == "/navigate_to_pose: aborted"
+        ride.calls("send_goal")[-1].answer(ACCEPTED)
+        ride.step(far_m)
+        assert ride.driver.problem() == problem
+
+
 def test_without_the_newest_goal_the_one_before_is_cancelled(ride: Ride) -> None:
     before = ride.drive().request[4:20]
     for _ in range(10 + 11 * int(ANSWER_S)):

@@ -137,7 +137,8 @@ class Ros2Worker:
     def _send(self, odometry: Odometry, now_s: float) -> None:
         self._last = (now_s, odometry)
         planner, sequence = self._gate.echo(now_s)
-        report, reached = self._driver.report(), ()
+        report = self._driver.report()
+        reached: tuple[float, ...] = ()
         if report.reached is not None:
             reached = (report.reached.x_m, report.reached.y_m, report.reached.yaw_rad)
         known = replace(odometry, planner=planner, command_sequence=sequence)

@@ -291,6 +291,7 @@ class Nav2Driver:
         self._counts = dict.fromkeys(("sent", "replaced", "refused", "lost", *OUTCOMES.values()), 0)
         self._remaining_m = 0.0
         self._problem = ""
+        self._failed: GoalPose | None = None  # what the problem is about, if it is about a goal
         self._robot: RobotNow | None = None
         self._braked = False  # the robot stands, and nav2 is gone: others may drive
 
@@ -313,6 +314,8 @@ class Nav2Driver:
             self._counts["replaced"] += before.replaces
             self._replaced = b"", None
             self._ask_result()
+            if not self._is_retry():
+                self._problem = ""
         self._brake(robot)
 
     def problem(self) -> str:
@@ -355,6 +358,11 @@ class Nav2Driver:
         if self._cancel is not None and self._cancel.reply is None:
             for _ in range(1 + ZEROS):
                 self._base.publish(STOPPED, self._robot)
+
+    def _is_retry(self) -> bool:
+        """Whether nav2 failed at this goal before; what failed with another one is over."""
+        goal, failed = self._goal.target, self._failed
+        return goal is not None and failed is not None and not goal.differs(failed)
 
     def _served(self) -> bool:
         return serves_action(self._network.endpoints(), self._action)
@@ -437,7 +445,7 @@ class Nav2Driver:
         accepted = is_accepted(reply)
         if not accepted:
             self._counts["refused"] += 1
-            self._problem = f"{self._action} refused the goal"
+            self._problem, self._failed = f"{self._action} refused the goal", self._goal.target
             self._say(self._problem)
         return accepted
 
@@ -448,7 +456,9 @@ class Nav2Driver:
         result = read_result(reply)
         outcome = OUTCOMES.get(result.status, "aborted")
         self._counts[outcome] += 1
-        self._problem = f"{self._action}: {result.sentence}" if outcome == "aborted" else ""
+        failed = outcome == "aborted"
+        self._problem = f"{self._action}: {result.sentence}" if failed else ""
+        self._failed = self._goal.target if failed else None
         self._say(f"goal of {self._action} was {result.sentence}")
         return result
 
