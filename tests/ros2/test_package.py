@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 from unittest.mock import MagicMock
@@ -14,7 +13,7 @@ import yaml
 
 from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POINT_CLOUD, POSE_ARRAY
 from onemap_ros2.display import TOPICS
-from tests.structure import ROOT
+from tests.structure import ROOT, modules
 
 PACKAGE = ROOT / "deploy" / "ros2"
 MANIFEST = ElementTree.parse(PACKAGE / "package.xml").getroot()
@@ -61,11 +60,8 @@ def test_setup_and_manifest_agree_and_name_every_file(monkeypatch: pytest.Monkey
 
 def test_colcon_finds_no_other_package_in_a_clone() -> None:
     """It takes each ``setup.py`` for one, and runs it."""
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    tracked = [ROOT / line for line in listed.stdout.splitlines()]
-    scripts = [each for each in tracked if each.name == "setup.py" and each.parent != PACKAGE]
+    scripts = [module.path for module in modules(ROOT) if module.path.name == "setup.py"]
+    assert scripts
     for script in scripts:
         assert any((folder / "COLCON_IGNORE").is_file() for folder in script.parents), script
 
