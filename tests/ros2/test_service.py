@@ -236,11 +236,13 @@ def test_a_camera_that_falls_silent_is_named_with_its_rate_and_last_stamp(clock:
 def test_diagnostics_have_the_other_services_and_the_search(clock: Clock) -> None:
     made = System(clock)
     beats = made.bus.publish(heartbeat("mapper"))
-    beats.put(Heartbeat("mapper", "m1", T0, 1, False, "no frame yet", {"frames": 3.0}))
+    beats.put(
+        Heartbeat("mapper", "m1", T0, 1, False, "no frame yet", {"ms": 0.1 + 0.2, "n": 4756704.0})
+    )
     made.states.put(status("s1"))
     made.run(1.1)
     found = made.diagnoses()
-    assert found["onemap: mapper"] == (2, "no frame yet", {"frames": "3.0"})
+    assert found["onemap: mapper"] == (2, "no frame yet", {"ms": "0.3", "n": "4756704"})
     assert found["onemap: search"][:2] == (0, "exploring: it looks")
     made.run(4.0)
     assert made.diagnoses()["onemap: mapper"][0] == 3

@@ -63,8 +63,12 @@ def diagnostic_array(parts: Iterable[Diagnosis], stamp_ns: int) -> bytes:
     """The parts as ``diagnostic_msgs/DiagnosticArray``, named ``onemap: <part>``."""
     listed = []
     for part in parts:
-        pairs = ((key, str(value)) for key, value in part.values.items())
+        pairs = ((key, _text(value)) for key, value in part.values.items())
         values = [new("diagnostic_msgs/msg/KeyValue", *pair) for pair in pairs]
         texts = f"onemap: {part.name}", part.message, "onemap"
         listed.append(new("diagnostic_msgs/msg/DiagnosticStatus", part.level, *texts, values))
     return encode(new(DIAGNOSTICS, header(stamp_ns, ""), listed), DIAGNOSTICS)
+
+
+def _text(value: object) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

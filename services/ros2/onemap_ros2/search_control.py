@@ -76,7 +76,7 @@ class SearchControl:
     def _cancel(self, request: ServiceRequest) -> None:
         try:
             status = self._bus.call(SEARCH_CANCEL, SearchId(), ANSWER_S)
-            answer = True, f"{status.state}: {status.reason}"
+            answer = True, status.reason
         except CallError as problem:
             answer = False, str(problem)
         request.reply(encode(new(f"{TRIGGER}_Response", *answer), f"{TRIGGER}_Response"))
@@ -100,7 +100,7 @@ def state_text(status: SearchStatus | None, refused: str, frame: str) -> str:
                 "object": result.name,
                 "outcome": str(result.outcome),
                 "reason": result.reason,
-                "position_m": result.position_m,
+                "position_m": [round(value, 3) for value in result.position_m],
                 "score": round(result.score, 3),
             }
             for result in status.results
