@@ -76,13 +76,19 @@ def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
     assert state.heartbeats["mapper"].advanced_s == 3.0
 
 
-def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump() -> None:
+def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump_and_with_a_search() -> None:
     state = LiveState()
     for index in range(10):
         state = state.with_message(fakes.odometry(index * TRAIL_STEP_M * 0.51, 0), 0.0)
     assert len(state.trail_m) == 5
     state = state.with_message(fakes.odometry(50, 50), 0.0)
     assert state.trail_m == ((50.0, 50.0),)
+    counts = []
+    for step, search_id in enumerate(("s1", "s1", "s2")):
+        state = state.with_message(search(search_id), 0.0)
+        counts.append(len(state.trail_m))
+        state = state.with_message(fakes.odometry(50.0, 50.1 + step / 10), 0.0)
+    assert counts == [0, 1, 0]
 
 
 def test_old_detections_and_paths_are_not_shown() -> None:

@@ -164,7 +164,8 @@ class LiveState:
     """The latest message of every stream, and what follows from earlier ones.
 
     search_log: the newest statuses in order; search_count: of all statuses so far, so that a
-    reader can tell which are new to it. trail_m: past positions (x, y), map frame.
+    reader can tell which are new to it. trail_m: past positions (x, y), map frame, since the newest
+    search began.
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
     liveliness token; alive_changed_s: when each service's token last appeared or vanished;
     doubled: roles that several processes have, with their names. connected: whether there is a
@@ -218,6 +219,8 @@ class LiveState:
                 changes["last_fused_s"] = now_s
                 changes["latencies"] = timed("map", message.stamp_ns, now_s)
             case SearchStatus():
+                if (before := newest(self.search)) is None or before.search_id != message.search_id:
+                    changes["trail_m"] = ()
                 changes["search_log"] = (*self.search_log, message)[-MAX_LOGGED_STATUSES:]
                 changes["search_count"] = self.search_count + 1
             case Heartbeat() if message.service in SERVICES:
