@@ -108,6 +108,10 @@ class Page:
             self._mouse("mouseMoved", end, **mouse)
         self._mouse("mouseReleased", end, **mouse)
 
+    def point(self, place: tuple[float, float]) -> None:
+        """Move the mouse to the place."""
+        self._mouse("mouseMoved", place)
+
     def tap(self, place: tuple[float, float]) -> None:
         """Touch the place with a finger."""
         points = [{"x": place[0], "y": place[1]}]

@@ -90,6 +90,15 @@ MIDDLE = """(() => {
 })()"""
 
 
+# Keeps in `written` every text that is written on a canvas from now on.
+WRITTEN = """window.written = new Set();
+  const { fillText } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    written.add(text);
+    fillText.call(this, text, x, y);
+  };"""
+
+
 def middle_of(page: Page, colour: str) -> tuple[float, float]:
     """Where the map shows a colour of style.css."""
     page.wait_for(MIDDLE % colour)

@@ -11,7 +11,7 @@ from onemap_shared.messages import NO_CHOICE, GoalChoice
 from tests.gateway import fakes
 from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, Robot, start_search
+from tests.gateway.static.conftest import PHONE, WRITTEN, Robot, start_search
 
 pytestmark = pytest.mark.slow
 
@@ -34,12 +34,7 @@ def test_the_goals_that_were_weighed_are_a_table_and_letters_on_the_map(
     page.open(robot.address)
     start_search(page)
     assert page.evaluate(HIDDEN)
-    page.evaluate("""window.written = new Set();
-      const { fillText } = CanvasRenderingContext2D.prototype;
-      CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
-        written.add(text);
-        fillText.call(this, text, x, y);
-      };""")
+    page.evaluate(WRITTEN)
     choose(robot, fakes.CHOICE)
     page.wait_for(f"!{HIDDEN}")
     assert page.evaluate(ROWS) == [

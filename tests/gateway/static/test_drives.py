@@ -11,7 +11,15 @@ from onemap_gateway.config import GatewayConfig
 from onemap_shared.messages import SearchState
 from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import MIDDLE, PHONE, Robot, middle_of, open_still, start_search
+from tests.gateway.static.conftest import (
+    MIDDLE,
+    PHONE,
+    WRITTEN,
+    Robot,
+    middle_of,
+    open_still,
+    start_search,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -125,6 +133,29 @@ def test_a_finger_sends_the_robot_on_a_phone(page: Page, robot: Robot) -> None:
     page.tap((place[0] - 60, place[1]))  # elsewhere: the same place would be a double tap
     page.wait_for(MENU_OPEN)
     assert page.centre("#stop") is not None, "the menu covers Stop"
+
+
+def test_the_height_of_what_stands_there_is_told(page: Page, robot: Robot) -> None:
+    """Beside the mouse, and in the menu of a place; fetched only then."""
+    open_still(page, robot)
+    page.evaluate(WRITTEN)
+    fetched = "performance.getEntriesByName(origin + '/v1/map/heights.png').length"
+    assert page.evaluate(fetched) == 0
+    page.point(middle_of(page, "free"))
+    page.wait_for(f"{fetched} === 1")
+    for colour, words in (("occupied", "about 0.8 m high"), ("wall", "2.1 m high or more")):
+        page.point(middle_of(page, colour))
+        page.wait_for(f"written.has('{words}')")
+    page.drag(*[middle_of(page, "wall")] * 2)
+    page.wait_for(MENU_OPEN)
+    page.wait_for("!document.getElementById('place-height').hidden")
+    assert page.text("#place-height") == "What stands there is 2.1 m high or more."
+    page.press("Escape")
+    page.drag(*[middle_of(page, "free")] * 2)
+    page.wait_for(MENU_OPEN)
+    assert page.evaluate("document.getElementById('place-height').hidden")
+    assert page.evaluate(fetched) == 1
+    assert page.errors == []
 
 
 def test_a_running_search_is_not_replaced(page: Page, robot: Robot) -> None:

@@ -1,11 +1,11 @@
 // The list of past searches: what, when, how it ended, and the photograph of what was found.
 
-import { fetchImage, read } from "./api.js";
+import { read } from "./api.js";
 import { capital, clockTime, duration } from "./format.js";
 import { by, element, refill, searchTitle } from "./panels.js";
+import { paintThumbnail } from "./thumbnail.js";
 
 const THUMB_PX = 112; // on a side, shown at half of it
-const MARGIN = 0.15; // of the object's size, around it
 
 export class History {
   // onOpen(search, button): one was chosen
@@ -66,15 +66,7 @@ export class History {
   // Draw what the find's box holds.
   async picture(canvas) {
     this.sight.unobserve(canvas);
-    const { picture, last_seen_ns: seen, box_px: box } = canvas.find;
-    const { bitmap } = await fetchImage(`${picture}?seen=${seen}`).catch(() => ({}));
-    if (!bitmap) return canvas.remove();
-    const [x0, y0, x1, y1] = box ?? [0, 0, bitmap.width, bitmap.height];
-    const side = Math.min(Math.max(x1 - x0, y1 - y0) * (1 + 2 * MARGIN), bitmap.width, bitmap.height);
-    const left = Math.min(Math.max((x0 + x1 - side) / 2, 0), bitmap.width - side);
-    const top = Math.min(Math.max((y0 + y1 - side) / 2, 0), bitmap.height - side);
-    canvas.getContext("2d").drawImage(bitmap, left, top, side, side, 0, 0, THUMB_PX, THUMB_PX);
-    bitmap.close();
+    if (!(await paintThumbnail(canvas, canvas.find))) canvas.remove();
   }
 }
 

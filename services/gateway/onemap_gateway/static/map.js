@@ -2,6 +2,8 @@
 
 import { letter } from "./choice.js";
 import { listen } from "./gestures.js";
+import { Heights } from "./heights.js";
+import { PIN_PX, Pins } from "./pins.js";
 
 // Custom properties of style.css, which has them for light and for dark pages.
 const COLOURS = [
@@ -16,8 +18,9 @@ const LABEL_PX = 16; // height of a label
 const LABEL_GAP_PX = 7; // between two labels beside each other: their outlines, and a space
 const VIEW_S = 2; // an older view is not drawn
 const VIEW_M = 2.5; // in which the drawn view of the camera fades
-const PIN_PX = 15; // from a pin's tip to the middle of its head
-const REACH_PX = 13; // around a pin's head in which a click is meant for it
+const TRAIL_PARTS = 24; // of the way driven, each fainter than the next
+const FAINTEST = 0.12; // opacity of where the way began
+const REACH_PX = 17; // around a pin's head in which a click is meant for it
 const TOUCH_REACH_PX = 24; // the same for a finger
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
@@ -34,17 +37,21 @@ export class MapView {
     this.state = null;
     this.answers = [];
     this.finds = [];
+    this.pins = new Pins(() => (this.dirty = true));
+    this.heights = new Heights();
+    this.pointed = null; // [column, row] of the mouse
     this.instead = null; // drawn in place of what is live: { places, draw(map) }
     this.marked = null; // [x, y]: the place that a window stands at
     this.robot = null;
     this.robots = []; // of this map, where there are several: { name, colour, own, state }
-    this.trail = [];
+    this.trail = []; // of the newest search
     this.dirty = true;
     this.last = performance.now();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.showTheme();
     listen(this, (column, row, byTouch) => this.choose(column, row, byTouch));
     canvas.addEventListener("pointermove", (event) => this.hover(event));
+    canvas.addEventListener("pointerleave", () => this.point(null));
     for (const name of ["focus", "blur"]) canvas.addEventListener(name, () => (this.dirty = true));
     requestAnimationFrame((now) => this.tick(now));
   }
@@ -61,6 +68,8 @@ export class MapView {
   show(state) {
     this.state = state;
     if (state.trail_m) this.trail = state.trail_m;
+    else if (state.search?.id !== this.search) this.trail = [];
+    this.search = state.search?.id;
     const robot = state.robot;
     if (robot && !this.robot) this.robot = { x: robot.x_m, y: robot.y_m, yaw: robot.yaw_rad };
     this.dirty = true;
@@ -81,6 +90,7 @@ export class MapView {
   // finds: objects of /v1/objects, newest first
   showFinds(finds) {
     this.finds = [...finds].reverse(); // the newest is drawn last, over the others
+    this.pins.load(finds);
     this.dirty = true;
   }
 
@@ -180,8 +190,23 @@ export class MapView {
     });
   }
 
-  hover({ offsetX, offsetY }) {
-    this.canvas.style.cursor = this.findAt(offsetX, offsetY, REACH_PX) ? "pointer" : "";
+  hover({ offsetX, offsetY, pointerType, buttons }) {
+    const find = this.findAt(offsetX, offsetY, REACH_PX);
+    this.canvas.style.cursor = find ? "pointer" : "";
+    this.point(find || buttons || pointerType === "touch" ? null : [offsetX, offsetY]);
+  }
+
+  point(place) {
+    this.pointed = place;
+    this.dirty = true;
+    if (place) this.askHeights();
+  }
+
+  // Have newer heights fetched, if there are; resolves to whether there are now.
+  async askHeights() {
+    const newer = await this.heights.refresh(this.state?.map?.revision);
+    if (newer) this.dirty = true;
+    return newer;
   }
 
   resize() {
@@ -237,16 +262,21 @@ export class MapView {
     if (this.instead) this.instead.draw(this);
     else if (this.state) this.drawLive();
     else return;
+    const middle = [canvas.clientWidth / 2, canvas.clientHeight / 2];
     if (this.marked) this.drawCross(...this.pixels(...this.marked));
-    else if (!this.instead && canvas.matches(":focus-visible")) this.drawCross(canvas.clientWidth / 2, canvas.clientHeight / 2);
+    else if (!this.instead && canvas.matches(":focus-visible")) this.drawCross(...middle);
+    if (this.pointed) this.label(this.heights.text(this.metres(...this.pointed)), this.pointed[0] + 12, this.pointed[1] - 8, this.colours.ink);
     this.drawScaleBar();
   }
 
   drawLive() {
     const path = this.state.path;
-    this.line(this.trail, this.colours.trail, 2, 0.75);
+    this.drawTrail(this.state.search?.active ? 0.9 : 0.6);
     if (path) this.drawPlan(path);
-    if (this.state.camera?.age_s < VIEW_S) this.drawView(this.state.camera.view);
+    for (const { own, colour, state } of this.robots) {
+      if (!own && state?.camera?.age_s < VIEW_S) this.drawView(state.camera.view, colour);
+    }
+    if (this.state.camera?.age_s < VIEW_S) this.drawView(this.state.camera.view, this.own.colour);
     this.drawOptions(this.state.search);
     for (const { text, regions } of this.answers) {
       const prefix = this.answers.length > 1 ? `${text} ` : "";
@@ -265,6 +295,17 @@ export class MapView {
     this.context.drawImage(this.image.bitmap, left, top, right - left, bottom - top);
   }
 
+  // The way driven, fainter the longer ago.
+  drawTrail(opacity) {
+    const { trail } = this;
+    const parts = Math.min(TRAIL_PARTS, trail.length - 1);
+    for (let part = 0; part < parts; part += 1) {
+      const [first, last] = [part, part + 1].map((count) => Math.round((count * (trail.length - 1)) / parts));
+      const share = FAINTEST + (1 - FAINTEST) * ((part + 1) / parts);
+      this.line(trail.slice(first, last + 1), this.colours.trail, 2.5, opacity * share, "butt");
+    }
+  }
+
   drawPlan(path) {
     path.frontiers_m.forEach(([x, y], i) => {
       const score = Math.min(Math.max(path.frontier_scores[i] ?? 0, 0), 1);
@@ -276,12 +317,12 @@ export class MapView {
   }
 
   // What the camera saw last, from above.
-  drawView({ x_m: x, y_m: y, left_rad: left, right_rad: right }) {
+  drawView({ x_m: x, y_m: y, left_rad: left, right_rad: right }, colour) {
     const { context } = this;
     const [column, row] = this.pixels(x, y);
     const radius = VIEW_M * this.camera.pixelsPerM;
     const light = context.createRadialGradient(column, row, 0, column, row, radius);
-    light.addColorStop(0, this.colours.robot);
+    light.addColorStop(0, this.colours[colour]);
     light.addColorStop(1, "transparent");
     context.globalAlpha = 0.3;
     context.fillStyle = light;
@@ -319,20 +360,8 @@ export class MapView {
   drawFind(find) {
     const { context } = this;
     const [column, row] = this.pixels(...find.position_m);
-    context.beginPath(); // a pin whose tip is the place
-    context.arc(column, row - PIN_PX, 7.5, Math.PI * 0.85, Math.PI * 0.15);
-    context.lineTo(column, row);
-    context.closePath();
-    context.fillStyle = this.colours.find;
-    context.strokeStyle = this.colours.unknown;
-    context.lineWidth = 1.5;
-    context.fill();
-    context.stroke();
-    context.beginPath();
-    context.arc(column, row - PIN_PX, 2.6, 0, 2 * Math.PI);
-    context.fillStyle = this.colours.unknown;
-    context.fill();
-    this.label(find.name, column + 12, row - 11, this.colours.find);
+    this.pins.draw(context, find, column, row, this.colours);
+    this.label(find.name, column + 20, row - PIN_PX + 5, this.colours.ink);
   }
 
   // The chosen place, or the one that Enter chooses.
@@ -350,6 +379,11 @@ export class MapView {
     }
   }
 
+  // Name and colour of this page's robot.
+  get own() {
+    return this.robots.find(({ own }) => own) ?? { name: "", colour: "robot" };
+  }
+
   drawRobots() {
     for (const { name, colour, own, state } of this.robots) {
       if (own || !state?.robot) continue;
@@ -357,7 +391,7 @@ export class MapView {
       if (state.path) this.line(state.path.points_m, this.colours[colour], 1.5, 0.8);
       this.drawRobot({ x, y, yaw }, collided, colour, name);
     }
-    const { name, colour } = this.robots.find(({ own }) => own) ?? { name: "", colour: "robot" };
+    const { name, colour } = this.own;
     if (this.robot) this.drawRobot(this.robot, this.state.robot?.collided, colour, name);
   }
 
@@ -401,13 +435,14 @@ export class MapView {
     this.label(`${length} m`, left + 2, row - 9, this.colours.ink);
   }
 
-  line(points, colour, width, opacity) {
+  line(points, colour, width, opacity, cap = "round") {
     if (points.length < 2) return;
     const { context } = this;
     context.globalAlpha = opacity;
     context.strokeStyle = colour;
     context.lineWidth = width;
-    context.lineJoin = context.lineCap = "round";
+    context.lineJoin = "round";
+    context.lineCap = cap;
     context.beginPath();
     for (const [x, y] of points) context.lineTo(...this.pixels(x, y));
     context.stroke();
@@ -434,6 +469,7 @@ export class MapView {
   }
 
   label(text, column, row, colour) {
+    if (!text) return;
     const { context } = this;
     context.font = FONT;
     const right = column + context.measureText(text).width;

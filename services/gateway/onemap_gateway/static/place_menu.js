@@ -12,7 +12,15 @@ export class PlaceMenu extends Popup {
   // goal: [x, y] in metres
   show(goal) {
     by("place-title").textContent = `(${place(goal)}) m`;
+    this.showHeight(goal);
     this.open(goal);
     this.map.mark(goal);
+    this.map.askHeights().then((newer) => newer && this.place === goal && this.showHeight(goal));
+  }
+
+  showHeight(goal) {
+    const height = this.map.heights.text(goal);
+    by("place-height").hidden = !height;
+    by("place-height").textContent = `What stands there is ${height}.`;
   }
 }
