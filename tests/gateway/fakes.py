@@ -173,13 +173,13 @@ def full_state() -> LiveState:
     state = LiveState()
     status = replace(search(), results=(find_result("sofa", 1.0, 2.0),))
     for message in (
+        status,
         rgbd(),
         odometry(1.0, 2.0, 0.5),
         detections("sofa"),
         revision(3),
         planned_path((1, 2), (3, 4)),
         command(),
-        status,
         heartbeat("mapper"),
     ):
         state = state.with_message(message, 1.0)
