@@ -14,6 +14,7 @@ import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, s
 import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
 import { Replay } from "./replay.js";
+import { Suggestions } from "./suggestions.js";
 
 const MAP_MS = 600; // between two images of the map
 const FINDS_MS = 500; // between two looks whether there are others
@@ -30,6 +31,7 @@ const map = new MapView(by("map"), {
 });
 const menu = new PlaceMenu(map);
 const maps = new Maps(act, lostWithMap);
+const suggestions = new Suggestions((name, button) => act(button, () => beginSearch({ objects: [name] })));
 const replay = new Replay(map, onReplay);
 const history = new History(openReplay);
 const fleet = new Fleet((robots) => {
@@ -78,6 +80,7 @@ function onState(next) {
   showServices(state.services);
   showNotices(state);
   showSearch(state.search);
+  suggestions.refresh(state.search);
   showChoice(state.search);
   showFacts(state.map, state.latencies);
   by("map-hint").hidden = state.map?.frames_fused > 0;
