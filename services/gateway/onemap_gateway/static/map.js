@@ -271,7 +271,7 @@ export class MapView {
 
   drawLive() {
     const path = this.state.path;
-    this.drawTrail(this.state.search?.active ? 0.9 : 0.6);
+    this.drawTrail(this.state.search?.active ? 1 : 0.8);
     if (path) this.drawPlan(path);
     for (const { own, colour, state } of this.robots) {
       if (!own && state?.camera?.age_s < VIEW_S) this.drawView(state.camera.view, colour);
