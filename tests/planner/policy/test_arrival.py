@@ -56,11 +56,13 @@ def test_a_turn_in_place_faces_it_from_where_the_robot_stands() -> None:
 
 def test_what_a_wall_hides_from_where_the_robot_stands_is_no_view() -> None:
     look_xy, end_xy = (0.6, 1.6), (0.9, 1.6)
-    for pose, expected in (
-        (Pose2d(0.85, 1.8, math.pi), ArrivalState.THERE),
-        (Pose2d(1.3, 1.6, math.pi), ArrivalState.NO_VIEW),  # it stopped before the wall
+    for pose, reached_x_m, expected in (
+        (Pose2d(0.85, 1.8, math.pi), 0.9, ArrivalState.THERE),
+        (Pose2d(1.3, 1.6, math.pi), 1.1, ArrivalState.ON_WAY),  # it was not asked to go right there
+        (Pose2d(1.3, 1.6, math.pi), 0.9, ArrivalState.NO_VIEW),  # it stopped before the wall
     ):
-        here = replace(standing(WALLED, pose.xy), pose=pose, reached=Pose2d(1.0, 1.6, math.pi))
+        reached = Pose2d(reached_x_m, 1.6, math.pi)
+        here = replace(standing(WALLED, pose.xy), pose=pose, reached=reached)
         assert arrive(Drive(np.array([pose.xy, end_xy]), look_xy), here)[0] is expected
 
 

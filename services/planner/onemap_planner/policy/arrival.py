@@ -46,7 +46,8 @@ def arrive(motion: Drive, context: PlanningContext) -> tuple[ArrivalState, Drive
     if reached is None or reached.distance_to(end_xy) > SAME_GOAL_M:
         return ArrivalState.ON_WAY, motion
     if not _sees(motion.look_xy, end_xy, context):
-        return ArrivalState.NO_VIEW, motion
+        final = comes_no_nearer(end_xy, context)
+        return ArrivalState.NO_VIEW if final else ArrivalState.ON_WAY, motion
     yaw_rad = _heading_to(motion.look_xy, end_xy, context.pose)
     if abs(wrap_angle(yaw_rad - context.pose.yaw_rad)) <= IN_VIEW_RAD:
         return ArrivalState.THERE, motion
@@ -56,6 +57,11 @@ def arrive(motion: Drive, context: PlanningContext) -> tuple[ArrivalState, Drive
     return ArrivalState.ON_WAY, Drive(
         np.array([(x_m, y_m)]), (x_m + cos(yaw_rad), y_m + sin(yaw_rad))
     )
+
+
+def comes_no_nearer(xy: tuple[float, float], context: PlanningContext) -> bool:
+    """Whether the robot's navigation was sent right there, metres, and says that it has come."""
+    return context.reached is not None and context.reached.distance_to(xy) <= ARRIVE_M
 
 
 def stands_at(xy: tuple[float, float], context: PlanningContext) -> bool:

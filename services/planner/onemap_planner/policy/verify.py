@@ -6,7 +6,7 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive
 from onemap_planner.motion.pure_pursuit import ARRIVE_M
-from onemap_planner.policy.arrival import ArrivalState, arrive, stands_at
+from onemap_planner.policy.arrival import ArrivalState, arrive, comes_no_nearer, stands_at
 from onemap_planner.policy.context import (
     APPROACH_LAST_RESORT_M,
     APPROACH_LIMIT_M,
@@ -63,14 +63,17 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
         return Move(event=Rejected())
     memory.idle_since_s = None
     at, motion = arrive(context.drive_to(viewpoint_xy, candidate.xyz[:2]), context)
-    too_far = surface_distance_m(candidate, context) > APPROACH_LIMIT_M
-    if at is ArrivalState.NO_VIEW or (at is ArrivalState.THERE and context.reached and too_far):
-        memory.doubt(candidate, viewpoint_xy)  # the robot comes no nearer to this one
+    there = at is ArrivalState.THERE
+    if there and context.reached and surface_distance_m(candidate, context) > APPROACH_LIMIT_M:
+        there = False
+        at = ArrivalState.NO_VIEW if comes_no_nearer(viewpoint_xy, context) else at
+    if at is ArrivalState.NO_VIEW:
+        memory.doubt(candidate, viewpoint_xy)
         return Move()
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
     state.search = explain_candidate(state.search, goal, sightings, MIN_SIGHTINGS)
-    return Move(motion, Arrived(candidate) if at is ArrivalState.THERE else None)
+    return Move(motion, Arrived(candidate) if there else None)
 
 
 def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
