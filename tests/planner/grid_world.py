@@ -253,6 +253,7 @@ class SimulatedSearch:
     stale_reason: str = ""
     patience_from_s: float = float("-inf")
     reached: Pose2d | None = None
+    off_m: float = 1.5 * ARRIVE_M  # from the goal to where the robot stands for it
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     targets_reset: list[int] = field(default_factory=list)
@@ -300,7 +301,8 @@ class SimulatedSearch:
         for end in planned_path(search, decision, 0).goal_m:
             assert explained is not None, search
             off_m = np.hypot(*np.subtract(explained, end))
-            assert off_m < (1.5 * ARRIVE_M if isinstance(search.phase, Confirming) else 1e-3)
+            stands = isinstance(search.phase, Confirming) or self.reached is not None
+            assert off_m < (self.off_m if stands else 1e-3)
         assert explained is None or isinstance(
             search.phase, Exploring | Approaching | Confirming | Driving
         )

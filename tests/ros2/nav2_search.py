@@ -15,12 +15,12 @@ from onemap_planner.policy.outcome import Decision
 from onemap_planner.search.state_machine import status
 from onemap_ros2.cdr import decode, type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow
+from onemap_ros2.drive.driver import GOAL_CHANGE_M, GoalPose, PlannerVoice, RobotNow
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.network.interface import Endpoint
 from tests.planner.grid_world import CELL_M, STEP_S, SimulatedSearch
 from tests.ros2.fake_network import FakeCall, FakeNetwork
-from tests.ros2.stock_nav2 import EXECUTING, StockNav2
+from tests.ros2.stock_nav2 import EXECUTING, TOLERANCE_M, StockNav2
 
 HEAD = bytes((0, 1, 0, 0))
 KIND = "nav2_msgs/action/NavigateToPose_SendGoal"
@@ -31,6 +31,7 @@ SERVER = Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", KIND, ty
 class Nav2Search(SimulatedSearch):
     """Steps the driver and nav2 between two plans. said: what the adapter logs."""
 
+    off_m: float = GOAL_CHANGE_M + TOLERANCE_M
     said: list[tuple[float, str]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
