@@ -127,6 +127,7 @@ async function refreshFinds() {
 }
 
 function showFind(find) {
+  replay.close();
   map.lookAt(...find.position_m);
   card.show(find);
 }
@@ -153,13 +154,13 @@ function onReplay() {
 // What is lost with the map in use, and what that means for a search.
 function lostWithMap() {
   const cells = (state?.map?.cells_observed ?? 0).toLocaleString("en");
-  const count = finds.objects.length;
+  const count = finds.version === null ? "all" : finds.objects.length; // null: not known yet
   const kept = `Its ${cells} cells and ${count} found ${count === 1 ? "object" : "objects"}, with the pictures, are lost unless they were saved.`;
   return state?.search?.active ? `${kept} The search goes on and looks around anew.` : kept;
 }
 
 function heatmapText() {
-  if (replay.isOpen && !queried) return ""; // what is sought now has no place in it
+  if (replay.isOpen) return ""; // what is sought now has no place in it
   const target = state?.search?.target ?? "";
   return queried || (target === dismissed ? "" : target);
 }
@@ -233,6 +234,7 @@ function queryPicture(image) {
 
 // Show the answers, and the heatmap of one of them.
 function showQueried(answers, shown) {
+  replay.close();
   pictured = shown.image ?? null;
   queried = shown.refused || pictured ? "" : shown.text;
   showAnswers(answers, queried, {

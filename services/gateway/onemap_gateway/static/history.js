@@ -5,7 +5,7 @@ import { capital, clockTime, duration } from "./format.js";
 import { by, element, refill, searchTitle } from "./panels.js";
 import { paintThumbnail } from "./thumbnail.js";
 
-const THUMB_PX = 112; // on a side, shown at half of it
+const THUMB_PX = 96; // on a side, shown at half of it
 
 export class History {
   // onOpen(search, button): one was chosen
@@ -32,11 +32,11 @@ export class History {
     this.showError("");
     const past = searches.filter(({ active }) => !active);
     by("history-none").hidden = past.length > 0;
-    const rows = past.map((each) => [each, findOf(each, objects)]);
-    refill(by("history"), rows, () => rows.map(([each, find]) => this.row(each, find)));
+    const rows = past.map((each) => [each, findsOf(each, objects)]);
+    refill(by("history"), rows, () => rows.map(([each, finds]) => this.row(each, finds)));
   }
 
-  row(search, find) {
+  row(search, finds) {
     const { state, reason, started_at: began, elapsed_s: took, path_length_m: way } = search;
     const button = element("button", { title: "Show how it went on the map" }, [
       element("span", { text: searchTitle(search) }),
@@ -46,16 +46,18 @@ export class History {
     ]);
     button.type = "button";
     button.addEventListener("click", () => this.onOpen(search, button));
-    if (find) {
-      const canvas = element("canvas");
-      canvas.width = canvas.height = THUMB_PX;
-      canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", `Photograph of the ${find.name}`);
-      canvas.find = find;
-      button.prepend(canvas);
-      this.sight.observe(canvas);
-    }
+    if (finds.length) button.append(element("span", { className: "thumbs" }, finds.map((find) => this.thumb(find))));
     return element("li", {}, [button]);
+  }
+
+  thumb(find) {
+    const canvas = element("canvas");
+    canvas.width = canvas.height = THUMB_PX;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `Photograph of the ${find.name}`);
+    canvas.find = find;
+    this.sight.observe(canvas);
+    return canvas;
   }
 
   showError(text) {
@@ -70,7 +72,7 @@ export class History {
   }
 }
 
-// What the search was the last to find, with a photograph; undefined if there is none.
-function findOf({ id }, objects) {
-  return objects.find(({ search_id: last, picture }) => last === id && picture);
+// What the search was the last to find, as far as there are photographs.
+function findsOf({ id }, objects) {
+  return objects.filter(({ search_id: last, picture }) => last === id && picture);
 }

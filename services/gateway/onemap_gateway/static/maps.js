@@ -25,7 +25,7 @@ export class Maps {
     by("map-clear").addEventListener("click", (event) =>
       this.ask(event.target, "Clear", `Clear the map? ${this.lost()} Saved maps stay.`, async () => {
         await send("POST", "/v1/map/clear");
-        return "The map is empty.";
+        return "The map was cleared: it grows again from what the camera sees.";
       }),
     );
     by("map-no").addEventListener("click", () => this.answer(false));

@@ -5,6 +5,7 @@ import { capital, clockTime, duration, place } from "./format.js";
 import { by, reveal, searchTitle } from "./panels.js";
 
 const WHOLE_S = 30; // in which a whole search is played at the latest
+const FRAME_MS = 200; // a hidden page draws no frames: it goes on from where it was
 const TURN_M = 0.1; // of way from which the robot's heading is told
 
 export class Replay {
@@ -33,6 +34,7 @@ export class Replay {
   // search: of /v1/searches; opener: what gets the focus back
   async open(search, opener) {
     const record = await read(`/v1/searches/${search.id}/replay`);
+    this.pause(); // another one may be shown
     this.record = record;
     this.opener = opener;
     const ends = [record.path_m.at(-1)?.[0], record.steps.at(-1)?.elapsed_s];
@@ -52,9 +54,10 @@ export class Replay {
   close() {
     if (!this.record) return;
     this.pause();
+    const focused = document.activeElement?.closest("#replay, #replay-tag");
     this.record = null;
     this.show(false);
-    this.opener.focus({ preventScroll: true });
+    if (focused) this.opener.focus({ preventScroll: true });
   }
 
   show(open) {
@@ -104,7 +107,7 @@ export class Replay {
     const speed = Math.max(1, this.whole / WHOLE_S);
     const tick = (now) => {
       if (!this.playing) return;
-      this.seek(this.time + (Math.max(now - last, 0) / 1000) * speed);
+      this.seek(this.time + (Math.min(Math.max(now - last, 0), FRAME_MS) / 1000) * speed);
       last = now;
       if (this.time >= this.whole) this.pause();
       else requestAnimationFrame(tick);
@@ -136,7 +139,10 @@ export class Replay {
     if (robot) passed.push([robot.x, robot.y]);
     map.line(this.places, colours.trail, 2, 0.35);
     map.line(passed, colours.trail, 3, 1);
-    for (const result of search.results) if (result.position_m) map.drawFind(result);
+    for (const result of search.results) {
+      const kept = map.finds.find((find) => find.search_id === search.id && find.name === result.name);
+      if (result.position_m) map.drawFind(kept ?? result); // kept: with its photograph
+    }
     const goal = steps[this.index]?.goal_m;
     if (goal && robot) map.line([[robot.x, robot.y], goal], colours.path, 1.5, 0.6);
     if (goal) map.ring(...goal, 7, colours.path);
