@@ -72,7 +72,7 @@ coverage: setup-dev kernels
 	$(BIN)/pytest $(PARALLEL) -m "not slow" --cov --cov-report=
 	$(BIN)/coverage report --skip-covered
 
-# Attacks on the running system: test | limit | measured | verdict, and a JSON line at the end.
+# All attacks: test | limit | measured | verdict, and a JSON line at the end.
 # One after the other, since each measures; a quarter of an hour on two cores.
 chaos: setup-dev
 	$(BIN)/pytest tests/chaos -m chaos --quiet $(ARGS)

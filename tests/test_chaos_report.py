@@ -1,52 +1,48 @@
-"""The frame of ``make chaos``: deselected by default, a table and a JSON line at the end."""
+"""The frame of ``make chaos``: what runs without its marker, a table and a JSON line at the end."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from tests.chaos import conftest
 from tests.chaos.report import BROKEN, HELD, Attack, ChaosResult, json_line, table_lines
 
-ROOT = Path(__file__).parents[1]
+CHAOS = Path(conftest.__file__).parent
 
 
-MARKERS = (None, "slow", "chaos")
-COLLECT = """
-import json, sys, pytest
-for marker in json.loads(sys.argv[1]):
-    print("@next", flush=True)
-    selection = [] if marker is None else ["-m", marker]
-    pytest.main(["tests/chaos", "--collect-only", "-q", *selection])
-"""
+@pytest.mark.parametrize(
+    ("expression", "expected"), [("", ["quick", "other"]), ("chaos", ["quick", "long", "other"])]
+)
+def test_attacks_on_a_system_wait_for_their_marker(expression: str, expected: list[str]) -> None:
+    marks: dict[str, set[str]] = {"quick": {"slow"}, "long": set(), "other": set()}
+
+    def item(name: str) -> Any:
+        return SimpleNamespace(
+            name=name,
+            path=(CHAOS.parent if name == "other" else CHAOS) / "test_a.py",
+            add_marker=lambda mark: marks[name].add(mark.name),
+            get_closest_marker=lambda mark: mark if mark in marks[name] else None,
+        )
+
+    deselected: list[int] = []
+    hook = SimpleNamespace(pytest_deselected=lambda items: deselected.append(len(items)))
+    config: Any = SimpleNamespace(option=SimpleNamespace(markexpr=expression), hook=hook)
+    items = [item(name) for name in marks]
+    conftest.pytest_collection_modifyitems(config, items)
+    assert [each.name for each in items] == expected
+    assert len(items) + sum(deselected) == len(marks)
+    assert marks == {"quick": {"slow", "chaos"}, "long": {"chaos"}, "other": set()}
 
 
-@pytest.fixture(scope="module")
-def collected() -> dict[str | None, str]:
-    """What pytest collects of the attacks with each marker, all in one process."""
-    command = [sys.executable, "-c", COLLECT, json.dumps(MARKERS)]
-    result = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=True
-    )
-    outputs = result.stdout.split("@next\n")[1:]
-    return dict(zip(MARKERS, outputs, strict=True))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("marker", [None, "slow"])
-def test_no_attack_runs_unless_the_marker_asks_for_it(
-    marker: str | None, collected: dict[str | None, str]
-) -> None:
-    assert "deselected" in collected[marker]
-    assert "::test_" not in collected[marker]
-
-
-@pytest.mark.slow
-def test_the_marker_selects_every_attack(collected: dict[str | None, str]) -> None:
-    assert "test_wire.py::test_mutated_messages" in collected["chaos"]
+@pytest.mark.parametrize("path", sorted(CHAOS.glob("test_*.py")), ids=lambda path: path.stem)
+def test_every_attack_that_needs_no_system_runs_with_all_tests(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert ("mark.slow" in text) != ("from tests.end_to_end" in text)
 
 
 def test_an_attack_keeps_its_row_also_when_the_limit_is_broken() -> None:

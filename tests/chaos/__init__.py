@@ -1,1 +1,1 @@
-"""Attacks on the running system: ``make chaos``. Not part of ``make test``."""
+"""Attacks: all of them are ``make chaos``, those marked ``slow`` part of ``make test`` too."""

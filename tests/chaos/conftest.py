@@ -1,4 +1,8 @@
-"""Marks every test here ``chaos``, runs them only with ``-m chaos``, and reports at the end."""
+"""Marks every test here ``chaos`` and reports at the end.
+
+Attacks on what one process reads or writes are marked ``slow`` and run with all tests; those on a
+running system take minutes and run with ``-m chaos`` alone.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +49,7 @@ def loop_s(pytestconfig: pytest.Config) -> float:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the attacks; deselect them unless the command asks for them."""
+    """Mark the attacks; deselect those on a system unless the command asks for them."""
     attacks = [item for item in items if HERE in item.path.parents]
     for item in attacks:
         item.add_marker(pytest.mark.chaos)
@@ -53,8 +57,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             limit_s = config.getoption(LOOP_SECONDS) + AROUND_S
             item.add_marker(pytest.mark.timeout(limit_s))
     if "chaos" not in str(config.option.markexpr):
-        config.hook.pytest_deselected(items=attacks)
-        items[:] = [item for item in items if item not in attacks]
+        long = [item for item in attacks if item.get_closest_marker("slow") is None]
+        config.hook.pytest_deselected(items=long)
+        items[:] = [item for item in items if item not in long]
 
 
 @pytest.hookimpl(hookwrapper=True)

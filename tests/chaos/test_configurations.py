@@ -17,9 +17,9 @@ from onemap_shared.config import ConfigError, read, section
 from tests.chaos.report import Attack
 from tests.chaos.test_wire import mutated
 
-pytestmark = pytest.mark.timeout(600)
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-FILES = 1_000
+FILES = 500
 SEED = 11
 FOLDER = Path(__file__).parents[2] / "deploy" / "config"
 VALUES: tuple[Any, ...] = (

@@ -130,16 +130,20 @@ def gateway_is_well(system: System, descriptors: int) -> str:
 
 
 def test_mutated_requests(system: System, attack: Attack) -> None:
+    attack_with_requests(system, attack, RAW)
+
+
+def attack_with_requests(system: System, attack: Attack, count: int) -> None:
     rng, outcomes = random.Random(SEED), Counter[str]()
     address = urlsplit(str(system.http.base_url))
     system.http.get("/v1/status", timeout=REQUEST_S)
     before = psutil.Process(system.processes["gateway"].pid).num_fds()
-    for number in range(RAW):
+    for number in range(count):
         request = mutated(REQUESTS[number % len(REQUESTS)], rng)
         outcomes[answer_to(str(address.hostname), address.port or 80, request)] += 1
     problem = gateway_is_well(system, before)
     attack.holds(
-        f"{RAW:,} mutated HTTP requests",
+        f"{count:,} mutated HTTP requests",
         limit="0 answers of 500, 0 open descriptors more, the gateway as before",
         measured=problem or json.dumps(dict(sorted(outcomes.items()))),
         held=not problem and not outcomes["500"],
@@ -162,12 +166,16 @@ def answer_to(host: str, port: int, request: bytes) -> str:
 
 
 def test_event_streams(system: System, attack: Attack) -> None:
+    attack_with_streams(system, attack, STREAMS)
+
+
+def attack_with_streams(system: System, attack: Attack, count: int) -> None:
     """Streams with headers of any content, left after any number of bytes."""
     rng, outcomes = random.Random(SEED), Counter[str]()
     started = system.http.post("/v1/searches", json={"objects": [absent_object(system)]})
     known = started.json().get("id", "current")
     before = psutil.Process(system.processes["gateway"].pid).num_fds()
-    for _ in range(STREAMS):
+    for _ in range(count):
         search = rng.choice([known, known, "current", rng.randbytes(6).hex(), "%00", "a" * 300])
         headers = {
             "Last-Event-ID": rng.choice(["", "0", "-1", "9" * 40, "x y"]),
@@ -176,7 +184,7 @@ def test_event_streams(system: System, attack: Attack) -> None:
         outcomes[stream(system.http, f"/v1/searches/{search}/events", headers, rng)] += 1
     problem = gateway_is_well(system, before)
     attack.holds(
-        f"{STREAMS} event streams, left after some bytes",
+        f"{count} event streams, left after some bytes",
         limit="events or a problem document, 0 open descriptors more, the gateway as before",
         measured=problem or json.dumps(dict(sorted(outcomes.items()))),
         held=not problem and set(outcomes) <= {"events", "404", "422"} and outcomes["events"] > 0,

@@ -24,9 +24,9 @@ from tests.chaos.test_wire import mutated
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 
-pytestmark = pytest.mark.timeout(600)
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-FILES = 2_000
+FILES = 500
 SEED = 11
 LIMIT_MB = 32.0  # of what one file of 0.3 MB makes the mapper allocate; numpy's, not torch's
 PARAMS = scenes.params()

@@ -6,11 +6,15 @@ import random
 from collections import Counter
 from dataclasses import replace
 
+import pytest
+
 from onemap_shared.wire import Packet, WireError, decode, encode
 from tests.chaos.report import Attack
 from tests.shared import samples
 
-MUTATIONS = 400_000
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+
+MUTATIONS = 100_000
 SEED = 11
 EDGES = (0x00, 0x7F, 0x80, 0xC0, 0xC4, 0xCF, 0xD9, 0xDD, 0xDF, 0xFF)  # of msgpack's types
 
