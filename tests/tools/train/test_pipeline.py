@@ -71,7 +71,10 @@ def test_an_export_that_fails_leaves_the_encoder_that_was_there(
     assert (folders.output / NETWORK_FILE).read_bytes() == before
 
 
-def test_frames_of_other_classes_are_refused(tmp_path: Path) -> None:
+def test_frames_of_other_classes_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_tools.train.frames.generate_apartment", lambda *_: box_room())
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
     spec = FrameSetSpec((901,), per_scene=2, width=32, height=24)
     frames = render_frames(folders.work / "calibrate", ("wall", "sofa"), spec)
