@@ -66,13 +66,13 @@ class ObjectSummary:
         return self.claimed and not self.counts_as_found
 
     @property
-    def spl(self) -> float:
-        """Success weighted by path length, in [0, 1].
+    def there_at_start(self) -> bool:
+        """Whether it was found and there was no way to it that could be compared: SPL is 0."""
+        return self.success and self.shortest_path_m == 0
 
-        NaN if it was found and had been there at the start: no way to it can be compared.
-        """
-        if self.success and self.shortest_path_m == 0:
-            return nan
+    @property
+    def spl(self) -> float:
+        """Success weighted by path length, in [0, 1]."""
         return path_efficiency(self.shortest_path_m, self.path_length_m) if self.success else 0.0
 
     def document(self) -> dict[str, Any]:
@@ -227,7 +227,7 @@ class DemoSummary:
     @property
     def object_spl(self) -> float:
         """Mean SPL of the objects that were judged and not there at the start; NaN without any."""
-        known = [item.spl for item in self.objects if item.judged and isfinite(item.spl)]
+        known = [item.spl for item in self.objects if item.judged and not item.there_at_start]
         return sum(known) / len(known) if known else nan
 
     @property
@@ -251,7 +251,10 @@ class DemoSummary:
             "found": self.found,
             "judged": self.judged,
             "claimed_wrongly": self.claimed_wrongly,
-            "objects": [item.document() for item in self.objects],
+            "objects": [
+                item.document() | ({"spl": None} if item.there_at_start else {})
+                for item in self.objects
+            ],
             "spl": json_value(self.spl),
             "object_spl": json_value(self.object_spl),
             "progress": self.progress,
@@ -356,7 +359,7 @@ def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
         f"{item.time_s:.0f} s",
         metres(item.path_length_m),
         metres(item.shortest_path_m),
-        number(item.spl) if item.judged else "-",
+        number(item.spl) if item.judged and not item.there_at_start else "-",
         metres(item.true_distance_m),
     )
 
