@@ -200,9 +200,7 @@ def test_several_objects_may_be_found_in_any_order(page: Page, robot: Robot) -> 
     assert page.errors == []
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_stop_is_in_sight_on_a_phone(page: Page, robot: Robot, scheme: str) -> None:
-    page.prefer(scheme)
+def test_stop_is_in_sight_on_a_small_phone(page: Page, robot: Robot) -> None:
     page.resize(*PHONE, mobile=True)
     page.open(robot.address)
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
