@@ -16,6 +16,7 @@ const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const LABEL_PX = 16; // height of a label
 const LABEL_GAP_PX = 7; // between two labels beside each other: their outlines, and a space
+const PIN_LABEL_PX = 12; // to each side of a pin, where no label goes
 const VIEW_S = 2; // an older view is not drawn
 const VIEW_M = 2.5; // in which the drawn view of the camera fades
 const TRAIL_PARTS = 24; // of the way driven, each fainter than the next
@@ -282,7 +283,8 @@ export class MapView {
       const prefix = this.answers.length > 1 ? `${text} ` : "";
       for (const region of regions) this.drawRegion(region, prefix);
     }
-    for (const find of this.finds) this.drawFind(find);
+    for (const find of this.finds) this.drawPin(find);
+    for (const find of this.finds) this.nameFind(find);
     this.drawRobots();
   }
 
@@ -358,10 +360,22 @@ export class MapView {
   }
 
   drawFind(find) {
-    const { context } = this;
+    this.drawPin(find);
+    this.nameFind(find);
+  }
+
+  // No label lies on its head.
+  drawPin(find) {
     const [column, row] = this.pixels(...find.position_m);
-    this.pins.draw(context, find, column, row, this.colours);
-    this.label(find.name, column + 20, row - PIN_PX + 5, this.colours.ink);
+    this.pins.draw(this.context, find, column, row, this.colours);
+    for (const line of [row - LABEL_PX / 2, row - PIN_PX]) {
+      this.labels.push({ column: column - PIN_LABEL_PX, right: column + PIN_LABEL_PX, row: line });
+    }
+  }
+
+  nameFind({ name, position_m: place }) {
+    const [column, row] = this.pixels(...place);
+    this.label(name, column + 20, row - PIN_PX + 5, this.colours.ink);
   }
 
   // The chosen place, or the one that Enter chooses.
@@ -414,7 +428,11 @@ export class MapView {
     context.stroke();
     context.fill();
     context.restore();
-    if (name) this.label(name, column + 12, row + 18, this.colours[colour]);
+    if (!name) return;
+    context.font = FONT;
+    const right = column + 12; // or left of it, where something stands on the right
+    const left = column - 12 - context.measureText(name).width;
+    this.label(name, this.isFree(name, right, row + 18) ? right : left, row + 18, this.colours[colour]);
   }
 
   drawScaleBar() {
@@ -468,17 +486,24 @@ export class MapView {
     context.stroke();
   }
 
+  // Whether a label there would lie on no other.
+  isFree(text, column, row) {
+    this.context.font = FONT;
+    const right = column + this.context.measureText(text).width;
+    return !this.labels.some(
+      (box) =>
+        column < box.right + LABEL_GAP_PX &&
+        box.column < right + LABEL_GAP_PX &&
+        Math.abs(row - box.row) < LABEL_PX,
+    );
+  }
+
   label(text, column, row, colour) {
     if (!text) return;
     const { context } = this;
+    while (!this.isFree(text, column, row)) row -= LABEL_PX; // above the label that stands there
     context.font = FONT;
-    const right = column + context.measureText(text).width;
-    const covers = (box) =>
-      column < box.right + LABEL_GAP_PX &&
-      box.column < right + LABEL_GAP_PX &&
-      Math.abs(row - box.row) < LABEL_PX;
-    while (this.labels.some(covers)) row -= LABEL_PX; // above the label that stands there
-    this.labels.push({ column, right, row });
+    this.labels.push({ column, right: column + context.measureText(text).width, row });
     context.lineWidth = 4;
     context.lineJoin = "round";
     context.strokeStyle = this.colours.unknown;
