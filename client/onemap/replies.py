@@ -493,9 +493,6 @@ class QueryResult(Reply):
         "without a calibration, only their order means anything.",
     )
     message: str = Field(default="", description="Why there are no regions; empty if there are.")
-    did_you_mean: tuple[str, ...] = Field(
-        default=(), description="The nearest known words, if the encoder cannot place the text."
-    )
     grid: ScoreGrid | None = None
 
     @property

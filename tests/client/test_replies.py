@@ -36,7 +36,7 @@ def test_members_that_an_older_gateway_leaves_out_are_empty() -> None:
     assert (snapshot.reason_code, snapshot.updated_ns) == (None, 0)
     assert ObjectOutcome.of(OUTCOME).coverage is None
     result = QueryResult.of({"text": "yeti", "regions": []})
-    assert (result.best_score, result.message, result.did_you_mean) == (0.0, "", ())
+    assert (result.best_score, result.message) == (0.0, "")
     assert (result.verdict, result.found, result.calibrated) == ("", False, False)
     assert (result.looked.share, result.looked.frontier_m) == (0.0, None)
     old = {"rank": 1, "centre_m": [1, 2], "extent_m": [0, 1, 2, 3], "score": 0.5}

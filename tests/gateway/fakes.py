@@ -220,7 +220,8 @@ class FakeMapper:
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
-            raise RequestRejected("unknown_word", f"the encoder does not know {text!r}")
+            words = {"words": [{"word": text, "did_you_mean": ["curb"]}]}
+            raise RequestRejected("unknown_word", f"the encoder does not know {text!r}", words)
 
     def _image_similarity(self, request: m.ImageSimilarityRequest) -> m.SimilarityReply:
         if self.image_problem is not None:
@@ -248,7 +249,6 @@ class FakeMapper:
             scores_grid=np.zeros((0, 0), np.float32) if grid is None else grid,
             best_score=0.199 if absent else 0.9,
             floor=0.2,
-            nearest=("ball", "fan") if absent else (),
             outline_points_m=np.array([[0.2, 1], [0.5, 1], [0.5, 1.3]], np.float32)[: 3 * count],
             outline_owner=np.zeros(3 if count else 0, np.int32),
             last_seen_ns=np.array([STAMP_NS, 0], np.int64)[:count],

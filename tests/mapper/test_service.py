@@ -63,7 +63,6 @@ class Rig:
         self.asked: list[str] = []
         self.images: list[bytes] = []
         self.floor = 0.0
-        self.nearest: tuple[tuple[str, ...], ...] = ()
         self.perception: MemoryBus | None = None
 
     def embed(self, text_space: str = "space-a", channels: int = 16) -> None:
@@ -84,7 +83,6 @@ class Rig:
                 np.ones((1, 2), np.uint8),
                 30.0,
                 self.floor,
-                self.nearest,
             )
 
         def seen(request: ImageRequest) -> TextEmbeddings:

@@ -84,18 +84,15 @@ class SimulatedServices:
         return MapSummary("", "mini", "mini", 0.1, 1, 1)
 
     def _embed(self, request: TextRequest) -> TextEmbeddings:
-        """As an encoder without its sentence encoder: 'flurb' is no word, 'kite' has no place."""
+        """As an encoder that does not know 'flurb'."""
         if "flurb" in request.texts:
             unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
             raise RequestRejected(
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown
             )
         rows = np.ones((len(request.texts), 1), np.float32)
-        nearest = tuple(("ball", "fan") if text == "kite" else () for text in request.texts)
         mask = np.zeros((len(rows), 0), np.uint8)
-        return TextEmbeddings(
-            "mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2, nearest
-        )
+        return TextEmbeddings("mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2)
 
     def frame(self, *, odometry: bool = True, revision: bool = True) -> None:
         """One message of each; the planner takes them and waits for its next command."""

@@ -81,7 +81,7 @@ SAMPLES: tuple[Any, ...] = (
     m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image", 3, area_m=(0.0, 0.0, 1.0, 1.0))),
     m.TextEmbeddings(
         "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
-        0.3, (("armchair", "bed"),),
+        0.3,
     ),
     m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9, (SEES,)),
     m.SimilarityRequest(
@@ -90,7 +90,7 @@ SAMPLES: tuple[Any, ...] = (
     ),
     m.SimilarityReply(
         "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
-        0.9, 0.3, ("armchair",), f32(4, 2), np.array([0, 0, 1, 1], np.int32),
+        0.9, 0.3, f32(4, 2), np.array([0, 0, 1, 1], np.int32),
         np.array([0, 123], np.int64), f32(2, 3),
         m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
     ),

@@ -69,7 +69,6 @@ IMPOSSIBLE: list[tuple[type[Any], str, dict[str, Any]]] = [
     (m.TextRequest, "257 texts; between 1 and 256", {"texts": ("sofa",) * 257}),
     (m.TextEmbeddings, "neutral has shape", {"neutral": f(3, 5)}),
     (m.TextEmbeddings, "floor is nan; it must be at least 0, at most 1", {"floor": NAN}),
-    (m.TextEmbeddings, "nearest has 2 entries for 1 texts", {"nearest": ((), ())}),
     (m.ImageRequest, "no PNG", {"image": b"sofa"}),
     (m.ImageRequest, "the limit is 524288", {"image": bytes(m.MAX_IMAGE_BYTES + 1)}),
     (
@@ -225,8 +224,7 @@ def embeddings(rows: list[list[float]], competing: list[list[int]]) -> m.TextEmb
     mask = np.array(competing, np.uint8).reshape(3, -1)
     neutral = np.zeros((mask.shape[1], 2), np.float32)
     return m.TextEmbeddings(
-        "e", "s", ("a", "b", "c"), np.array(rows, np.float32), neutral, mask, 1.0,
-        nearest=((), ("x",), ()),
+        "e", "s", ("a", "b", "c"), np.array(rows, np.float32), neutral, mask, 1.0
     )  # fmt: skip
 
 
@@ -244,7 +242,7 @@ def test_which_texts_mean_the_same(rows: list[list[float]], competing: list[list
 
 def test_some_of_the_texts_keep_their_rows() -> None:
     some = embeddings([[1, 0], [0.6, 0.8], [0, 1]], [[0], [1], [1]]).only(np.array([1, 2]))
-    assert (some.texts, some.nearest) == (("b", "c"), (("x",), ()))
+    assert some.texts == ("b", "c")
     np.testing.assert_array_equal(some.embeddings, np.array([[0.6, 0.8], [0, 1]], np.float32))
 
 

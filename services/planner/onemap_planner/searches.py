@@ -35,7 +35,6 @@ from onemap_shared.messages import (
     SearchRequest,
     SearchState,
     SearchStatus,
-    TextEmbeddings,
 )
 from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import Bus, RequestRejected
@@ -241,7 +240,6 @@ class SearchCommands:
         Returns which of the objects and of the objects found before mean the same.
         """
         embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
-        _reject_out_of_vocabulary(embeddings)
         state = self._registry.state
         found = [found_object.name for found_object in state.found_objects] if state else []
         if found:
@@ -272,20 +270,3 @@ def _reject_if_late(request: SearchRequest, took_s: float) -> None:
             f"checking the words took {took_s:.1f} s of the {request.patience_s:g} s that the "
             "caller waits: nothing was started; try again",
         )
-
-
-def _reject_out_of_vocabulary(embeddings: TextEmbeddings) -> None:
-    """Reject names outside the encoder's vocabulary, naming the nearest known words."""
-    pairs = zip(embeddings.texts, embeddings.nearest, strict=False)  # no pairs: open vocabulary
-    unknown = {text: near for text, near in pairs if near}
-    if not unknown:
-        return
-    named = ", ".join(
-        f"{word!r} (did you mean {' or '.join(map(repr, near))}?)" for word, near in unknown.items()
-    )
-    are = "is" if len(unknown) == 1 else "are"
-    raise RequestRejected(
-        "unknown_word",
-        f"{named} {are} like nothing that the encoder was trained to see",
-        {"words": [{"word": word, "did_you_mean": list(near)} for word, near in unknown.items()]},
-    )

@@ -142,8 +142,6 @@ class TextEmbeddings(Message):
         neutral_mask: (N, M) 1 where neutral word m competes with text n (synonyms do not).
         temperature: factor of the cosine in the softmax.
         floor: a best score below this means "not here"; 0: not measured for this encoder.
-        nearest: per text, the nearest known words if it is outside the encoder's vocabulary,
-            else none; empty for an encoder with an open vocabulary.
     """
 
     encoder_id: str
@@ -154,11 +152,6 @@ class TextEmbeddings(Message):
     neutral_mask: Annotated[U8, Shape("N", "M")]
     temperature: float
     floor: Share = 0.0
-    nearest: tuple[tuple[str, ...], ...] = ()
-
-    def _check(self) -> None:
-        if self.nearest and len(self.nearest) != len(self.texts):
-            raise ValueError(f"nearest has {len(self.nearest)} entries for {len(self.texts)} texts")
 
     def only(self, rows: I64) -> TextEmbeddings:
         """The texts of these rows (K,)."""
@@ -167,7 +160,6 @@ class TextEmbeddings(Message):
             texts=tuple(self.texts[row] for row in rows),
             embeddings=self.embeddings[rows],
             neutral_mask=self.neutral_mask[rows],
-            nearest=tuple(self.nearest[row] for row in rows) if self.nearest else (),
         )
 
     def same_meaning(self) -> Bool:

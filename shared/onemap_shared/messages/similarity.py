@@ -164,7 +164,6 @@ class SimilarityReply(Message):
         best_score: of the best region before those below the floor were left out, 0 if nothing
             was observed.
         floor: the encoder's, 0 if it was not measured.
-        nearest: known words near a text outside the encoder's vocabulary.
         outline_points_m: (P, 2) x, y of the corners of the regions' outlines, counter-clockwise,
             one region after the other.
         outline_owner: (P,) index of the region that a corner belongs to, ascending.
@@ -189,7 +188,6 @@ class SimilarityReply(Message):
     scores_grid: Annotated[F32, Shape(None, None)]
     best_score: Share = 0.0
     floor: Share = 0.0
-    nearest: tuple[str, ...] = ()
     outline_points_m: Annotated[F32, Shape("P", 2)] = without(np.float32, 0, 2)
     outline_owner: Annotated[I32, Shape("P")] = without(np.int32, 0)
     last_seen_ns: Annotated[I64, Shape("N")] = without(np.int64, 0)

@@ -105,7 +105,7 @@ def test_a_text_that_is_asked_next_takes_the_place_of_the_picture(
     assert page.evaluate("document.querySelectorAll('#regions-card img').length") == 1
     page.type("#text", "kite")
     page.click("#where")
-    page.wait_for("document.querySelector('.word')")
+    page.wait_for("document.querySelectorAll('#regions-card li').length === 1")
     assert page.evaluate("document.querySelectorAll('#regions-card img').length") == 0
 
 

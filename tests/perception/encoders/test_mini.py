@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import string
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -99,20 +101,42 @@ def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
 
 
 def test_the_limit_of_a_place_lets_synonyms_pass(encoder: Encoder) -> None:
-    bare = MiniEncoder(MiniParams(), aliases=False)
     synonyms = [word for entry in load_vocabulary(SHIPPED).classes for word in entry.held_out]
-    nearest = bare.embed_text(synonyms).nearest
-    assert [word for word, near in zip(synonyms, nearest, strict=True) if near] == ["telly"]
-    assert not any(encoder.embed_text(synonyms).nearest)
+    assert encoder.embed_text(synonyms).texts == tuple(synonyms)
+
+
+def refused(encoder: Encoder, words: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Which of the words the encoder refuses, with the known words that it suggests."""
+    try:
+        encoder.embed_text(words)
+    except UnknownWordError as problem:
+        return problem.words
+    return {}
 
 
 @pytest.mark.skipif(find_model_folder() is None, reason="needs the sentence encoder")
-def test_strings_that_are_no_words_have_no_place(encoder: Encoder) -> None:
+def test_words_are_suggested_for_misspelt_ones_and_not_for_nonsense(encoder: Encoder) -> None:
     rng = np.random.default_rng(0)
-    letters = list("abcdefghijklmnopqrstuvwxyz")
-    strings = ["".join(rng.choice(letters, 6)) for _ in range(60)]
-    nearest = encoder.embed_text(strings).nearest
-    assert sum(map(bool, nearest)) >= 54  # nine in ten
+    syllables = [a + b for a in "bcdfghjklmnprstvwxz" for b in "aeiou"]
+    nonsense = ["".join(rng.choice(list(string.ascii_lowercase), 6)) for _ in range(60)]
+    nonsense += ["".join(rng.choice(syllables, 3)) for _ in range(60)]
+    found = refused(encoder, [*nonsense, "xyzzy", "blorptang"])
+    assert len(found) >= 0.85 * len(nonsense)
+    assert sum(map(bool, found.values())) <= 0.05 * len(nonsense)
+    assert found["xyzzy"] == found["blorptang"] == ()
+    names = [name for name in load_vocabulary(SHIPPED).names if len(name) > 4]
+    slips = {name[:2] + name[3] + name[2] + name[4:]: name for name in names}  # two letters swapped
+    found = refused(encoder, list(slips))
+    assert sum(slips[slip] in near for slip, near in found.items()) >= 0.95 * len(found)
+
+
+def test_a_word_of_the_table_is_refused_without_a_word_that_is_spelt_alike(
+    encoder: Encoder,
+) -> None:
+    assert refused(encoder, ["sofa", "skateboard", "scissors"]) == {
+        "skateboard": (),
+        "scissors": (),
+    }
 
 
 def copied(folder: Path) -> Path:
@@ -131,7 +155,7 @@ def copied(folder: Path) -> Path:
 def test_a_slip_of_the_pen_is_asked_back_whatever_it_means(
     encoder: Encoder, slip: str, word: str
 ) -> None:
-    assert encoder.embed_text((slip,)).nearest[0][0] == word
+    assert refused(encoder, [slip])[slip][0] == word
 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
@@ -162,7 +186,7 @@ def test_an_image_is_asked_as_a_word_that_names_no_class(encoder: Encoder) -> No
     query = encoder.embed_image(noise(60, 90))
     words = encoder.embed_text(["sofa"])
     assert (query.encoder_id, query.text_space) == (words.encoder_id, words.text_space)
-    assert (query.embeddings.shape, query.floor, query.nearest) == ((1, 384), 0.0, ())
+    assert (query.embeddings.shape, query.floor) == ((1, 384), 0.0)
     assert np.linalg.norm(query.embeddings) == pytest.approx(1, abs=1e-4)
     np.testing.assert_array_equal(query.neutral, words.neutral)
     assert query.temperature == words.temperature

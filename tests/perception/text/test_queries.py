@@ -41,13 +41,14 @@ VECTORS = {
     "piano": (0.2, 0.1, 0.1, 1.0),
     "harp": (0.9, 0.1, 0.0, 0.0),
     "kite": (0.1, 0.0, 0.2, 1.0),
+    "umbrella": (0.4, 0.0, 0.1, 1.0),
 }
 
 
-def encoder(*, aliases: bool = True) -> QueryEncoder:
+def encoder(*, raw: bool = False) -> QueryEncoder:
     rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
     table = EmbeddingTable(tuple(VECTORS), rows)
-    return QueryEncoder(VOCABULARY, table, CALIBRATION, aliases=aliases)
+    return QueryEncoder(VOCABULARY, table, CALIBRATION, raw=raw)
 
 
 def ask(*words: str) -> TextEmbeddings:
@@ -64,7 +65,7 @@ def test_trained_words_stand_for_their_class() -> None:
 
 
 def test_other_words_lean_to_the_nearest_class_and_synonyms_do_not_compete() -> None:
-    queries = ask("settee", "lantern", "piano")
+    queries = ask("settee", "lantern", "umbrella")
     sofa = np.array([1, 0, 0, 0], np.float32)
     assert queries.embeddings[0] @ sofa > unit(np.array(VECTORS["settee"], np.float32)) @ sofa
     np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, rtol=1e-5)
@@ -78,10 +79,11 @@ def test_a_name_that_is_known_to_fail_stands_for_its_class(word: str) -> None:
     np.testing.assert_array_equal(ask(word).neutral_mask, ask("lamp").neutral_mask)
 
 
-def test_a_word_without_a_place_comes_with_the_nearest_known_ones() -> None:
-    queries = ask("sofa", "kite", "settee", "piano")
-    assert queries.nearest == ((), ("sofa", "lamp"), (), ("sofa", "lamp"))
-    assert queries.floor == 0.2
+def test_words_that_are_like_no_class_are_refused_without_words_that_are_not_near() -> None:
+    with pytest.raises(UnknownWordError, match="'kite' and 'piano' are like nothing") as caught:
+        ask("sofa", "kite", "settee", "piano")
+    assert caught.value.words == {"kite": (), "piano": ()}
+    assert encoder(raw=True).queries(["kite"], encoder_id="e", text_space="s").floor == 0.2
 
 
 def test_unknown_words_are_all_named_with_what_is_spelt_alike() -> None:
@@ -101,7 +103,12 @@ def test_an_object_scores_as_itself_and_not_as_others() -> None:
         assert low <= scores(sofa, ask(word))[0, 0] <= high
     # An unrelated word has a low score on every class.
     everything = np.concatenate([sofa, ask("lamp").embeddings])
-    assert scores(everything, ask("piano")).max() < 0.1
+    assert (
+        scores(
+            everything, encoder(raw=True).queries(["piano"], encoder_id="e", text_space="s")
+        ).max()
+        < 0.1
+    )
 
 
 def unit_rows(rng: np.random.Generator, count: int) -> F32:

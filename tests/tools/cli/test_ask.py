@@ -421,7 +421,6 @@ def test_an_interrupted_search_is_offered_for_what_it_did_not_find(
 def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:
     remote.describe_query(FOUND, console)
     remote.describe_query(ABSENT, console)
-    remote.describe_query({**FOUND, "did_you_mean": ["couch", "bed"]}, console)
     said = " ".join(text_of(console).split())
     for part in (
         "'sofa' is at (2.35, -1.10) m, with the score 0.91.",
@@ -430,7 +429,6 @@ def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -
         "0.1 to 0.9 m",
         "1.7 x 1.0 m",
         "was not seen, but only 62 % of the reachable area was looked at",
-        "did you mean 'couch' or 'bed'?",
     ):
         assert part in said
 
@@ -449,7 +447,7 @@ def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str])
     away = QueryInterrupted("The mapper is away.")
     remote.follow_query([results[0], away, results[1]], as_json=True)
     said = capsys.readouterr()
-    assert [json.loads(line)["text"] for line in said.out.splitlines()] == ["skateboard", "sofa"]
+    assert [json.loads(line)["text"] for line in said.out.splitlines()] == ["piano", "sofa"]
     assert "The mapper is away." in said.err
     remote.follow_query(results, as_json=False)
     assert "'sofa' is at (2.35, -1.10) m" in capsys.readouterr().out

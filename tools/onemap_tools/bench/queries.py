@@ -53,6 +53,10 @@ UNRELATED = (
     "surfboard", "telephone", "tennis racket", "tent", "treadmill", "tripod", "trumpet",
     "umbrella stand", "vacuum cleaner", "wheelchair", "wrench",
 )  # fmt: skip
+RAW_GROUPS = (
+    "synonyms",
+    "unrelated",
+)  # asked for whatever the encoder answers as a class or refuses
 STYLES = {"training": (TRAINING,), "held-out": (HELD_OUT,), "both": (TRAINING, HELD_OUT)}
 
 
@@ -90,13 +94,13 @@ def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
     torch.set_num_threads(options.threads)
     config = load(options.config, "perception", PerceptionConfig)[2].encoder
     try:
-        encoder = without_aliases = make_encoder(config)
+        encoder = raw = make_encoder(config)
         if isinstance(config, MiniParams):
-            without_aliases = with_channels(MiniEncoder(config, aliases=False), config.channels)
+            raw = with_channels(MiniEncoder(config, raw=True), config.channels)
     except BackendError as problem:
         raise ValueError(str(problem)) from problem
     questions = [
-        (word, _query(word, without_aliases if word.group == "synonyms" else encoder))
+        (word, _query(word, raw if word.group in RAW_GROUPS else encoder))
         for word in query_words(load_vocabulary(SHIPPED))
     ]
     outcomes: list[QueryOutcome] = []

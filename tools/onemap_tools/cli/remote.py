@@ -160,11 +160,6 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             (region.get("last_seen_at") or "")[11:19],
         )
     console.print(table)
-    if near := reply.get("did_you_mean"):  # older gateways have no such key
-        console.print(
-            f"The encoder does not know {reply['text']!r}; did you mean "
-            f"{' or '.join(repr(word) for word in near)}?"
-        )
 
 
 def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:

@@ -227,7 +227,7 @@ def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
 
     Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
-    encoder = MiniEncoder(MiniParams(folder=folders.output), aliases=False)
+    encoder = MiniEncoder(MiniParams(folder=folders.output), raw=True)
     result: dict[str, Any] = {
         "encoder_id": encoder.encoder_id,
         "facts": _measure_facts(folders, encoder),

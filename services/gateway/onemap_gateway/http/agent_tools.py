@@ -61,9 +61,6 @@ class PlacesReply(AgentReply):
 
     found: tuple[MapObject, ...] = Field(description="Of this name, confirmed by a search.")
     likely: tuple[Region, ...] = Field(description="Regions that look like it, not confirmed.")
-    did_you_mean: tuple[str, ...] = Field(
-        description="The nearest known words, if there are no regions."
-    )
     map_age_s: float | None = Field(description="Age of the newest frame in the map.")
     verdict: Verdict = Field(
         description="By the map alone: found, not_here or not_looked_yet (search for it)."
@@ -158,7 +155,6 @@ async def where_is(
             summary=" ".join(parts),
             found=found,
             likely=reply.regions,
-            did_you_mean=reply.did_you_mean,
             map_age_s=reply.age_s,
             verdict=Verdict(reply.verdict),
             looked=reply.looked,

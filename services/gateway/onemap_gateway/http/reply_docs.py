@@ -62,15 +62,14 @@ FOUND = QueryResult(
 )
 ABSENT = FOUND.model_copy(
     update={
-        "text": "skateboard",
+        "text": "piano",
         "verdict": "not_looked_yet",
-        "sentence": "'skateboard' was not seen, but only 62 % of the reachable area was looked at; "
+        "sentence": "'piano' was not seen, but only 62 % of the reachable area was looked at; "
         "look behind the frontier at (5.15, 0.45) m next.",
         "regions": (),
         "best_score": 0.04,
-        "message": "Nothing on the map looks like 'skateboard': the best score is 0.04, and "
-        "answers begin at 0.22. Did you mean 'floor' or 'box'?",
-        "did_you_mean": ("floor", "box"),
+        "message": "Nothing on the map looks like 'piano': the best score is 0.04, and answers "
+        "begin at 0.22.",
     }
 )
 OPTIONS = (

@@ -42,7 +42,6 @@ def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> Q
         ),
         age_s=age_s(reply.stamp_ns, now_ns),
         message="" if regions else no_match_message(reply, subject),
-        did_you_mean=reply.nearest,
         grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
     )
 
@@ -103,15 +102,13 @@ def verdict_sentence(reply: SimilarityReply, subject: str = "") -> str:
 
 
 def no_match_message(reply: SimilarityReply, subject: str = "") -> str:
-    """Why the result of a query is empty, and known words near to it. subject: as above."""
+    """Why the result of a query is empty. subject: as above."""
     subject = subject or repr(reply.text)
     best = floor(reply.best_score * 100) / 100  # rounded down: it must not read like the floor
     sentence = f"Nothing on the map looks like {subject}"
     if reply.floor > 0:
         sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
-    if reply.nearest:
-        sentence += f". Did you mean {' or '.join(map(repr, reply.nearest))}?"
-    return sentence if reply.nearest else sentence + "."
+    return sentence + "."
 
 
 def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:

@@ -220,7 +220,8 @@ async function ask(text) {
     return await send("POST", "/v1/queries", { text });
   } catch (problem) {
     if (!REFUSED.includes(problem.status)) throw problem;
-    return { text, regions: [], message: problem.message, did_you_mean: [], refused: true };
+    const near = problem.problem?.words?.[0]?.did_you_mean ?? [];
+    return { text, regions: [], message: problem.message, near, refused: true };
   }
 }
 

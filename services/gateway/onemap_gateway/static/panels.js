@@ -177,12 +177,10 @@ function answerRows(answer, { onRegion, onWord }) {
     return element("li", {}, [button]);
   });
   if (!rows.length) {
-    // A word that the encoder cannot place is refused by a search too.
-    const final = answer.refused || answer.did_you_mean.length;
-    const text = capital(answer.message) + (final ? "" : " “Go and find” explores further.");
+    const text = capital(answer.message) + (answer.refused ? "" : " “Go and find” explores further.");
     rows.push(element("li", { className: "none", text }));
   }
-  for (const word of answer.did_you_mean) {
+  for (const word of answer.near ?? []) {
     const button = element("button", { className: "word", text: `Ask for “${word}”` });
     button.type = "button";
     button.addEventListener("click", () => onWord(answer.text, word));

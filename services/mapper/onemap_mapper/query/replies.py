@@ -71,7 +71,6 @@ def similarity_reply(scored: ScoredVersion, *, request: SimilarityRequest) -> Si
         scores_grid=grid_scores if request.include_grid else NO_GRID,
         best_score=best_score,
         floor=query.min_score,
-        nearest=query.nearest,
         outline_points_m=np.concatenate([np.zeros((0, 2), np.float32), *outlines]),
         outline_owner=np.repeat(
             np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]

@@ -112,15 +112,13 @@ class TextQuery:
 
     neutral (M, D): all words that may compete; excluded (M,): 0 for those m, -inf for the others.
     Both are None if the query does not say.
-    min_score: a best score below this means that the map holds no such thing, 0 = not calibrated;
-    nearest: words of the encoder next to a text that it does not contain.
+    min_score: a best score below this means that the map holds no such thing, 0 = not calibrated.
     """
 
     text: str
     concepts: Tensor
     temperature: float
     min_score: float = 0.0
-    nearest: tuple[str, ...] = ()
     neutral: Tensor | None = None
     excluded: Tensor | None = None
 
@@ -152,7 +150,6 @@ def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> 
         torch.from_numpy(concepts).to(device),
         embeddings.temperature,
         embeddings.floor,
-        embeddings.nearest[index] if embeddings.nearest else (),
         torch.tensor(embeddings.neutral, device=device),
         torch.tensor(np.where(embeddings.neutral_mask[index] > 0, 0.0, -np.inf)).float().to(device),
     )

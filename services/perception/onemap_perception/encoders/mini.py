@@ -38,14 +38,14 @@ CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 n
 class MiniEncoder:
     """Implements ``Encoder``. Raises BackendError when its files are missing or damaged.
 
-    aliases: answer names whose embedding is known to fail as their class; False to evaluate.
+    raw: see ``QueryEncoder``.
     """
 
-    def __init__(self, params: MiniParams, *, aliases: bool = True) -> None:
+    def __init__(self, params: MiniParams, *, raw: bool = False) -> None:
         path = params.folder / NETWORK_FILE
         self._session = _open(path)
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
-        self._text = _load_text(params.folder, aliases=aliases)
+        self._text = _load_text(params.folder, raw=raw)
 
     @property
     def encoder_id(self) -> str:
@@ -106,7 +106,7 @@ def _open(path: Path) -> Any:
         raise BackendError(f"the encoder's weights {path} are damaged: {problem}") from problem
 
 
-def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
+def _load_text(folder: Path, *, raw: bool) -> QueryEncoder:
     model = find_model_folder()
     try:
         vocabulary = load_vocabulary(folder)
@@ -116,6 +116,6 @@ def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
                 MiniLm(model).embed, prompt=vocabulary.prompt, capacity=CACHED_TEXTS
             )
         table = load_table(folder, fallback=fallback)
-        return QueryEncoder(vocabulary, table, load_calibration(folder), aliases=aliases)
+        return QueryEncoder(vocabulary, table, load_calibration(folder), raw=raw)
     except ValueError as problem:
         raise BackendError(str(problem)) from problem

@@ -1,18 +1,24 @@
 """Texts to calibrated queries of the encoder ``mini``.
 
 The score of a text is its share in a softmax over itself and competing words: the trained
-classes and some unrelated nouns, without the text's synonyms. An unknown word gets a low share
-wherever a class fits well.
+classes and some unrelated nouns, without the text's synonyms. A word that is like no class is
+refused, since the network was trained to see nothing like it.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, Vocabulary
+from onemap_perception.errors import UnknownWordError
+from onemap_perception.text.vocabulary import (
+    Calibration,
+    EmbeddingTable,
+    Vocabulary,
+    named_words,
+)
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.names import normalised
@@ -28,7 +34,8 @@ IMAGE_NAME = "image"  # stands for the text where an image is asked for
 class QueryEncoder:
     """Texts to queries; immutable after construction.
 
-    aliases: answer ``query_aliases`` as their class; False, to evaluate the embedding alone.
+    raw: neither answer ``query_aliases`` as their class nor refuse what is like no class, to
+    evaluate the embedding alone.
     """
 
     def __init__(
@@ -37,12 +44,12 @@ class QueryEncoder:
         table: EmbeddingTable,
         calibration: Calibration,
         *,
-        aliases: bool = True,
+        raw: bool = False,
     ) -> None:
         self._vocabulary = vocabulary
         self._table = table
         self._calibration = calibration
-        self._aliases = aliases
+        self._raw = raw
         self._classes = np.stack(
             [unit(table.embed(entry.aliases).mean(axis=0)) for entry in vocabulary.classes]
         )
@@ -62,20 +69,21 @@ class QueryEncoder:
             )
         foreign = [text for text, index in pairs if index is None]
         rows = dict(zip(foreign, self._table.embed(foreign), strict=True)) if foreign else {}
+        if not self._raw:
+            self._refuse_unlike(rows)
         queries = [
-            self._foreign_query(text, rows[text]) if index is None else self._class_query(index)
+            self._foreign_query(rows[text]) if index is None else self._class_query(index)
             for text, index in pairs
         ]
         return TextEmbeddings(
             encoder_id=encoder_id,
             text_space=text_space,
             texts=tuple(texts),
-            embeddings=np.stack([embedding for embedding, _, _ in queries]),
+            embeddings=np.stack([embedding for embedding, _ in queries]),
             neutral=self._neutral,
-            neutral_mask=np.stack([mask for _, mask, _ in queries]),
+            neutral_mask=np.stack([mask for _, mask in queries]),
             temperature=self._calibration.temperature,
             floor=self._calibration.floor,
-            nearest=tuple(nearest for _, _, nearest in queries),
         )
 
     def vector_query(self, vector: F32, *, encoder_id: str, text_space: str) -> TextEmbeddings:
@@ -97,30 +105,34 @@ class QueryEncoder:
         """Index of the class that the text is a name of, None if of none."""
         word = normalised(text)
         trained = self._vocabulary.class_of(word)
-        if trained is None and self._aliases:
+        if trained is None and not self._raw:
             return self._vocabulary.query_alias_of(word)
         return trained
 
-    def _class_query(self, index: int) -> tuple[F32, U8, tuple[str, ...]]:
-        """Embedding (D,), mask of competing words (M,) uint8 and suggestions of a class."""
+    def _class_query(self, index: int) -> tuple[F32, U8]:
+        """Embedding (D,) and mask of competing words (M,) uint8 of a class."""
         competes = np.ones(len(self._neutral), np.uint8)
         competes[index] = 0
-        return self._classes[index], competes, ()
+        return self._classes[index], competes
 
-    def _foreign_query(self, text: str, embedding: F32) -> tuple[F32, U8, tuple[str, ...]]:
+    def _foreign_query(self, embedding: F32) -> tuple[F32, U8]:
         """The same of a text that names no class, from its own embedding (D,)."""
-        return self._expand(embedding), self._mask(embedding), self._suggest(text, embedding)
+        return self._expand(embedding), self._mask(embedding)
 
-    def _suggest(self, text: str, embedding: F32) -> tuple[str, ...]:
-        """Known words for a misspelt text or one unlike every class; none for any other."""
-        meant = () if self._table.contains(text) else self._spelt_alike(text, MISSPELLING)
-        if meant:
-            return meant
-        cosine = self._classes @ embedding
-        if float(cosine.max()) >= self._calibration.placed:
-            return ()
-        nearest = np.argsort(-cosine)[:MAX_SUGGESTIONS]
-        return self._spelt_alike(text) or tuple(self._vocabulary.names[i] for i in nearest)
+    def _refuse_unlike(self, rows: Mapping[str, F32]) -> None:
+        """UnknownWordError about the texts, with embeddings (D,), that are misspelt or unlike
+        every class; with known words that are spelt alike, where the text itself is no word."""
+        unknown = {}
+        for text, embedding in rows.items():
+            word = self._table.contains(text)
+            near = () if word else self._spelt_alike(text, MISSPELLING)
+            if near or float((self._classes @ embedding).max()) < self._calibration.placed:
+                unknown[text] = near or (() if word else self._spelt_alike(text))
+        if unknown:
+            named, are = named_words(unknown)
+            raise UnknownWordError(
+                f"{named} {are} like nothing that this encoder was trained to see", unknown
+            )
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
         word = normalised(text)
@@ -133,7 +145,7 @@ class QueryEncoder:
         near = (self._table.embed(words) @ self._classes.T).max(axis=1) >= self._calibration.placed
         own = [word for word, is_near in zip(words, near, strict=True) if is_near]
         aliases = [word for entry in self._vocabulary.classes for word in entry.query_aliases]
-        return tuple(dict.fromkeys([*own, *(aliases if self._aliases else ())]))
+        return tuple(dict.fromkeys([*own, *aliases]))
 
     def _expand(self, embedding: F32) -> F32:
         """The embedding (D,) plus a mean of the classes, weighted by their cosine to it.

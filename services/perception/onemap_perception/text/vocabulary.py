@@ -175,15 +175,9 @@ class EmbeddingTable:
 
     def unknown_word_error(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
         """The error about texts without an embedding, each with known words near it."""
-        named = [
-            f"{text!r} (did you mean {join_words([repr(word) for word in near], 'or')}?)"
-            if near
-            else repr(text)
-            for text, near in unknown.items()
-        ]
-        are = "is" if len(named) == 1 else "are"
+        named, are = named_words(unknown)
         return UnknownWordError(
-            f"{join_words(named, 'and')} {are} not among the {len(self._rows)} words that ship "
+            f"{named} {are} not among the {len(self._rows)} words that ship "
             f"with this encoder; for any other word install the sentence encoder: {INSTALL}",
             unknown,
         )
@@ -192,6 +186,17 @@ class EmbeddingTable:
 def lookup_forms(word: str) -> tuple[str, ...]:
     """The word, and the word without an ending of the plural."""
     return (word, word.removesuffix("s"), word.removesuffix("es"))
+
+
+def named_words(unknown: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:
+    """The texts as a list, each with the known words near it, and "is" or "are"."""
+    named = [
+        f"{text!r} (did you mean {join_words([repr(word) for word in near], 'or')}?)"
+        if near
+        else repr(text)
+        for text, near in unknown.items()
+    ]
+    return join_words(named, "and"), "is" if len(named) == 1 else "are"
 
 
 def join_words(parts: Sequence[str], last: str) -> str:

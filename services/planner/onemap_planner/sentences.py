@@ -1,0 +1,181 @@
+"""Sentences about what the robot does and why, for people who see neither its map nor its numbers.
+
+They are made here alone: page, command line, HTTP, agents and journal show them as they are. The
+numbers stand beside them in the messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from math import atan2, degrees, dist, pi, remainder
+
+NEAR_M = 1.5  # from a thing, a place is near it: the distance from which a thing counts as found
+HERE_M = 0.75  # nearer, a distance rounds to no whole metre worth naming
+BEHIND_M = 0.5  # by which a thing is nearer to the robot than what lies behind it
+BEHIND_DEG = 20.0  # between the directions to both: a sofa's half width at 3 m
+AHEAD_DEG = 20.0  # from the robot's heading: ahead
+ASIDE_DEG = 60.0  # up to here ahead and to a side, beyond to that side
+BACK_DEG = 120.0  # beyond, behind the robot
+
+Xy = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """By what a place is described: the robot's place (metres) and heading, and named things."""
+
+    xy: Xy
+    yaw_rad: float
+    things: tuple[tuple[str, Xy], ...] = ()
+
+    def where(self, xy: Xy) -> str:
+        """A point (metres) in words: "behind the sofa", or "3 m ahead to the left"."""
+        away_m, towards_deg = dist(self.xy, xy), self._bearing_deg(xy)
+        near = [(dist(xy, at), name, at) for name, at in self.things if dist(xy, at) <= NEAR_M]
+        if near:
+            _, name, at = min(near)
+            nearer = away_m - dist(self.xy, at) >= BEHIND_M
+            between = abs(remainder(towards_deg - self._bearing_deg(at), 360.0)) <= BEHIND_DEG
+            return f"{'behind' if nearer and between else 'near'} {the(name)}"
+        if away_m < HERE_M:
+            return "where the robot stands"
+        side = "left" if towards_deg > 0 else "right"
+        turned_deg = abs(towards_deg)
+        if turned_deg <= AHEAD_DEG:
+            direction = "ahead"
+        elif turned_deg <= ASIDE_DEG:
+            direction = f"ahead to the {side}"
+        elif turned_deg <= BACK_DEG:
+            direction = f"to the {side}"
+        else:
+            direction = "behind the robot"
+        return f"{away_m:.0f} m {direction}"
+
+    def _bearing_deg(self, xy: Xy) -> float:
+        """Direction of a point from the robot's heading, -180 to 180, positive to the left."""
+        towards_rad = atan2(xy[1] - self.xy[1], xy[0] - self.xy[0])
+        return degrees(remainder(towards_rad - self.yaw_rad, 2 * pi))
+
+
+DETERMINERS = frozenset(
+    {"a", "an", "her", "his", "my", "our", "that", "the", "their", "this", "your"}
+)
+SINGULAR = ("is", "ss", "us")  # endings of singulars in s
+
+
+def a(name: str) -> str:
+    """A name with its article; plurals, and names that have one, as they are."""
+    if _determined(name) or (name.endswith("s") and not name.endswith(SINGULAR)):
+        return name
+    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"
+
+
+def the(name: str) -> str:
+    """A name with "the", unless it has another such word."""
+    return name if _determined(name) else f"the {name}"
+
+
+def _determined(name: str) -> bool:
+    return name.partition(" ")[0].lower() in DETERMINERS
+
+
+# What the robot does, of a goal; {where} it is, and the thing that is sought as {a}.
+UNEXPLORED = "going to the unexplored space {where}"
+AFAR = "going to a place {where} that was only seen from afar"
+ALIKE = "going to the place {where}"
+SEEN = "going for a closer look at what may be {a} {where}"
+DOUBTED = "going for a closer look at what the camera took for {a} {where}"
+OBSTACLE = "going to look at what stands in the only way to the floor behind it, {where}"
+ONWARD = "going to the unexplored space {where}, on the way to what looks like {a}"
+
+
+class Gain(Enum):
+    """What speaks for a goal against the next best one: if it is the best of all, and if not."""
+
+    LIKENESS = ("it looks most like {a}", "it looks more like {a} than the next best place")
+    PROMISE = ("it promises most", "it promises more than the next best place")
+    VIEW = ("it opens the widest view", "it opens a wider view than the next best place")
+    WAY = ("it is the nearest", "it is nearer than the next best place")
+
+
+def goal_sentence(doing: str, where: str, name: str, why: Iterable[str]) -> str:
+    """What the robot does, and the reasons, as with ``doing`` above; name: of what is sought."""
+    clause = " and ".join(dict.fromkeys(why))
+    told = f"{doing}: {clause}" if clause else doing
+    return told.replace("{where}", where).replace("{a}", a(name) if name else "it")
+
+
+LIKE = "it looks like {a}"
+ONLY = "it is the only place left to look at"
+EVEN = "no other place is better"
+
+
+def kept(where: str) -> str:
+    """Why the robot keeps to a goal although another one, there, is a little better."""
+    return f"the robot was on its way, and turning to the place {where} would gain little"
+
+
+def approaching(name: str, sightings: int, where: str = "") -> str:
+    """That the robot walks up to what it takes for the object, and why."""
+    there = f" {where}" if where else ""
+    often = {1: "once", 2: "twice"}.get(sightings, f"{sightings} times")
+    return (
+        f"walking up to what looks like {a(name)}{there}: the camera saw it {often} and the map "
+        "agrees"
+    )
+
+
+def driving(place: str, *, look: bool, where: str = "") -> str:
+    """That the robot drives to a place, or to where it can be seen."""
+    there = f", {where}" if where else ""
+    return f"going to where {place} can be seen{there}" if look else f"driving to {place}{there}"
+
+
+def onward(place: str) -> str:
+    """That the robot explores on the way to a place."""
+    return f"{UNEXPLORED}, on the way to {place}"
+
+
+MAP_ANEW = "the map began anew: "
+
+
+def asking(name: str) -> str:
+    """That the search for an object, or the drive to a place, begins."""
+    return f"asking the map about {the(name)}"
+
+
+def looking_around(name: str) -> str:
+    """That the robot turns on the spot, before it sets out."""
+    return f"looking around for {a(name)}"
+
+
+def looking_for(name: str) -> str:
+    """That the robot explores, without a goal yet."""
+    return f"looking for {a(name)}"
+
+
+def confirming(name: str) -> str:
+    """That the robot stands before what it takes for the object."""
+    return f"standing before it, making sure that it is {a(name)}"
+
+
+def confirmed(sightings: int) -> str:
+    """That the object was found."""
+    return f"seen in {sightings} images, from near, and the map agrees"
+
+
+def waiting_for(what: str, how: str) -> str:
+    """Why the robot waits."""
+    return f"waiting for {what}: {how}"
+
+
+def late(what: str, age_s: float) -> str:
+    """That something has not come for so many seconds; infinity: never."""
+    return waiting_for(what, "none yet" if age_s == float("inf") else f"none for {age_s:.1f} s")
+
+
+def behind(what: str, lag_s: float) -> str:
+    """That something comes this many seconds late."""
+    return waiting_for(what, f"{lag_s:.1f} s behind")

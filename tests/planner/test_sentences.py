@@ -1,0 +1,96 @@
+"""The sentences of the robot's decisions, word for word."""
+
+from __future__ import annotations
+
+from math import inf, pi
+
+import pytest
+
+from onemap_planner.sentences import (
+    AFAR,
+    ALIKE,
+    DOUBTED,
+    LIKE,
+    SEEN,
+    UNEXPLORED,
+    Gain,
+    Surroundings,
+    approaching,
+    behind,
+    driving,
+    goal_sentence,
+    late,
+    onward,
+)
+
+SOFA, TV = ("sofa", (2.0, 0.0)), ("the tv", (0.0, -4.0))
+HERE = Surroundings((0.0, 0.0), 0.0, (SOFA, TV))
+MOST = Gain.LIKENESS.value[0]
+
+
+@pytest.mark.parametrize(
+    ("xy", "yaw_rad", "said"),
+    [
+        ((3.0, 0.2), 0.0, "behind the sofa"),
+        ((1.0, 0.2), 0.0, "near the sofa"),
+        ((2.0, 1.2), 0.0, "near the sofa"),
+        ((0.0, -5.0), 0.0, "behind the tv"),
+        ((0.3, 0.3), 0.0, "where the robot stands"),
+        ((4.9, 0.0), 0.0, "5 m ahead"),
+        ((2.0, 2.0), 0.0, "3 m ahead to the left"),
+        ((0.0, 3.0), 0.0, "3 m to the left"),
+        ((0.0, 3.0), pi / 2, "3 m ahead"),
+        ((0.0, 3.0), -3.0, "3 m to the right"),
+        ((-3.0, -1.0), 0.0, "3 m behind the robot"),
+    ],
+)
+def test_a_place_is_described_by_what_is_known_near_it_or_from_the_robot(
+    xy: tuple[float, float], yaw_rad: float, said: str
+) -> None:
+    assert Surroundings(HERE.xy, yaw_rad, HERE.things).where(xy) == said
+
+
+@pytest.mark.parametrize(
+    ("sentence", "said"),
+    [
+        (
+            goal_sentence(ALIKE, "behind the sofa", "kettle", [MOST, Gain.WAY.value[0]]),
+            "going to the place behind the sofa: it looks most like a kettle and it is the nearest",
+        ),
+        (
+            goal_sentence(UNEXPLORED, "3 m ahead", "armchair", [Gain.PROMISE.value[1]]),
+            "going to the unexplored space 3 m ahead: it promises more than the next best place",
+        ),
+        (
+            goal_sentence(AFAR, "5 m to the left", "my keys", [Gain.VIEW.value[0]]),
+            "going to a place 5 m to the left that was only seen from afar: it opens the widest "
+            "view",
+        ),
+        (
+            goal_sentence(SEEN, "near the bed", "scissors", [LIKE]),
+            "going for a closer look at what may be scissors near the bed: it looks like scissors",
+        ),
+        (
+            goal_sentence(DOUBTED, "2 m ahead", "glass", []),
+            "going for a closer look at what the camera took for a glass 2 m ahead",
+        ),
+        (
+            goal_sentence(onward("the place (1.00, 2.00)"), "2 m ahead", "", []),
+            "going to the unexplored space 2 m ahead, on the way to the place (1.00, 2.00)",
+        ),
+        (
+            driving("the place (1.00, 2.00)", look=True, where="2 m ahead"),
+            "going to where the place (1.00, 2.00) can be seen, 2 m ahead",
+        ),
+        (
+            approaching("bed", 3, "4 m to the right"),
+            "walking up to what looks like a bed 4 m to the right: the camera saw it 3 times and "
+            "the map agrees",
+        ),
+        (behind("the camera", 1.06), "waiting for the camera: 1.1 s behind"),
+        (late("the map", 2.0), "waiting for the map: none for 2.0 s"),
+        (late("the map", inf), "waiting for the map: none yet"),
+    ],
+)
+def test_a_sentence_is_plain(sentence: str, said: str) -> None:
+    assert sentence == said
