@@ -95,7 +95,7 @@ def test_a_drive_stops_while_the_mapper_hangs_and_arrives_after_it(system: Syste
     system.until(lambda: system.monitor.stands, "the robot stops without a map")
     report = system.http.get(address).json()
     assert (report["kind"], report["active"]) == ("go_to", True)
-    assert report["reason"].startswith("waiting: ")
+    assert report["reason"].startswith("waiting for ")
     system.resume("mapper")
     system.until(lambda: not system.http.get(address).json()["active"], "it arrives", DRIVE_S)
     report = system.http.get(address).json()

@@ -38,21 +38,23 @@ def inputs(offset_s: float = 0.0, lag_s: float = 0.1, at_s: float = 10.0) -> Lat
 
 def test_missing_inputs_are_infinitely_old() -> None:
     assert math.isinf(LatestInputs().ages(5.0).odometry_s)
-    assert LatestInputs().stale_reason(5.0, FRESH) == "odometry has never arrived"
+    assert LatestInputs().stale_reason(5.0, FRESH) == "waiting for the robot's position: none yet"
 
 
 @pytest.mark.parametrize("offset_s", [0.0, 3600.0, -9.0])
 def test_clocks_need_not_agree(offset_s: float) -> None:
     assert inputs(offset_s).stale_reason(10.3, FRESH) == ""
     assert inputs(offset_s, lag_s=1.4).stale_reason(10.0, FRESH) == (
-        "the map shows the world of 1.4 s ago"
+        "waiting for the camera: 1.4 s behind"
     )
 
 
 def test_the_stale_reason_names_the_age() -> None:
     late = with_odometry(inputs(), odometry(2, 0), 11.2)
-    assert late.stale_reason(11.2, FRESH) == "the map is 1.2 s old"
-    assert inputs().stale_reason(10.8, FRESH) == "odometry is 0.8 s old"
+    assert late.stale_reason(11.2, FRESH) == "waiting for the map: none for 1.2 s"
+    assert inputs().stale_reason(10.8, FRESH) == (
+        "waiting for the robot's position: none for 0.8 s"
+    )
 
 
 def test_a_robot_that_may_not_obey_holds_the_planner_as_long_as_it_says_so() -> None:
@@ -118,7 +120,7 @@ def test_the_map_s_period_is_measured_at_its_frames() -> None:
     assert late.ages(last_s + 3).map_period_s == pytest.approx(0.5)  # a pause is no slow map
     awake = with_odometry(state, odometry(9, int((last_s + 0.9) * SECOND)), last_s + 0.9)
     assert awake.stale_reason(last_s + 0.9, FRESH) == ""
-    assert late.stale_reason(last_s + 3, FRESH) == "the map is 3.0 s old"
+    assert late.stale_reason(last_s + 3, FRESH) == "waiting for the map: none for 3.0 s"
 
 
 def test_a_revision_without_a_new_frame_is_not_fresh() -> None:
@@ -147,8 +149,9 @@ def test_patience_begins_with_inputs_and_again_with_each_process_that_comes_or_g
 def test_a_stage_that_starts_says_so_as_long_as_it_does() -> None:
     beat = Heartbeat("mapper", "m1", 1, 1, False, "compiling: 20 of about 45 s", {"start_s": 20.0})
     told = with_start(inputs(at_s=10.0), beat, 20.0)
-    assert told.stale_reason(20.5, FRESH) == "the mapper is compiling: 20 of about 45 s"
+    assert told.stale_reason(20.5, FRESH) == "waiting for the mapper: compiling: 20 of about 45 s"
     assert told.patience_from_s(20.5) == 20.5
-    assert told.stale_reason(30.0, FRESH) == "odometry is 20.0 s old"  # it ended on the way
+    ended = "waiting for the robot's position: none for 20.0 s"  # the start, on the way
+    assert told.stale_reason(30.0, FRESH) == ended
     assert told.patience_from_s(30.0) == -math.inf
     assert told.stale_reason(10.2, FRESH) == ""  # beside fresh inputs nothing waits for it

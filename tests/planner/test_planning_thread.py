@@ -55,7 +55,7 @@ def test_a_missing_mapper_is_waited_for(services: SimulatedServices) -> None:
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     services.mapper.close()
-    services.until(lambda: services.get().reason == "waiting: the mapper is not there")
+    services.until(lambda: services.get().reason == "waiting for the mapper: it is not running")
     back = services.router.bus("mapper")
     back.serve(keys.MAP_SEARCH_VIEW, services._view)
     back.serve(keys.MAP_SEARCH_RESET, services._reset)

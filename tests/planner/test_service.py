@@ -153,13 +153,13 @@ def test_it_stops_when_a_stream_falls_silent_and_says_so(
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     streams = {missing: False}
-    services.until(lambda: "waiting:" in services.get().reason, **streams)
+    services.until(lambda: "waiting for" in services.get().reason, **streams)
     services.sent_commands()
     services.frame(**streams)
     services.frame(**streams)
     assert not any(map(moves, services.sent_commands()))
     problem = services.planner.health().problem
-    assert {"odometry": "odometry", "revision": "the map"}[missing] in problem
+    assert {"odometry": "the robot's position", "revision": "the map"}[missing] in problem
     services.until(lambda: any(map(moves, services.sent_commands())))  # fresh again: it goes on
     assert "waiting" not in services.get().reason
 
@@ -257,7 +257,7 @@ def test_every_decision_is_recorded_in_a_file_of_the_search(
     services.frame()
     (path,) = (tmp_path / "decisions").iterdir()
     before = path.read_text()
-    services.until(lambda: "waiting:" in services.get().reason, odometry=False)
+    services.until(lambda: "waiting for" in services.get().reason, odometry=False)
     services.frame(odometry=False)
     assert path.read_text() == before  # waiting is no decision
     services.caller.call(keys.SEARCH_CANCEL, SearchId())
@@ -317,7 +317,7 @@ def test_closing_stops_the_robot(services: SimulatedServices) -> None:
 def test_silence_without_a_search_is_a_problem_after_a_while(services: SimulatedServices) -> None:
     health = services.planner.health()
     assert not health.ready
-    assert health.problem == "odometry has never arrived"
+    assert health.problem == "waiting for the robot's position: none yet"
     assert np.isfinite(list((health.metrics or {}).values())).all()
 
 

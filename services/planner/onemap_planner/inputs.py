@@ -19,6 +19,7 @@ from onemap_planner.motion.staleness import (
 )
 from onemap_planner.motion.velocity_controller import ControllerInputs
 from onemap_planner.policy.context import USUAL_CAMERA
+from onemap_planner.sentences import waiting_for
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import CameraView, Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
@@ -133,7 +134,7 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
 
 def with_start(inputs: LatestInputs, beat: Heartbeat, now_s: float) -> LatestInputs:
     """The inputs with what a stage says about its start, which goes on."""
-    return replace(inputs, start=f"the {beat.service} is {beat.problem}", start_at_s=now_s)
+    return replace(inputs, start=waiting_for(f"the {beat.service}", beat.problem), start_at_s=now_s)
 
 
 def with_members(

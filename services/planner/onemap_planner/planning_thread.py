@@ -34,9 +34,11 @@ from onemap_planner.search.state_machine import (
     Exploring,
     Search,
     Starting,
+    told,
     transition,
 )
 from onemap_planner.searches import SearchRegistry
+from onemap_planner.sentences import waiting_for
 from onemap_planner.world.map_view import (
     AssembledView,
     ChangesDoNotFit,
@@ -181,11 +183,9 @@ def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> Pl
         decision = None
     motion, goal = (decision.motion, decision.goal) if decision else (None, None)
     offered = decision.goal_candidates if decision else NO_CANDIDATES
-    kind, reason = NO_GOAL, search.reason
+    kind = NO_GOAL
     look: tuple[float, ...] = ()
     points = np.zeros((0, 2))
-    if goal is not None and isinstance(search.phase, Exploring | Driving):
-        reason = goal.reason
     if isinstance(motion, Drive):  # else the robot rests, rotates or backs up
         points, look = motion.points_xy, motion.look_xy
         if isinstance(search.phase, Approaching | Confirming):
@@ -195,7 +195,7 @@ def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> Pl
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,
-        goal_reason=reason,
+        goal_reason=told(search),
         points_m=points.astype(np.float32),
         goal_m=(points[-1:] if kind != NO_GOAL else points[:0]).astype(np.float32),
         frontiers_m=_stack([frontier.beyond_xy for frontier in offered.frontiers]),
@@ -328,11 +328,11 @@ class PlanningThread:
             if problem.code in PERMANENT_ERRORS:
                 self._fail_target(state, str(problem), PERMANENT_ERRORS[problem.code])
                 return
-            stale_reason = f"the map cannot answer: {problem}"
+            stale_reason = waiting_for("the map", str(problem))
         except QueryTimeout:
-            stale_reason = f"the map has not answered for {VIEW_TIMEOUT_S:g} s"
+            stale_reason = waiting_for("the map", f"no answer within {VIEW_TIMEOUT_S:g} s")
         except CallError:
-            stale_reason = "the mapper is not there"
+            stale_reason = waiting_for("the mapper", "it is not running")
         if self._now().inputs.held:
             return
         other_view = None if view is None else self._request_other_view(state)

@@ -92,7 +92,7 @@ def test_another_planner_s_robot_is_named_as_the_reason() -> None:
     assert monitor.problem(10.7, LIMIT_S) == "the robot follows another planner, instance q"
     nobody = monitor.with_odometry(odometry(0, ""), 10.7)
     assert nobody.problem(10.7, LIMIT_S) == (
-        "a command takes 0.7 s to the robot and back, more than 0.6 s"
+        "waiting for the robot: a command takes 0.7 s to it and back, more than 0.6 s"
     )
 
 
@@ -122,7 +122,7 @@ def test_a_delay_counts_from_the_least_that_was_seen_lately() -> None:
     assert OdometryDelay().excess_s == 0.0
     grown = delays((10.0, 0.3), (10.1, 0.1), (10.2, 0.5))
     assert grown.excess_s == pytest.approx(0.4, abs=1e-5)
-    assert grown.problem(0.3) == "odometry arrives 0.4 s later than before, more than 0.3 s"
+    assert grown.problem(0.3) == "waiting for the robot's position: 0.4 s behind"
     assert grown.problem(0.5) == ""
     steady = [(10.1 + k, 0.5) for k in range(int(3 * WINDOW_S))]
     assert delays((10.0, 0.1), *steady[: int(WINDOW_S)]).excess_s == pytest.approx(0.4, abs=1e-5)

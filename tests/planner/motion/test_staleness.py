@@ -66,7 +66,7 @@ def test_the_age_that_stops_the_robot_follows_the_map_s_period_within_limits(
 def test_a_map_of_two_frames_per_second_does_not_stop_the_robot() -> None:
     slow = InputAges(0.1, 0.9, 1.3, map_period_s=0.5)
     assert stale_reason(slow, LIMITS) == ""
-    assert stale_reason(InputAges(0.1, 0.9, 1.3), LIMITS) == "the map is 0.9 s old"
+    assert stale_reason(InputAges(0.1, 0.9, 1.3), LIMITS) == "waiting for the map: none for 0.9 s"
     assert stale_reason(InputAges(0.1, 1.1, 1.3, map_period_s=0.5), LIMITS)
     assert stale_reason(InputAges(0.1, 1.6, 1.6, map_period_s=9.0), LIMITS)
     assert slow.map_content_s == 1.3

@@ -5,6 +5,7 @@ from dataclasses import replace
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
+from onemap_planner.sentences import ALIKE, UNEXPLORED, Surroundings
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import SEARCH, context_of, explored, without
 
@@ -22,39 +23,44 @@ def goal(
     kind: GoalKind = GoalKind.FRONTIER,
 ) -> Goal:
     utility = GoalUtility.of(score, travel_m, length_m=length_m)
-    return Goal(kind, (x, 1.0), (x, 0.0), utility, "a goal")
+    return Goal(kind, (x, 1.0), (x, 0.0), utility, UNEXPLORED)
 
 
-def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> None:
-    best, near = goal(1.0, score=0.8, travel_m=5.0), goal(2.0, score=0.3, travel_m=1.0)
-    choice = explain(best, [near, best])
+def said(best: Goal, *options: Goal) -> str:
+    """The sentence of a choice for a robot at the origin that looks along x."""
+    return explain(best, options, Surroundings((0.0, 0.0), 0.0), "kettle").sentence
+
+
+def test_the_winner_is_compared_with_the_others_by_what_made_the_difference() -> None:
+    best, near = goal(5.0, score=0.8, travel_m=5.0), goal(2.0, score=0.3, travel_m=1.0)
+    choice = explain(best, [near, best], Surroundings((0.0, 0.0), 0.0), "kettle")
     assert [(option.xy_m, option.chosen) for option in choice.options] == [
-        ((1.0, 1.0), True),
+        ((5.0, 1.0), True),
         ((2.0, 1.0), False),
     ]
-    assert choice.sentence == (
-        "utility 0.36, 0.12 more than the frontier at (2.0, 1.0): "
-        "it is more similar (0.80 against 0.30)"
+    assert choice.sentence == "going to the unexplored space 5 m ahead: it promises most"
+    closer = goal(3.0, travel_m=0.5)
+    assert said(closer, closer, near).endswith("ahead: it is the nearest")
+    wider = goal(3.0, length_m=2.0)
+    assert said(wider, wider, near).endswith("ahead: it opens the widest view")
+    farther, beaten = goal(3.0, score=0.4, travel_m=0.6), goal(4.0, score=0.9, travel_m=60.0)
+    assert said(farther, farther, near, beaten).endswith(
+        "it promises more than the next best place and it is the nearest"
     )
-    closer = explain(goal(3.0, travel_m=0.5), [goal(3.0, travel_m=0.5), near])
-    assert closer.sentence.endswith("its way is shorter (0.5 m against 1.0 m)")
-    wider = explain(goal(3.0, length_m=2.0), [goal(3.0, length_m=2.0), near])
-    assert wider.sentence.endswith("it opens a wider view")
-    twins = explain(near, [near, replace(near, viewpoint_xy=(9.0, 9.0))])
-    assert twins.sentence == "utility 0.24, 0.00 more than the frontier at (9.0, 9.0)"
-    here = replace(best, look_xy=(9.0, 9.0), kind=GoalKind.REGION)
-    at_one_place = explain(near, [near, best, here])
-    assert [option.xy_m for option in at_one_place.options] == [(1.0, 1.0), (2.0, 1.0)]
-    assert at_one_place.left_out == 0
+    twin = replace(near, look_xy=(9.0, 9.0), viewpoint_xy=(9.0, 9.0))
+    assert said(near, near, twin).endswith("ahead: no other place is better")
+    assert said(near, near).endswith("ahead: it is the only place left to look at")
+    region = replace(goal(3.0, travel_m=0.5, kind=GoalKind.REGION), doing=ALIKE)
+    assert said(region, region, near) == (
+        "going to the place 3 m ahead: it looks like a kettle and it is the nearest"
+    )
 
 
 def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
-    kept, better = goal(1.0, score=0.50), goal(2.0, score=0.55, kind=GoalKind.REGION)
-    choice = explain(kept, [kept, better])
-    assert [option.chosen for option in choice.options] == [False, True]
-    assert choice.sentence == (
-        "kept although the region at (2.0, 1.0) has 0.04 more utility: the robot turns away from "
-        "its goal only for 30 % more"
+    kept, better = goal(1.0, score=0.50), goal(-2.0, score=0.55, kind=GoalKind.REGION)
+    assert said(kept, kept, better) == (
+        "going to the unexplored space 1 m ahead: the robot was on its way, and turning to the "
+        "place 2 m behind the robot would gain little"
     )
 
 

@@ -15,6 +15,7 @@ from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
+from onemap_planner.sentences import DOUBTED, ONWARD
 from onemap_planner.world.candidates import ViewpointTally
 from onemap_planner.world.regions import UndetectedViews
 from tests.planner.drawn_maps import drawn_map, search_view_of
@@ -70,7 +71,7 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     goal = state.memory.active_goal
     assert goal is not None
     assert goal.goal.kind is GoalKind.DETECTION
-    assert "the map does not agree" in goal.goal.reason
+    assert goal.goal.doing == DOUBTED
     assert isinstance(motion, Drive)
     assert event is None
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
@@ -149,8 +150,7 @@ def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
     goal = chosen(planner_state(there))
     assert goal.kind is GoalKind.FRONTIER
     assert goal.look_xy[0] > 3.0
-    assert "on the way to the place (4.25, 5.25)" in goal.reason
-    assert "similarity 0.95 there" in goal.reason
+    assert (goal.doing, goal.utility.score) == (ONWARD, 0.95)
     assert goal.utility.travel_m == pytest.approx(math.hypot(3.25, 4.25), abs=0.8)
 
 

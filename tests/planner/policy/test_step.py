@@ -72,7 +72,7 @@ def test_a_missing_map_fails_the_search_with_the_reason() -> None:
     run.stale_reason = "the mapper is not there"
     search = run.until_over(60.0)
     assert search.phase == Finished(SearchState.FAILED)
-    assert search.reason.endswith("the mapper is not there")
+    assert search.reason.endswith("(the mapper is not there)")
     assert 30.0 <= run.now_s < 32.0
 
 
@@ -82,7 +82,7 @@ def test_patience_begins_when_no_stage_starts_any_more_but_not_for_ever() -> Non
     while run.now_s < 100.0:
         run.patience_from_s = run.now_s
         run.step()
-    assert run.until_over(400.0).reason.endswith("the mapper is compiling")
+    assert run.until_over(400.0).reason.endswith("(the mapper is compiling)")
     assert 130.0 <= run.now_s < 132.0
     run = start(in_four_rooms(), "sofa")
     run.stale_reason, run.patience_from_s = "the mapper is compiling", 1e9

@@ -173,7 +173,7 @@ def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
     ("kind", "reason"),
     [
         (SearchKind.GO_TO, "driving to the place (1.50, -2.50)"),
-        (SearchKind.LOOK_AT, "driving to where the place (1.50, -2.50) can be seen"),
+        (SearchKind.LOOK_AT, "going to where the place (1.50, -2.50) can be seen"),
     ],
 )
 def test_a_drive_begins_when_the_map_is_there(kind: SearchKind, reason: str) -> None:

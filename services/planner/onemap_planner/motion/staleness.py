@@ -18,6 +18,7 @@ from typing import ClassVar
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import STOP, Pose2d, moved
+from onemap_planner.sentences import behind, late, waiting_for
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import Odometry
 from onemap_shared.params import Params
@@ -113,17 +114,13 @@ def map_age_limit_s(period_s: float, params: StalenessParams) -> float:
 def stale_reason(age: InputAges, params: StalenessParams) -> str:
     """Why the robot must stop, for people; empty if it may move."""
     if age.odometry_s > params.max_odometry_age_s:
-        return _age_text("odometry", age.odometry_s)
+        return late("the robot's position", age.odometry_s)
     limit_s = map_age_limit_s(age.map_period_s, params)
     if age.map_s > limit_s:
-        return _age_text("the map", age.map_s)
+        return late("the map", age.map_s)
     if age.map_lag_s > params.map_lag_factor * limit_s:
-        return f"the map shows the world of {age.map_lag_s:.1f} s ago"
+        return behind("the camera", age.map_lag_s)
     return ""
-
-
-def _age_text(what: str, age_s: float) -> str:
-    return f"{what} has never arrived" if math.isinf(age_s) else f"{what} is {age_s:.1f} s old"
 
 
 FRESH_S = 1.0  # a measured loop of longer ago says nothing about now
@@ -205,7 +202,8 @@ class LoopMonitor:
             return ""
         if self.followed not in ("", self.instance):
             return f"the robot follows another planner, instance {self.followed}"
-        return f"a command takes {loop_s:.1f} s to the robot and back, more than {limit_s:g} s"
+        how = f"a command takes {loop_s:.1f} s to it and back, more than {limit_s:g} s"
+        return waiting_for("the robot", how)
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,4 +236,4 @@ class OdometryDelay:
         """Why odometry is too late to move on; empty if it is not."""
         if self.excess_s <= limit_s:
             return ""
-        return f"odometry arrives {self.excess_s:.1f} s later than before, more than {limit_s:g} s"
+        return behind("the robot's position", self.excess_s)

@@ -91,7 +91,9 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
         return _without_view(state, goal, candidates)
     active = _activated(state, goal)
     memory.leave(goal, now_s)
-    state.search = explain_goal(state.search, goal, options, new=memory.is_new(active))
+    state.search = explain_goal(
+        state.search, goal, options, state.surroundings(context), new=memory.is_new(active)
+    )
     active = active.at(now_s, arrived=at is ArrivalState.THERE)
     memory.active_goal = active.compared(motion, candidates, now_s)
     memory.idle_since_s = None

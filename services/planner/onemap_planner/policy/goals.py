@@ -19,6 +19,21 @@ from onemap_planner.policy.viewpoints import (
     viewpoints_around,
 )
 from onemap_planner.search.state_machine import Search
+from onemap_planner.sentences import (
+    AFAR,
+    ALIKE,
+    DOUBTED,
+    EVEN,
+    LIKE,
+    ONLY,
+    SEEN,
+    UNEXPLORED,
+    Gain,
+    Surroundings,
+    approaching,
+    goal_sentence,
+    kept,
+)
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier
@@ -94,14 +109,15 @@ class GoalUtility:
 class Goal:
     """Drive to viewpoint_xy and face look_xy, (2,) metres each.
 
-    cells: what it is about, by which it is recognised on the next map; empty for a place.
+    doing: what the robot does then, for ``goal_sentence``. cells: what it is about, by which it is
+    recognised on the next map; empty for a place.
     """
 
     kind: GoalKind
     viewpoint_xy: tuple[float, float]
     look_xy: tuple[float, float]
     utility: GoalUtility
-    reason: str
+    doing: str
     cells: WorldCells = frozenset()
 
     def looks_at(self, xy: tuple[float, float], within_m: float) -> bool:
@@ -185,13 +201,10 @@ def _frontier_goal(
 ) -> Goal:
     length_m = len(frontier.cells) * context.costmap.grid.cell_size_m
     utility = GoalUtility.of(frontier.score, travel_m, length_m=length_m)
-    what = "unknown space" if frontier.unknown else "a place seen only from afar"
-    reason = (
-        f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
-    )
     look_xy, viewpoint_xy = _pair(frontier.beyond_xy), context.xy_of(viewpoint)
     cells = context.map_view.world_cells(frontier.cells)
-    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason, cells)
+    doing = UNEXPLORED if frontier.unknown else AFAR
+    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, doing, cells)
 
 
 def region_goals(
@@ -209,10 +222,9 @@ def region_goals(
         if viewpoint is None:
             continue
         utility = GoalUtility.of(region.score, _travel_m(viewpoint, context))
-        reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
         cells, look_xy = context.map_view.world_cells(region.cells), _pair(region.peak_xy)
         viewpoint_xy = context.xy_of(viewpoint)
-        goals.append(Goal(GoalKind.REGION, viewpoint_xy, look_xy, utility, reason, cells))
+        goals.append(Goal(GoalKind.REGION, viewpoint_xy, look_xy, utility, ALIKE, cells))
     return goals
 
 
@@ -233,15 +245,8 @@ def detection_goals(
         if viewpoint_xy is None:
             continue
         utility = GoalUtility.of(score, _travel_m(context.cell_at(viewpoint_xy), context))
-        kind = "similarity" if candidate.supported else "the map does not agree, probability"
-        reason = (
-            f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
-            f"a closer look {utility.travel_m:.1f} m away"
-        )
-        there = candidate.xyz[:2]
-        goals.append(
-            Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, reason, candidate.cells)
-        )
+        doing, there = SEEN if candidate.supported else DOUBTED, candidate.xyz[:2]
+        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, doing, candidate.cells))
     return goals
 
 
@@ -269,22 +274,24 @@ def _pair(xy: F64) -> tuple[float, float]:
 LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
 
 
-def explain_goal(search: Search, goal: Goal, options: Sequence[Goal], *, new: bool) -> Search:
+def explain_goal(
+    search: Search, goal: Goal, options: Sequence[Goal], around: Surroundings, *, new: bool
+) -> Search:
     """The search with the reasons for the goal among the options; new: it was chosen anew."""
-    return _explained(search, explain(goal, options), new=new)
+    return _explained(search, explain(goal, options, around, search.target), new=new)
 
 
-def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -> Search:
+def explain_candidate(search: Search, goal: Goal, sightings: int, around: Surroundings) -> Search:
     """The search with the reasons for walking up to a candidate."""
-    sentence = (
-        f"detected {sightings} times where the map agrees, {enough} are enough: it comes before "
-        "every other goal"
-    )
+    sentence = approaching(search.target, sightings, around.where(goal.look_xy))
     return _explained(search, GoalChoice(0, sentence, _options([goal], goal)), new=False)
 
 
-def explain(goal: Goal, options: Sequence[Goal]) -> GoalChoice:
-    """The choice of ``goal`` among these options, numbered 0; of those at one place the best."""
+def explain(goal: Goal, options: Sequence[Goal], around: Surroundings, name: str) -> GoalChoice:
+    """The choice of ``goal`` among these options, numbered 0; of those at one place the best.
+
+    name: of what is sought, empty for a drive to a place.
+    """
     finite = [option for option in options if isfinite(option.utility.travel_m)]
     ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
     places: dict[tuple[float, float], Goal] = {}
@@ -295,7 +302,8 @@ def explain(goal: Goal, options: Sequence[Goal]) -> GoalChoice:
     if goal in ranked and goal not in shown:
         shown[-1] = goal
     others = [option for option in ranked if option != goal]
-    sentence = _sentence(goal, others[0] if others else None)
+    why = _why(goal, others, around) if name and goal.kind is not GoalKind.LOOK_AT else []
+    sentence = goal_sentence(goal.doing, around.where(goal.look_xy), name, why)
     return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
 
 
@@ -322,36 +330,36 @@ def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
     )
 
 
-def _sentence(goal: Goal, rival: Goal | None) -> str:
-    """Why the goal won against the best of the others."""
-    if rival is None:
-        return f"the only goal: {goal.reason}"
-    ahead = goal.utility.total - rival.utility.total
-    other = f"the {rival.kind} at ({rival.viewpoint_xy[0]:.1f}, {rival.viewpoint_xy[1]:.1f})"
-    if ahead < 0:
-        return (
-            f"kept although {other} has {-ahead:.2f} more utility: the robot turns away from its "
-            f"goal only for {100 * HYSTERESIS:.0f} % more"
-        )
-    gains = _gains(goal.utility, rival.utility)
-    why = f": {' and '.join(gains)}" if gains else ""
-    return f"utility {goal.utility.total:.2f}, {ahead:.2f} more than {other}{why}"
+def _why(goal: Goal, others: Sequence[Goal], around: Surroundings) -> list[str]:
+    """Why the goal won against the others, of which the first is the best."""
+    if not others:
+        return [ONLY]
+    rival = others[0]
+    if goal.utility.total < rival.utility.total:
+        return [kept(around.where(rival.look_xy))]
+    gains = _gains(goal, others)
+    why = [gain.value[0 if most else 1] for gain, most in gains] or [EVEN]
+    like = goal.kind is GoalKind.REGION and Gain.LIKENESS not in dict(gains)
+    return [LIKE, *why] if like else why
 
 
-def _gains(ours: GoalUtility, theirs: GoalUtility) -> list[str]:
-    """What speaks for one goal against another, the weightiest first."""
+def _gains(goal: Goal, others: Sequence[Goal]) -> list[tuple[Gain, bool]]:
+    """What speaks for a goal against the first of the others, the weightiest first.
+
+    With each, whether no other goal has more of it.
+    """
+    ours, rest = goal.utility, [other.utility for other in others]
+    theirs = rest[0]
     share = (ours.travel_share + theirs.travel_share) / 2
     value = (ours.score + ours.size_bonus + theirs.score + theirs.size_bonus) / 2
+    like = Gain.PROMISE if goal.kind is GoalKind.FRONTIER else Gain.LIKENESS
+    most_alike = ours.score >= max(each.score for each in rest)
+    widest = ours.size_bonus >= max(each.size_bonus for each in rest)
+    nearest = ours.travel_m <= min(each.travel_m for each in rest)
     parts = (
-        (
-            (ours.score - theirs.score) * share,
-            f"it is more similar ({ours.score:.2f} against {theirs.score:.2f})",
-        ),
-        ((ours.size_bonus - theirs.size_bonus) * share, "it opens a wider view"),
-        (
-            (ours.travel_share - theirs.travel_share) * value,
-            f"its way is shorter ({ours.travel_m:.1f} m against {theirs.travel_m:.1f} m)",
-        ),
+        ((ours.score - theirs.score) * share, like, most_alike),
+        ((ours.size_bonus - theirs.size_bonus) * share, Gain.VIEW, widest),
+        ((ours.travel_share - theirs.travel_share) * value, Gain.WAY, nearest),
     )
     ranked = sorted((part for part in parts if part[0] >= LEAST_GAIN), key=lambda p: -p[0])
-    return [text for _, text in ranked]
+    return [(gain, most) for _, gain, most in ranked]

@@ -189,7 +189,7 @@ def _wait_for_inputs(state: PlannerState, observation: Observation) -> None:
     waited_s = observation.now_s - state.stale_since_s
     patient_s = observation.now_s - max(state.stale_since_s, observation.patience_from_s)
     if patient_s > PATIENCE_S or waited_s > MAX_WAIT_S:
-        reason = f"waited {waited_s:.0f} s: {observation.stale_reason}"
+        reason = f"gave up after {waited_s:.0f} s ({observation.stale_reason})"
         _apply(state, _failed(reason, FailureCode.NO_INPUT), observation)
 
 

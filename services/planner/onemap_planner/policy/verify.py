@@ -36,7 +36,6 @@ from onemap_planner.search.state_machine import (
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,
-    MIN_SIGHTINGS,
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
@@ -72,7 +71,7 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
         return Move()
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
-    state.search = explain_candidate(state.search, goal, sightings, MIN_SIGHTINGS)
+    state.search = explain_candidate(state.search, goal, sightings, state.surroundings(context))
     return Move(motion, Arrived(candidate) if there else None)
 
 

@@ -26,6 +26,7 @@ from onemap_planner.policy.viewpoints import (
     viewpoints_around,
 )
 from onemap_planner.search.state_machine import Destination, Ending, without_choice
+from onemap_planner.sentences import OBSTACLE, ONWARD, driving, onward
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
@@ -207,11 +208,8 @@ def frontier_goal(destination: Destination, context: PlanningContext, visits: I6
         viewpoint = _view_of(frontier.ahead[None], context)
     xy = context.xy_of(frontier.cell if viewpoint is None else viewpoint)
     utility = _utility(xy, context)
-    reason = (
-        f"on the way to {subject_of('', destination.xy)}: unknown space {utility.travel_m:.1f} m "
-        f"away, {frontier.left_m:.1f} m still to go from there"
-    )
-    return Goal(GoalKind.FRONTIER, xy, context.xy_of(frontier.ahead), utility, reason)
+    doing = onward(subject_of("", destination.xy))
+    return Goal(GoalKind.FRONTIER, xy, context.xy_of(frontier.ahead), utility, doing)
 
 
 def ways_to_unreached(
@@ -232,8 +230,7 @@ def ways_to_unreached(
             continue
         left_m = float(np.hypot(*np.subtract(goal.look_xy, place.xy)))
         utility = GoalUtility.of(place.score, goal.utility.travel_m + left_m)
-        reason = f"{goal.reason}, similarity {place.score:.2f} there"
-        goals.append(replace(goal, utility=utility, reason=reason))
+        goals.append(replace(goal, utility=utility, doing=ONWARD))
     return goals
 
 
@@ -314,10 +311,9 @@ def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal
     viewpoint_xy = context.xy_of(cell)
     utility = _utility(viewpoint_xy, context)
     look = destination.kind is SearchKind.LOOK_AT
-    view = "a view of " if look else ""
-    reason = f"{view}{subject_of('', destination.xy)}, {utility.travel_m:.1f} m away"
+    doing = driving(subject_of("", destination.xy), look=look, where="{where}")
     kind = GoalKind.LOOK_AT if look else GoalKind.GO_TO
-    return Goal(kind, viewpoint_xy, destination.xy, utility, reason)
+    return Goal(kind, viewpoint_xy, destination.xy, utility, doing)
 
 
 def _utility(viewpoint_xy: tuple[float, float], context: PlanningContext) -> GoalUtility:
@@ -353,8 +349,7 @@ def _look_at(obstacle: I64, context: PlanningContext, tried: I64) -> Goal | None
         return None
     x, y = context.costmap.grid.centres(obstacle).mean(axis=0)
     there, look_xy = context.xy_of(cell), (float(x), float(y))
-    reason = "what stands where floor was seen once, in the only way to the floor behind it"
-    return Goal(GoalKind.LOOK_AT, there, look_xy, _utility(there, context), reason)
+    return Goal(GoalKind.LOOK_AT, there, look_xy, _utility(there, context), OBSTACLE)
 
 
 def _closing_obstacle(context: PlanningContext, beyond: I64) -> I64:
@@ -411,7 +406,8 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
         state.give_up(goal, reached=False)
         return Move()
     active = _activated(state, goal)
-    state.search = explain_goal(state.search, goal, [goal], new=memory.is_new(active))
+    around, new = state.surroundings(context), memory.is_new(active)
+    state.search = explain_goal(state.search, goal, [goal], around, new=new)
     there = at is ArrivalState.THERE
     final = there and goal.kind is not GoalKind.FRONTIER
     memory.active_goal = active.at(now_s, arrived=there and not final)

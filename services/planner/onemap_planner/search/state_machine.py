@@ -8,6 +8,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from onemap_planner.sentences import (
+    MAP_ANEW,
+    approaching,
+    asking,
+    confirmed,
+    confirming,
+    driving,
+    looking_around,
+    looking_for,
+)
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
     NO_CHOICE,
@@ -305,23 +315,26 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             start = search.target_start
             if start.xy is None:
                 search = replace(search, target_start=replace(start, xy=stamp.xy))
-            return _look_around(search, "looking around") if look_around else _set_out(search)
+            return _look_around(search) if look_around else _set_out(search)
         case (LookingAround(turned_rad), Rotated(by_rad)):
             total = turned_rad + by_rad
             full = total >= 2 * math.pi
             return _set_out(search) if full else replace(search, phase=LookingAround(total))
         case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted()):
-            return _look_around(search, "the map began anew: looking around")
+            return _look_around(search, MAP_ANEW)
         case (LookingAround() | Exploring() | Confirming(), CandidateSelected(candidate)):
             search = without_choice(search)
-            return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
+            return replace(
+                search, phase=Approaching(candidate), reason=_approaching(search, candidate)
+            )
         case (Exploring(), Reordered(indices)):
             return _reordered(search, indices, stamp)
         case (Approaching(), Arrived(candidate)):
-            reason = f"standing before {search.target!r}, making sure"
+            reason = confirming(search.target)
             return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
         case (Confirming(), Confirmed(candidate)):
-            ending = Ending(SearchState.FOUND, _found(candidate), candidate=candidate)
+            reason = confirmed(candidate.sightings)
+            ending = Ending(SearchState.FOUND, reason, candidate=candidate)
             return _ended(search, ending, stamp)
         case (Approaching() | Confirming(), Rejected()):
             return _set_out(search)
@@ -337,13 +350,13 @@ def status(
     hold: why the robot may not obey, which counts after the end too; or empty. ``updated_ns`` of a
     search that is over is when it ended.
     """
-    reason = f"{search.reason}; {hold}" if hold else search.reason
+    reason = f"{told(search)}; {hold}" if hold else told(search)
     return SearchStatus(
         search_id=search.search_id,
         state=_wire_state(search.phase),
         objects=search.objects,
         index=search.index,
-        reason=f"waiting: {waiting}" if waiting and search.active else reason,
+        reason=waiting if waiting and search.active else reason,
         results=search.results,
         started_ns=search.started_ns,
         updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
@@ -353,6 +366,11 @@ def status(
         order=search.order,
         choice=search.choice,
     )
+
+
+def told(search: Search) -> str:
+    """What happens now and why, or why the search ended, in one sentence."""
+    return search.choice.sentence or search.reason
 
 
 def driven_m(search: Search, odometer_m: float) -> float:
@@ -418,7 +436,7 @@ def _start(stamp: EventStamp) -> TargetStart:
 
 
 def _starting(search: Search) -> str:
-    return f"asking the map about {search.subject}"
+    return asking(search.target or search.subject)
 
 
 def _wire_state(phase: Phase) -> SearchState:
@@ -485,26 +503,16 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
 def _set_out(search: Search) -> Search:
     search, destination = without_choice(search), search.destination
     if destination is None:
-        return replace(search, phase=Exploring(), reason=f"exploring for {search.subject}")
+        return replace(search, phase=Exploring(), reason=looking_for(search.target))
     look = destination.kind is SearchKind.LOOK_AT
-    reason = f"driving to {f'where {search.subject} can be seen' if look else search.subject}"
+    reason = driving(search.subject, look=look)
     return replace(search, phase=Driving(destination), reason=reason)
 
 
-def _look_around(search: Search, what: str) -> Search:
-    reason = f"{what} for {search.subject}"
+def _look_around(search: Search, before: str = "") -> Search:
+    reason = before + looking_around(search.target or search.subject)
     return replace(without_choice(search), phase=LookingAround(), reason=reason)
 
 
-def _approaching(candidate: ObjectCandidate) -> str:
-    return (
-        f"seen {candidate.sightings} times at ({candidate.xyz[0]:.1f}, {candidate.xyz[1]:.1f}), "
-        f"similarity {candidate.similarity:.2f}: walking up to it"
-    )
-
-
-def _found(candidate: ObjectCandidate) -> str:
-    return (
-        f"found at ({candidate.xyz[0]:.2f}, {candidate.xyz[1]:.2f}), "
-        f"similarity {candidate.similarity:.2f}, in {candidate.sightings} detections"
-    )
+def _approaching(search: Search, candidate: ObjectCandidate) -> str:
+    return approaching(search.target, candidate.sightings)
