@@ -125,7 +125,7 @@ class Choice(Reply):
     """Where the robot drives, and why."""
 
     number: int = Field(description="Counts the decisions of the search, from 1.")
-    sentence: str = Field(description="Why the chosen goal won.")
+    sentence: str = Field(description="What the robot does and why, as in `reason`.")
     options: tuple[ChoiceOption, ...] = Field(
         description="The best of the goals that were weighed, at most 5, the chosen one among them."
     )
@@ -260,11 +260,10 @@ class ReplayStep(Reply):
     elapsed_s: Rounded
     state: str
     target: str = Field(description="The object sought then; empty at the end or for a place.")
-    reason: str = Field(description="In a sentence, what happened.")
+    reason: str = Field(description="In a sentence, what happened and why.")
     robot_m: MaybePoint = Field(default=None, description="x, y of the robot; null: not known.")
     goal_kind: str = Field(default="", description="As of an option of `choice`.")
     goal_m: MaybePoint = Field(default=None, description="x, y of the goal; null: there was none.")
-    goal_reason: str = Field(default="", description="Why that goal won.")
 
 
 class SearchReplay(Reply):

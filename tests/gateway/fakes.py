@@ -95,7 +95,7 @@ def find_result(name: str, x_m: float, y_m: float) -> m.ObjectResult:
 
 CHOICE = m.GoalChoice(
     2,
-    "utility 0.52, 0.11 more than the region at (1.5, 1.2): it opens a wider view",
+    "going to the unexplored space behind the sofa: it opens the widest view",
     (
         m.GoalOption("frontier", (0.6, 0.4), 0.5556, 1.2346, 0.52, chosen=True),
         m.GoalOption("region", (1.5, 1.2), 0.61, 5.0, 0.41, chosen=False),
@@ -110,20 +110,20 @@ def search(
     objects: tuple[str, ...] = ("sofa",),
     updated_ns: int = STAMP_NS,
 ) -> m.SearchStatus:
-    reason = "looking around"
+    reason = "looking around for a sofa"
     return m.SearchStatus(search_id, state, objects, 0, reason, (), STAMP_NS, updated_ns, 0.0)
 
 
 STEPS = (
     m.SearchStep(
-        0.0, m.SearchState.EXPLORING, "sofa", "looking around for 'sofa'", (-0.6, 0.5),
-        "frontier", (1.2, 1.2), "it opens a wider view",
+        0.0, m.SearchState.EXPLORING, "sofa", "looking around for a sofa", (-0.6, 0.5),
+        "frontier", (1.2, 1.2),
     ),
     m.SearchStep(
-        6.0, m.SearchState.APPROACHING, "sofa", "seen 3 times: walking up to it", (0.6, 0.5),
-        "detection", (1.0, 1.0), "it comes before every other goal",
+        6.0, m.SearchState.APPROACHING, "sofa", "walking up to what looks like a sofa", (0.6, 0.5),
+        "detection", (1.0, 1.0),
     ),
-    m.SearchStep(10.0, m.SearchState.FOUND, "", "found 1 of 1", (1.4, 0.5), "", (), ""),
+    m.SearchStep(10.0, m.SearchState.FOUND, "", "found 1 of 1", (1.4, 0.5), "", ()),
 )  # fmt: skip
 PLACES = np.array([(t, -0.6 + t / 5, 0.5) for t in range(11)], np.float32)
 

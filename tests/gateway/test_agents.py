@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import logging
 import sys
@@ -16,10 +17,12 @@ import anyio
 import httpx2
 import pytest
 from pydantic import SecretStr
+from rich.console import Console
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agent_tools import (
+    AgentSearchReply,
     ToolResult,
     budget_limits,
     call_tool,
@@ -29,7 +32,9 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.messages import SearchState
+from onemap_tools.progress import LineView, SearchProgress
 from tests.gateway.fakes import (
+    CHOICE,
     PICTURE,
     FakeMapper,
     FakePlanner,
@@ -229,6 +234,22 @@ def test_what_a_search_confirmed_comes_before_what_looks_like_it(
     assert "look like 'sofa'" in reply.summary
     assert "Nothing on the map" in called(gateway, "where_is", object="kite").reply.summary
     assert "does not know 'flurb'" in refusal(gateway, "where_is", object="flurb")
+
+
+def test_agents_http_and_command_line_tell_the_reason_in_the_same_words(
+    gateway: GatewayContext, planner: FakePlanner
+) -> None:
+    """As the page does, by ``static/test_choice.py``."""
+    called(gateway, "start_search", **SEARCH)
+    planner.move(SearchState.EXPLORING, CHOICE.sentence)
+    reply = called(gateway, "search_status").reply
+    assert isinstance(reply, AgentSearchReply)
+    assert reply.search is not None
+    assert reply.search.reason == CHOICE.sentence
+    assert CHOICE.sentence[1:] in reply.summary
+    said = io.StringIO()
+    LineView(Console(file=said, width=200)).show(SearchProgress(reply.search.document))
+    assert f"sofa: exploring: {CHOICE.sentence}; robot drove" in said.getvalue()
 
 
 def test_found_objects_are_listed_and_shown_by_name_or_id(

@@ -40,7 +40,7 @@ STATUS = m.SearchStatus(
     choice=CHOICE,
 )  # fmt: skip
 STEP = m.SearchStep(
-    2.5, m.SearchState.EXPLORING, "sofa", "on its way", (1.0, 2.0), "frontier", (3.0, 2.0), "best"
+    2.5, m.SearchState.EXPLORING, "sofa", "on its way", (1.0, 2.0), "frontier", (3.0, 2.0)
 )
 
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)

@@ -47,10 +47,10 @@ def test_a_line_shows_what_is_known() -> None:
     assert isinstance(view, LineView)
     of_search, of_drive = text_of(out).splitlines()
     assert of_search == (
-        "  12.0 s  [1/2] bed: exploring; robot (1.0, -2.0) m, drove 3.2 m; "
-        "map 0.2 s old, 5.0 updates/s; walking [to] a frontier"
+        "  12.0 s  [1/2] bed: exploring: walking [to] a frontier; "
+        "robot (1.0, -2.0) m, drove 3.2 m; map 0.2 s old, 5.0 updates/s"
     )
-    assert of_drive.endswith("search: exploring; robot drove 3.2 m; walking [to] a frontier")
+    assert of_drive.endswith("search: exploring: walking [to] a frontier; robot drove 3.2 m")
     assert replace(PROGRESS, map_rate_hz=float("nan")).map == "0.2 s old"
 
 

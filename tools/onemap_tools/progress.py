@@ -79,8 +79,8 @@ class LineView(AbstractContextManager["LineView"]):
         done, count = len(report["results"]), len(report["objects"])
         text = (
             f"{f'[{done}/{count}] ' if count else ''}{report['target'] or 'search'}: "
-            f"{report['state']}; robot {progress.robot}; "
-            f"{f'map {progress.map}; ' if progress.map else ''}{report['reason']}"
+            f"{report['state'].replace('_', ' ')}: {report['reason']}; "
+            f"robot {progress.robot}{f'; map {progress.map}' if progress.map else ''}"
         )
         self._line(progress.name, report["elapsed_s"], (report["target"], report["state"]), text)
 

@@ -349,11 +349,10 @@ class SearchStep(Message):
         elapsed_s: seconds since the search began.
         state: then.
         target: the object sought then; empty at the end, or for a place.
-        reason: what happened, in one sentence.
+        reason: what happened and why, in one sentence.
         robot_m: x, y of the robot; empty if not known.
         goal_kind: of the goal that was chosen, as of ``GoalOption``; empty without a goal.
         goal_m: x, y of it; empty without a goal.
-        goal_reason: why it won; empty without a goal.
     """
 
     elapsed_s: Finite
@@ -363,7 +362,6 @@ class SearchStep(Message):
     robot_m: Annotated[tuple[float, ...], numbers(2, optional=True)]
     goal_kind: str
     goal_m: Annotated[tuple[float, ...], numbers(2, optional=True)]
-    goal_reason: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,9 @@ HIDDEN = "document.getElementById('choice-card').hidden"
 def choose(robot: Robot, choice: GoalChoice) -> None:
     status = robot.planner.status
     assert status is not None
-    robot.planner.status = replace(status, choice=choice, updated_ns=status.updated_ns + 1)
+    robot.planner.status = replace(
+        status, choice=choice, reason=choice.sentence, updated_ns=status.updated_ns + 1
+    )
     robot.router.bus("planner").publish(keys.SEARCH_STATE).put(robot.planner.status)
 
 
@@ -41,7 +43,10 @@ def test_the_goals_that_were_weighed_are_a_table_and_letters_on_the_map(
         ["chosen", "A frontier | chosen", "0.56", "1.2 m", "0.52"],
         ["", "B region | at 1.5, 1.2", "0.61", "5.0 m", "0.41"],
     ]
-    assert page.text("#choice-sentence").startswith("Utility 0.52, 0.11 more than the region")
+    assert (
+        page.text("#search-reason")
+        == "Going to the unexplored space behind the sofa: it opens the widest view"
+    )
     assert page.text("#choice-left-out") == "3 more were weighed."
     page.wait_for("written.has('A') && written.has('B')")
     choose(robot, replace(NO_CHOICE, number=3))

@@ -293,7 +293,7 @@ def test_the_camera_is_in_sight_while_the_robot_searches(page: Page, robot: Robo
     )
     assert robot.planner.status is not None
     robot.planner.status = replace(robot.planner.status, results=(found,), index=1)
-    long_reason = "seen 3 times at (6.1, 3.5), similarity 1.00: walking up to it"
+    long_reason = "going to the unexplored space 4 m ahead to the left: it promises most"
     robot.planner.move(SearchState.APPROACHING, long_reason)
     page.wait_for("document.querySelector('#objects small')")
     assert page.evaluate(f"{camera}.bottom") < 800

@@ -81,7 +81,6 @@ def test_a_search_is_read_back_with_its_way(tmp_path: Path) -> None:
     assert known.places[:, 1].tolist() == pytest.approx(xs)
     first, last = known.steps
     assert (first.target, first.robot_m, first.goal_m) == ("bed", (0.7, 0.0), (1.0, 2.0))
-    assert first.goal_reason == STATUS.choice.sentence
     assert (last.state, last.target, last.goal_kind) == (SearchState.FOUND, "", "frontier")
     assert read(tmp_path, "*") is None
     (tmp_path / FOLDER / file_name(STATUS)).write_text("no line of a search\n")

@@ -397,7 +397,7 @@ def test_unknown_map_updates_are_left_out_of_a_drive(status: Any, console: Conso
     assert (
         text_of(console)
         .rstrip()
-        .endswith("search: approaching; robot drove 3.5 m; driving to the place")
+        .endswith("search: approaching: driving to the place; robot drove 3.5 m")
     )
 
 

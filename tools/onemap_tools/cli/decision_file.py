@@ -91,7 +91,7 @@ def describe_step(step: DecisionStep, number: int, count: int) -> Rendered:
             f"{option.travel_m:.1f} m",
             f"{option.utility:.2f}",
         )
-    return (*lines, Text(f"Decision {search.choice.number}: {search.choice.sentence}."), table)
+    return (*lines, Text(f"Decision {search.choice.number}:"), table)
 
 
 def decisions_document(decisions: DecisionFile) -> dict[str, Any]:
@@ -137,7 +137,7 @@ def _replayed(step: ReplayStep, number: int, replay: SearchReplay) -> Rendered:
     lines = [Text(head, style="bold"), Text(f"{subject}: {step.state}: {step.reason}")]
     if step.goal_m is not None:
         kind = step.goal_kind.replace("_", " ")
-        lines.append(Text(f"Goal: {kind} at ({_place(step.goal_m)}): {step.goal_reason}."))
+        lines.append(Text(f"Goal: {kind} at ({_place(step.goal_m)})."))
     return tuple(lines)
 
 

@@ -78,8 +78,7 @@ OPTIONS = (
 )
 CHOICE = Choice(
     number=3,
-    sentence="utility 0.52, 0.11 more than the region at (4.1, 0.3): its way is shorter "
-    "(1.2 m against 5.0 m)",
+    sentence="going to the unexplored space 2 m ahead to the right: it is the nearest",
     options=tuple(
         ChoiceOption.of(dict(zip(ChoiceOption.model_fields, option, strict=True)))
         for option in OPTIONS
@@ -89,7 +88,7 @@ SEARCH = SearchSnapshot(
     id="8f14e45f",
     state="exploring",
     objects=("sofa", "kettle"),
-    reason="Walking to the frontier that looks most like a sofa.",
+    reason=CHOICE.sentence,
     results=(),
     target="sofa",
     choice=CHOICE,

@@ -1,6 +1,6 @@
 // Where the robot drives and why: the table "Why there?", and its letters on the map.
 
-import { capital, place } from "./format.js";
+import { place } from "./format.js";
 import { by, element, refill } from "./panels.js";
 
 const KINDS = { detection: "detection", frontier: "frontier", go_to: "place", look_at: "view", region: "region" };
@@ -12,7 +12,6 @@ export function showChoice(search) {
   const choice = search?.active ? search.choice : null;
   by("choice-card").hidden = !choice;
   if (!choice) return;
-  by("choice-sentence").textContent = `${capital(choice.sentence)}.`;
   refill(by("choice-options"), choice.options, () => choice.options.map(row));
   by("choice-left-out").hidden = !choice.left_out;
   by("choice-left-out").textContent = `${choice.left_out} more were weighed.`;

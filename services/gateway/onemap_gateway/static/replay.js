@@ -96,7 +96,7 @@ export class Replay {
     by("replay-state").className = `state ${step?.state ?? ""}`;
     by("replay-reason").textContent = step ? `${capital(step.reason)}.` : "No step was recorded.";
     by("replay-goal").textContent = step?.goal_m
-      ? `Goal: ${step.goal_kind.replaceAll("_", " ")} at ${place(step.goal_m)} m: ${step.goal_reason}.`
+      ? `Goal: ${step.goal_kind.replaceAll("_", " ")} at ${place(step.goal_m)} m.`
       : "";
   }
 

@@ -199,7 +199,7 @@ def _status(document: Mapping[str, Any]) -> SearchStatus:
 
 
 def _step(document: Mapping[str, Any]) -> SearchStep:
-    choice = document["choice"] or {"sentence": "", "options": ()}
+    choice = document["choice"] or {"options": ()}
     goal = next((each for each in choice["options"] if each["chosen"]), None)
     return SearchStep(
         float(document["elapsed_s"]),
@@ -209,7 +209,6 @@ def _step(document: Mapping[str, Any]) -> SearchStep:
         tuple(map(float, document["robot_xy_m"] or ())),
         goal_kind=str(goal["kind"]) if goal else "",
         goal_m=tuple(map(float, goal["xy_m"])) if goal else (),
-        goal_reason=str(choice["sentence"]),
     )
 
 
