@@ -10,7 +10,6 @@ from onemap_planner.sentences import (
     AFAR,
     ALIKE,
     DOUBTED,
-    LIKE,
     SEEN,
     UNEXPLORED,
     Gain,
@@ -18,6 +17,7 @@ from onemap_planner.sentences import (
     approaching,
     behind,
     driving,
+    gained,
     goal_sentence,
     late,
     onward,
@@ -25,7 +25,7 @@ from onemap_planner.sentences import (
 
 SOFA, TV = ("sofa", (2.0, 0.0)), ("the tv", (0.0, -4.0))
 HERE = Surroundings((0.0, 0.0), 0.0, (SOFA, TV))
-MOST = Gain.LIKENESS.value[0]
+LIKENESS, PROMISE, VIEW, WAY = Gain
 
 
 @pytest.mark.parametrize(
@@ -54,28 +54,39 @@ def test_a_place_is_described_by_what_is_known_near_it_or_from_the_robot(
     ("sentence", "said"),
     [
         (
-            goal_sentence(ALIKE, "behind the sofa", "kettle", [MOST, Gain.WAY.value[0]]),
-            "going to the place behind the sofa: it looks most like a kettle and it is the nearest",
+            goal_sentence(
+                ALIKE,
+                "behind the sofa",
+                "kettle",
+                gained([(LIKENESS, True), (WAY, True)], like=True),
+            ),
+            "going to the place behind the sofa: it looks most like a kettle and is the nearest",
         ),
         (
-            goal_sentence(UNEXPLORED, "3 m ahead", "armchair", [Gain.PROMISE.value[1]]),
-            "going to the unexplored space 3 m ahead: it promises more than the next best place",
+            goal_sentence(
+                UNEXPLORED,
+                "3 m ahead",
+                "armchair",
+                gained([(PROMISE, False), (WAY, True), (VIEW, True)], like=False),
+            ),
+            "going to the unexplored space 3 m ahead: it is the nearest and promises more than "
+            "the next best place",
         ),
         (
-            goal_sentence(AFAR, "5 m to the left", "my keys", [Gain.VIEW.value[0]]),
+            goal_sentence(AFAR, "5 m to the left", "my keys", gained([(VIEW, True)], like=False)),
             "going to a place 5 m to the left that was only seen from afar: it opens the widest "
             "view",
         ),
         (
-            goal_sentence(SEEN, "near the bed", "scissors", [LIKE]),
+            goal_sentence(SEEN, "near the bed", "scissors", gained([], like=True)),
             "going for a closer look at what may be scissors near the bed: it looks like scissors",
         ),
         (
-            goal_sentence(DOUBTED, "2 m ahead", "glass", []),
+            goal_sentence(DOUBTED, "2 m ahead", "glass"),
             "going for a closer look at what the camera took for a glass 2 m ahead",
         ),
         (
-            goal_sentence(onward("the place (1.00, 2.00)"), "2 m ahead", "", []),
+            goal_sentence(onward("the place (1.00, 2.00)"), "2 m ahead", ""),
             "going to the unexplored space 2 m ahead, on the way to the place (1.00, 2.00)",
         ),
         (

@@ -6,7 +6,7 @@ numbers stand beside them in the messages.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import atan2, degrees, dist, pi, remainder
@@ -92,29 +92,39 @@ ONWARD = "going to the unexplored space {where}, on the way to what looks like {
 
 
 class Gain(Enum):
-    """What speaks for a goal against the next best one: if it is the best of all, and if not."""
+    """What speaks for a goal: if no other has more of it, and against the next best one."""
 
-    LIKENESS = ("it looks most like {a}", "it looks more like {a} than the next best place")
-    PROMISE = ("it promises most", "it promises more than the next best place")
-    VIEW = ("it opens the widest view", "it opens a wider view than the next best place")
-    WAY = ("it is the nearest", "it is nearer than the next best place")
+    LIKENESS = ("looks most like {a}", "looks more like {a}")
+    PROMISE = ("promises most", "promises more")
+    VIEW = ("opens the widest view", "opens a wider view")
+    WAY = ("is the nearest", "is nearer")
 
 
-def goal_sentence(doing: str, where: str, name: str, why: Iterable[str]) -> str:
-    """What the robot does, and the reasons, as with ``doing`` above; name: of what is sought."""
-    clause = " and ".join(dict.fromkeys(why))
-    told = f"{doing}: {clause}" if clause else doing
+MAX_GAINS = 2  # named of one goal, the weightiest
+ONLY = "it is the only place left to look at"
+KEPT = "the robot is on its way there, and no other place is much better"
+
+
+def goal_sentence(doing: str, where: str, name: str, why: str = "") -> str:
+    """What the robot does, as with ``doing`` above, and why; name: of what is sought."""
+    told = f"{doing}: {why}" if why else doing
     return told.replace("{where}", where).replace("{a}", a(name) if name else "it")
 
 
-LIKE = "it looks like {a}"
-ONLY = "it is the only place left to look at"
-EVEN = "no other place is better"
+def gained(gains: Sequence[tuple[Gain, bool]], *, like: bool) -> str:
+    """Why a goal won; with each gain, the weightiest first, whether no other goal has more of it.
 
-
-def kept(where: str) -> str:
-    """Why the robot keeps to a goal although another one, there, is a little better."""
-    return f"the robot was on its way, and turning to the place {where} would gain little"
+    like: it is where the map looks like the object.
+    """
+    named = gains[:MAX_GAINS]
+    most = [gain.value[0] for gain, best in named if best]
+    more = [gain.value[1] for gain, best in named if not best]
+    parts = [*most, *more]
+    if like and all(gain is not Gain.LIKENESS for gain, _ in named):
+        parts.insert(0, "looks like {a}")
+    if not parts:
+        return "no other place is better"
+    return f"it {' and '.join(parts)}{' than the next best place' if more else ''}"
 
 
 def approaching(name: str, sightings: int, where: str = "") -> str:

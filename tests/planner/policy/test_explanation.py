@@ -45,22 +45,22 @@ def test_the_winner_is_compared_with_the_others_by_what_made_the_difference() ->
     assert said(wider, wider, near).endswith("ahead: it opens the widest view")
     farther, beaten = goal(3.0, score=0.4, travel_m=0.6), goal(4.0, score=0.9, travel_m=60.0)
     assert said(farther, farther, near, beaten).endswith(
-        "it promises more than the next best place and it is the nearest"
+        "it is the nearest and promises more than the next best place"
     )
     twin = replace(near, look_xy=(9.0, 9.0), viewpoint_xy=(9.0, 9.0))
     assert said(near, near, twin).endswith("ahead: no other place is better")
     assert said(near, near).endswith("ahead: it is the only place left to look at")
     region = replace(goal(3.0, travel_m=0.5, kind=GoalKind.REGION), doing=ALIKE)
     assert said(region, region, near) == (
-        "going to the place 3 m ahead: it looks like a kettle and it is the nearest"
+        "going to the place 3 m ahead: it looks like a kettle and is the nearest"
     )
 
 
 def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
     kept, better = goal(1.0, score=0.50), goal(-2.0, score=0.55, kind=GoalKind.REGION)
     assert said(kept, kept, better) == (
-        "going to the unexplored space 1 m ahead: the robot was on its way, and turning to the "
-        "place 2 m behind the robot would gain little"
+        "going to the unexplored space 1 m ahead: the robot is on its way there, and no other "
+        "place is much better"
     )
 
 

@@ -23,16 +23,15 @@ from onemap_planner.sentences import (
     AFAR,
     ALIKE,
     DOUBTED,
-    EVEN,
-    LIKE,
+    KEPT,
     ONLY,
     SEEN,
     UNEXPLORED,
     Gain,
     Surroundings,
     approaching,
+    gained,
     goal_sentence,
-    kept,
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import Costmap
@@ -302,7 +301,7 @@ def explain(goal: Goal, options: Sequence[Goal], around: Surroundings, name: str
     if goal in ranked and goal not in shown:
         shown[-1] = goal
     others = [option for option in ranked if option != goal]
-    why = _why(goal, others, around) if name and goal.kind is not GoalKind.LOOK_AT else []
+    why = _why(goal, others) if name and goal.kind is not GoalKind.LOOK_AT else ""
     sentence = goal_sentence(goal.doing, around.where(goal.look_xy), name, why)
     return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
 
@@ -330,17 +329,13 @@ def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
     )
 
 
-def _why(goal: Goal, others: Sequence[Goal], around: Surroundings) -> list[str]:
+def _why(goal: Goal, others: Sequence[Goal]) -> str:
     """Why the goal won against the others, of which the first is the best."""
     if not others:
-        return [ONLY]
-    rival = others[0]
-    if goal.utility.total < rival.utility.total:
-        return [kept(around.where(rival.look_xy))]
-    gains = _gains(goal, others)
-    why = [gain.value[0 if most else 1] for gain, most in gains] or [EVEN]
-    like = goal.kind is GoalKind.REGION and Gain.LIKENESS not in dict(gains)
-    return [LIKE, *why] if like else why
+        return ONLY
+    if goal.utility.total < others[0].utility.total:
+        return KEPT
+    return gained(_gains(goal, others), like=goal.kind is GoalKind.REGION)
 
 
 def _gains(goal: Goal, others: Sequence[Goal]) -> list[tuple[Gain, bool]]:
