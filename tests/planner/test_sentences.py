@@ -13,7 +13,7 @@ from onemap_planner.sentences import (
     SEEN,
     UNEXPLORED,
     Gain,
-    Surroundings,
+    Landmarks,
     approaching,
     behind,
     driving,
@@ -24,7 +24,7 @@ from onemap_planner.sentences import (
 )
 
 SOFA, TV = ("sofa", (2.0, 0.0)), ("the tv", (0.0, -4.0))
-HERE = Surroundings((0.0, 0.0), 0.0, (SOFA, TV))
+HERE = Landmarks((0.0, 0.0), 0.0, (SOFA, TV))
 LIKENESS, PROMISE, VIEW, WAY = Gain
 
 
@@ -47,7 +47,7 @@ LIKENESS, PROMISE, VIEW, WAY = Gain
 def test_a_place_is_described_by_what_is_known_near_it_or_from_the_robot(
     xy: tuple[float, float], yaw_rad: float, said: str
 ) -> None:
-    assert Surroundings(HERE.xy, yaw_rad, HERE.things).where(xy) == said
+    assert Landmarks(HERE.xy, yaw_rad, HERE.things).where(xy) == said
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ Xy = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class Landmarks:
     """By what a place is described: the robot's place (metres) and heading, and named things."""
 
     xy: Xy

@@ -5,7 +5,7 @@ from dataclasses import replace
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
-from onemap_planner.sentences import ALIKE, UNEXPLORED, Surroundings
+from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import SEARCH, context_of, explored, without
 
@@ -28,12 +28,12 @@ def goal(
 
 def said(best: Goal, *options: Goal) -> str:
     """The sentence of a choice for a robot at the origin that looks along x."""
-    return explain(best, options, Surroundings((0.0, 0.0), 0.0), "kettle").sentence
+    return explain(best, options, Landmarks((0.0, 0.0), 0.0), "kettle").sentence
 
 
 def test_the_winner_is_compared_with_the_others_by_what_made_the_difference() -> None:
     best, near = goal(5.0, score=0.8, travel_m=5.0), goal(2.0, score=0.3, travel_m=1.0)
-    choice = explain(best, [near, best], Surroundings((0.0, 0.0), 0.0), "kettle")
+    choice = explain(best, [near, best], Landmarks((0.0, 0.0), 0.0), "kettle")
     assert [(option.xy_m, option.chosen) for option in choice.options] == [
         ((5.0, 1.0), True),
         ((2.0, 1.0), False),

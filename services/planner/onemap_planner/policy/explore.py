@@ -92,7 +92,7 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     active = _activated(state, goal)
     memory.leave(goal, now_s)
     state.search = explain_goal(
-        state.search, goal, options, state.surroundings(context), new=memory.is_new(active)
+        state.search, goal, options, state.landmarks(context), new=memory.is_new(active)
     )
     active = active.at(now_s, arrived=at is ArrivalState.THERE)
     memory.active_goal = active.compared(motion, candidates, now_s)

@@ -28,7 +28,7 @@ from onemap_planner.sentences import (
     SEEN,
     UNEXPLORED,
     Gain,
-    Surroundings,
+    Landmarks,
     approaching,
     gained,
     goal_sentence,
@@ -274,19 +274,19 @@ LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is prin
 
 
 def explain_goal(
-    search: Search, goal: Goal, options: Sequence[Goal], around: Surroundings, *, new: bool
+    search: Search, goal: Goal, options: Sequence[Goal], around: Landmarks, *, new: bool
 ) -> Search:
     """The search with the reasons for the goal among the options; new: it was chosen anew."""
     return _explained(search, explain(goal, options, around, search.target), new=new)
 
 
-def explain_candidate(search: Search, goal: Goal, sightings: int, around: Surroundings) -> Search:
+def explain_candidate(search: Search, goal: Goal, sightings: int, around: Landmarks) -> Search:
     """The search with the reasons for walking up to a candidate."""
     sentence = approaching(search.target, sightings, around.where(goal.look_xy))
     return _explained(search, GoalChoice(0, sentence, _options([goal], goal)), new=False)
 
 
-def explain(goal: Goal, options: Sequence[Goal], around: Surroundings, name: str) -> GoalChoice:
+def explain(goal: Goal, options: Sequence[Goal], around: Landmarks, name: str) -> GoalChoice:
     """The choice of ``goal`` among these options, numbered 0; of those at one place the best.
 
     name: of what is sought, empty for a drive to a place.

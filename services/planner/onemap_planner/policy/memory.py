@@ -23,7 +23,7 @@ from onemap_planner.policy.goals import (
 )
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import Search
-from onemap_planner.sentences import Surroundings
+from onemap_planner.sentences import Landmarks
 from onemap_planner.world.candidates import MERGE_M, VIEWS_PER_VIEWPOINT, ObjectCandidate
 from onemap_planner.world.costmap import NOTHING, Appeared
 from onemap_planner.world.map_view import MapView, WorldCells
@@ -392,14 +392,14 @@ class PlannerState:
         found = FoundObject(self.search.target, candidate.cells)
         self.found_objects = (*self.found_objects, found)[-MAX_FOUND_OBJECTS:]
 
-    def surroundings(self, context: PlanningContext) -> Surroundings:
+    def landmarks(self, context: PlanningContext) -> Landmarks:
         """By what places are described now: the robot and what was found."""
         pose, size_m = context.pose, context.map_view.grid.cell_size_m
         things = []
         for found in self.found_objects:
             x, y = (np.mean(sorted(found.cells), axis=0) + 0.5) * size_m
             things.append((found.name, (float(x), float(y))))
-        return Surroundings(pose.xy, pose.yaw_rad, tuple(things))
+        return Landmarks(pose.xy, pose.yaw_rad, tuple(things))
 
     def give_more_time(self, more_s: float) -> None:
         """Add to the time of the active goal, if there is one."""

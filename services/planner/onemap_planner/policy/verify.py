@@ -71,7 +71,7 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
         return Move()
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
-    state.search = explain_candidate(state.search, goal, sightings, state.surroundings(context))
+    state.search = explain_candidate(state.search, goal, sightings, state.landmarks(context))
     return Move(motion, Arrived(candidate) if there else None)
 
 

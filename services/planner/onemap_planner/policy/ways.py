@@ -406,7 +406,7 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
         state.give_up(goal, reached=False)
         return Move()
     active = _activated(state, goal)
-    around, new = state.surroundings(context), memory.is_new(active)
+    around, new = state.landmarks(context), memory.is_new(active)
     state.search = explain_goal(state.search, goal, [goal], around, new=new)
     there = at is ArrivalState.THERE
     final = there and goal.kind is not GoalKind.FRONTIER
