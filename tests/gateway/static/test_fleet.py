@@ -109,7 +109,10 @@ def test_one_tap_finds_and_all_of_it_is_in_sight(
     assert page.evaluate(SCROLLS) is False
     place = page.centre("#suggestions [aria-label='Go and find: sofa']")
     assert place is not None
-    page.tap(place) if width < 861 else page.drag(place, place)
+    if width < 861:
+        page.tap(place)
+    else:
+        page.drag(place, place)
     page.wait_for("document.body.classList.contains('searching')")
     assert at.planner.status is not None
     assert at.planner.status.objects == ("sofa",)
