@@ -121,7 +121,10 @@ class GridWorld:
 
     def __post_init__(self) -> None:
         self.obstacles = self.floor_plan.grid.centres(np.argwhere(self.floor_plan.solid))
+        cells = np.moveaxis(np.indices(self.floor_plan.solid.shape), 0, -1)
+        self.centres = self.floor_plan.grid.centres(cells)
         self.likeness = {name: self._similarity(name) for name in (*self.floor_plan.things, "")}
+        self._sight: tuple[Pose2d, Bool, I64, F64] | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -153,6 +156,22 @@ class GridWorld:
     def look(self) -> Bool:
         """Take one frame into the map; returns which cells were seen."""
         self.sequence += 1
+        seen, blind, distance = self._in_sight()
+        self.assumed &= ~seen
+        self._assume(blind)
+        gain = np.where(seen, 0.4 * np.exp(-(((distance - 1.5) / 1.5) ** 2) / 3), 0.0)
+        self.confidence += gain
+        self.since_reset += gain
+        self.occupancy[seen] = np.where(
+            self.floor_plan.solid[seen], Occupancy.OCCUPIED, Occupancy.FREE
+        ).astype(np.uint8)
+        return seen
+
+    def _in_sight(self) -> tuple[Bool, I64, F64]:
+        """Which cells are seen, those too near for it, and each one's distance; as the last time
+        if the robot stands: the plan does not change."""
+        if self._sight is not None and self._sight[0] == self.pose:
+            return self._sight[1:]
         angles = self.pose.yaw_rad + np.linspace(-FOV_RAD / 2, FOV_RAD / 2, 160)
         ranges = np.arange(0.0, RANGE_M, CELL_M / 2)
         points = (
@@ -168,16 +187,9 @@ class GridWorld:
         visible = before & inside & ((ranges >= BLIND_M) | hit)
         seen = np.zeros(self.floor_plan.solid.shape, bool)
         seen[cells[visible][:, 0], cells[visible][:, 1]] = True
-        self.assumed &= ~seen
-        self._assume(cells[before & inside & ~hit & (ranges < BLIND_M)])
-        distance = self._distance()
-        gain = np.where(seen, 0.4 * np.exp(-(((distance - 1.5) / 1.5) ** 2) / 3), 0.0)
-        self.confidence += gain
-        self.since_reset += gain
-        self.occupancy[seen] = np.where(
-            self.floor_plan.solid[seen], Occupancy.OCCUPIED, Occupancy.FREE
-        ).astype(np.uint8)
-        return seen
+        blind = cells[before & inside & ~hit & (ranges < BLIND_M)]
+        self._sight = self.pose, seen, blind, self._distance()
+        return self._sight[1:]
 
     def _assume(self, blind: I64) -> None:
         """Take unseen floor for free: where the map begins, and from there to what is seen."""
@@ -222,8 +234,7 @@ class GridWorld:
         return replace(found, sequence=self.sequence)
 
     def _distance(self) -> F64:
-        cells = np.moveaxis(np.indices(self.floor_plan.solid.shape), 0, -1)
-        away = self.floor_plan.grid.centres(cells) - np.asarray(self.pose.xy)
+        away = self.centres - np.asarray(self.pose.xy)
         distance: F64 = np.hypot(away[..., 0], away[..., 1])
         return distance
 
