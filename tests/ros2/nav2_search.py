@@ -90,5 +90,5 @@ class Nav2Search(SimulatedSearch):
             if self.nav2.states[goal_id] != EXECUTING:
                 state = self.nav2.states[goal_id]
                 call.answer(HEAD + struct.pack("<bxHIb", state, 0, 1, 0))
-        elif (code := self.nav2.cancel(goal_id)) is not None:
-            call.answer(HEAD + struct.pack("<b3xI", code, 0))
+        else:
+            call.answer(HEAD + struct.pack("<b3xI", self.nav2.cancel(goal_id), 0))

@@ -33,14 +33,13 @@ INFLATION_M = 0.3
 class StockNav2:
     """clearance_m (nx, ny): from each cell of the grid to the nearest obstacle, as nav2 knows it.
 
-    mute: cancellations are neither heard nor obeyed. states: of all goals by their ids. repeated:
-    how many asked for the pose that the one before had reached.
+    states: of all goals by their ids. repeated: how many asked for the pose that the one before had
+    reached.
     """
 
     grid: GridSpec
     clearance_m: F64
     radius_m: float = 0.2
-    mute: bool = False
     states: dict[bytes, int] = field(default_factory=dict)
     repeated: int = 0
     _reached: Pose2d | None = None
@@ -57,10 +56,8 @@ class StockNav2:
         self._path, self._within = None, False
         self.states[goal_id] = EXECUTING
 
-    def cancel(self, goal_id: bytes) -> int | None:
-        """The return code of a cancellation; None: nobody answers."""
-        if self.mute:
-            return None
+    def cancel(self, goal_id: bytes) -> int:
+        """The return code of a cancellation."""
         if goal_id not in self.states:
             return UNKNOWN
         if goal_id != self._current:
