@@ -110,7 +110,7 @@ def search(
     objects: tuple[str, ...] = ("sofa",),
     updated_ns: int = STAMP_NS,
 ) -> m.SearchStatus:
-    reason = "looking around for a sofa"
+    reason = "looking around"
     return m.SearchStatus(search_id, state, objects, 0, reason, (), STAMP_NS, updated_ns, 0.0)
 
 

@@ -68,7 +68,7 @@ def test_a_past_search_is_replayed_until_one_press_returns(page: Page, robot: Ro
     began = middle_of(page, "robot")
     page.click("#replay-after")
     assert page.text("#replay-clock") == "6 s of 10 s"
-    assert "walking up to it" in page.text("#replay-reason")
+    assert "Walking up to what looks like a sofa" in page.text("#replay-reason")
     page.evaluate(NEXT_PICTURE)
     there = middle_of(page, "robot")
     assert there[0] > began[0] + 50, "it drove to the right"
