@@ -186,17 +186,32 @@ def test_an_escape_crosses_unseen_floor_slowly_and_not_far() -> None:
         assert end.distance_to(centre.xy) < SIZE.radius_m + CELL_M
 
 
-@pytest.mark.parametrize("beside", [" ", "a"])
-def test_the_body_comes_over_what_no_camera_saw_at_the_speed_of_a_touch(beside: str) -> None:
+@pytest.mark.parametrize(
+    ("beside", "start_x_m", "limit_mps"),
+    [
+        pytest.param(" ", 2.2, DRIVE.unseen_mps, id="unknown, at the start"),
+        pytest.param("a", 0.5, DRIVE.unseen_mps, id="assumed, away from the start"),
+        pytest.param("a", 2.2, DRIVE.blind_mps, id="assumed, at the start: below the image"),
+    ],
+)
+def test_the_body_comes_over_what_no_camera_saw_slowly(
+    beside: str, start_x_m: float, limit_mps: float
+) -> None:
     rows = [*["." * 10] * 5, *[beside * 10] * 5]
-    costmap = costmap_of(drawn_map(*rows, scale=5), (2.2, 2.5), SIZE)
+    start = np.array([[start_x_m, 2.5]])
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.2, 2.5), SIZE, trail_xy=start)
     velocity, pose, border_m = Velocity2d(0.7, 0.0), Pose2d(1.5, 2.5, 0.0), 2.5 - SIZE.radius_m
+    speeds_mps = []
     for _ in range(200):
         wanted = limit_acceleration(Velocity2d(0.7, 0.0), velocity, DT_S, DRIVE)
         velocity = checked(wanted, velocity, pose, costmap)
         pose = moved(pose, velocity, DT_S)
-        if pose.x_m > border_m + SLACK_M:
-            assert velocity.linear_mps <= DRIVE.unseen_mps
+        if border_m + SLACK_M < pose.x_m < start_x_m + costmap.params.blind_m - SIZE.radius_m:
+            speeds_mps.append(velocity.linear_mps)
+        elif border_m + SLACK_M < pose.x_m:
+            assert velocity.linear_mps <= DRIVE.unseen_mps + 1e-9
+    if limit_mps == DRIVE.blind_mps:
+        assert max(speeds_mps) == pytest.approx(limit_mps)
     assert pose.x_m > border_m + 0.1
     assert (pose.x_m > 2.6) == (beside == "a")  # assumed floor is floor, unknown cells are not
 

@@ -141,7 +141,8 @@ def test_on_an_old_map_it_drives_so_slowly_that_it_stops_in_time() -> None:
 @pytest.mark.parametrize(("floor", "creeps"), [("a", True), (".", False)])
 def test_it_tells_when_it_creeps_over_floor_that_no_camera_saw(floor: str, creeps: bool) -> None:
     rows = ["." * 50] * 12 + [floor * 50] * 38
-    costmap = costmap_of(drawn_map(*rows), (1.0, 1.0), PARAMS.costmap)
+    away = np.array([[4.5, 4.5]])  # where the search began
+    costmap = costmap_of(drawn_map(*rows), (1.0, 1.0), PARAMS.costmap, trail_xy=away)
     controller = VelocityController(at_s=0.95)
     for tick in range(20):
         now_s = 1.0 + 0.05 * tick
@@ -152,7 +153,8 @@ def test_it_tells_when_it_creeps_over_floor_that_no_camera_saw(floor: str, creep
 
 def test_creeping_along_a_bend_it_does_not_turn_to_and_fro() -> None:
     """The arc to a near point and the one to a far point may turn to different sides."""
-    costmap = costmap_of(drawn_map(*["a" * 10] * 10, scale=5), (2.5, 2.5), PARAMS.costmap)
+    rows, away = ["a" * 10] * 10, np.array([[0.5, 0.5]])
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.5, 2.5), PARAMS.costmap, trail_xy=away)
     bend = Drive(np.array([[2.5, 2.5], [2.52, 2.6], [2.12, 2.6], [1.92, 2.4]]), (1.5, 2.0))
     controller, pose = VelocityController(at_s=0.95), Pose2d(2.5, 2.5, 1.75)
     for tick in range(600):

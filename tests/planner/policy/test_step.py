@@ -38,6 +38,15 @@ def test_three_objects_in_four_rooms_are_found() -> None:
     )
 
 
+def test_it_looks_around_and_sets_out() -> None:
+    run = start(in_four_rooms(), "vase")
+    while run.now_s < 12.0:
+        run.step()
+    assert run.reasons[0] == "looking around for a vase"
+    assert run.world.odometer_m > 1.5  # at the speed of a touch it was 0.2 m
+    assert not run.state.search.slow
+
+
 @pytest.mark.slow
 def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
     world = in_two_rooms()

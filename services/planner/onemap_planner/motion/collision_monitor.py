@@ -3,9 +3,9 @@
 Each command is checked against the newest costmap, forwards and backwards: the path of the
 robot's disc while the command acts for ``reaction_s`` and the robot then brakes as hard as its
 limits allow. The disc may touch no occupied cell and reach over unknown ones only by
-``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew. It may not be
-where somebody who has just appeared can have come by then. A robot that already does, or is, may
-move so that it does not get worse.
+``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew, and over the
+blind spot around its start at ``blind_mps``. It may not be where somebody who has just appeared can
+have come by then. A robot that already does, or is, may move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ def edge_distances(points: F64, centres: F64, cell_size_m: float) -> F64:
 
 
 NOT_WORSE_M = 1e-6  # rounding of distances
+ROUNDING_MPS = 1e-9  # of a speed that was limited before
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,18 +145,19 @@ def monitored(
     surroundings = _Surroundings.of(pose, costmap, _reach_m(command, previous, params))
     walkers = Walkers.of(pose, costmap, times.map_age_s)
     v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
-    parts = (*FRACTIONS, min(params.unseen_mps / max(command.speed_mps, params.unseen_mps), 1.0))
-    slower = [Velocity2d(v * part, w * part, left * part) for part in sorted(parts, reverse=True)]
+    limits_mps = (params.unseen_mps, params.blind_mps if len(surroundings.blind) else 0.0)
+    limits = (mps / command.speed_mps for mps in limits_mps if 0 < mps < command.speed_mps)
+    parts = sorted((*FRACTIONS, *limits), reverse=True)
+    slower = [Velocity2d(v * part, w * part, left * part) for part in parts]
     for wanted in (command, *slower, Velocity2d(0.0, w)):
         candidate = limit_acceleration(wanted, previous, times.dt_s, params)
         path = stopping_path(wanted, previous, pose, params)
         fastest = max(wanted.speed_mps, previous.speed_mps)
-        creeps = fastest <= params.unseen_mps
-        if not surroundings.allow(path, creeps=creeps):
+        if not surroundings.allow(path, creeps=fastest <= params.unseen_mps):
             continue
         if not walkers.allow(path, STEP_S):
             continue
-        if creeps or not surroundings.covers_unseen(path):
+        if fastest <= surroundings.limit_mps(path, params) + ROUNDING_MPS:
             return candidate
     return limit_acceleration(STOP, previous, times.dt_s, params)
 
@@ -199,9 +201,9 @@ class _Surroundings:
 
     here (1, 2): the robot's centre in metres. occupied and unknown (N, 2): centres in metres;
     occupied_m and unknown_m: metres to keep from their edges. known (N, 2): cells that are not
-    unknown, which the centre may leave by leave_m. unseen (N, 2): cells that no camera saw.
-    here_m: metres from the centre to the nearest occupied cell; corner_m: to keep when creeping
-    past one.
+    unknown, which the centre may leave by leave_m. unseen and blind (N, 2): cells that no camera
+    saw, elsewhere and below its image at the start. here_m: metres from the centre to the nearest
+    occupied cell; corner_m: to keep when creeping past one.
     """
 
     costmap: Costmap
@@ -210,6 +212,7 @@ class _Surroundings:
     unknown: F64
     known: F64
     unseen: F64
+    blind: F64
     here_m: float
     occupied_m: float
     corner_m: float
@@ -237,7 +240,8 @@ class _Surroundings:
             occupied,
             unknown,
             centres[known],
-            centres[~inside | costmap.unseen[at]],
+            centres[~inside | (costmap.unseen & ~costmap.blind)[at]],
+            centres[inside & costmap.blind[at]],
             here_m,
             min(radius_m - SLACK_M, here_m) - NOT_WORSE_M,
             min(radius_m - SLACK_M - CORNER_M, here_m) - NOT_WORSE_M,
@@ -265,14 +269,20 @@ class _Surroundings:
             return True
         return creeps and self._passes(points, near) and not (near < self.corner_m).any()
 
-    def covers_unseen(self, points: F64) -> bool:
-        """Whether the disc comes over unseen cells on this path (N, 2) that it is not over yet."""
-        size = self.costmap.grid.cell_size_m
-        if len(self.unseen) == 0:
+    def limit_mps(self, points: F64, params: DriveParams) -> float:
+        """The speed that what the disc comes over on this path (N, 2) allows."""
+        if self._covers(points, self.unseen):
+            return params.unseen_mps
+        return params.blind_mps if self._covers(points, self.blind) else np.inf
+
+    def _covers(self, points: F64, cells: F64) -> bool:
+        """Whether the disc comes over cells (M, 2) on this path (N, 2) that it is not over yet."""
+        if len(cells) == 0:
             return False
+        size = self.costmap.grid.cell_size_m
         radius_m = self.costmap.params.radius_m - SLACK_M
-        now = np.minimum(edge_distances(self.here, self.unseen, size)[0], radius_m)
-        closest = edge_distances(points, self.unseen, size).min(axis=0)
+        now = np.minimum(edge_distances(self.here, cells, size)[0], radius_m)
+        closest = edge_distances(points, cells, size).min(axis=0)
         return bool((closest < now - NOT_WORSE_M).any())
 
     def _passes(self, points: F64, near: F64) -> bool:

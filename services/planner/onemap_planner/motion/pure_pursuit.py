@@ -67,6 +67,9 @@ class DriveParams(Params):
     # m/s at which the robot's body comes over cells that no camera saw, and on its own trail nearer
     # than its radius to obstacles: slow enough to touch them without harm.
     unseen_mps: ClassVar[float] = 0.045
+    # m/s over the blind spot around its start, beyond which it saw floor: what could stand there is
+    # low and small, and it stops within 0.1 m of touching it.
+    blind_mps: ClassVar[float] = 0.3
     # Metres; the smallest pursuit distance that does not weave at 0.7 m/s.
     lookahead_m: ClassVar[float] = 0.4
     # Heading error in radians above which the robot turns before it drives.

@@ -45,6 +45,9 @@ class CostmapParams(Params):
     # Metres around a robot outside the navigable map through which it may leave: a level camera at
     # 1 m sees the floor only from about that far.
     escape_radius_m: ClassVar[float] = 1.2
+    # Metres around the place where the search began in which assumed floor is a blind spot: the
+    # camera saw floor beyond it. A wider one might hide a stair.
+    blind_m: ClassVar[float] = 1.2
     # Metres from floor that was seen, up to which such a robot may cross unknown floor, at the
     # speed of driving backwards: where the robot was put down, its camera missed a ring about that
     # wide.
@@ -77,8 +80,10 @@ class Costmap:
     the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
     the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
     drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
-    unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; appeared
-    bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's size.
+    unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; blind
+    bool: of these, assumed floor around the place where the search began, below the camera's image;
+    appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
+    size.
     """
 
     grid: GridSpec
@@ -91,6 +96,7 @@ class Costmap:
     returning: Bool
     crossable: Bool
     unseen: Bool
+    blind: Bool
     appeared: Bool
     params: CostmapParams
 
@@ -120,8 +126,11 @@ def build_costmap(
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
     free = (seen_free | driven) & ~occupied
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
+    start = grid.cells(np.vstack([trail_xy, robot_xy])[0])
+    around = distance_cells(grid, start) * size <= params.blind_m
+    blind = unseen & seen_free & map_view.assumed & around
     clearance_m = _distance(occupied) * size - size / 2
-    unseen_m = _distance(unseen) * size - size / 2
+    unseen_m = _distance(unseen & ~blind) * size - size / 2
 
     navigable = free & (clearance_m >= params.min_clearance_m)
     navigable &= ~_near_unknown(free | occupied, size, params)
@@ -145,6 +154,7 @@ def build_costmap(
         returning=_beside(grid, earlier_xy) & wide_enough,
         crossable=(cost > 0) & ~free & ~occupied,
         unseen=unseen,
+        blind=blind,
         appeared=np.zeros(grid.shape, bool),
         params=params,
     )
