@@ -176,6 +176,18 @@ def confirmed(sightings: int) -> str:
     return f"seen in {sightings} images, from near, and the map agrees"
 
 
+CREEPS_CLOSE_BY = "slowly, past what stands close by"
+
+
+def creeps_unseen(floor_m: float) -> str:
+    """That the robot creeps over floor that its camera has not seen, and what helps.
+
+    floor_m: from where on the camera shows floor, metres; infinity: it shows none.
+    """
+    shows = "no floor" if floor_m == float("inf") else f"the floor from {floor_m:.1f} m on only"
+    return f"slowly, over floor not seen yet: the camera shows {shows}, tilted down or lower more"
+
+
 def waiting_for(what: str, how: str) -> str:
     """Why the robot waits."""
     return f"waiting for {what}: {how}"

@@ -285,6 +285,7 @@ class Planner:
             *(search.search_id, search.index, search.reason, search.choice.number),
             bool(waiting),
             search.choice.chosen_xy,
+            search.slow,
         )
         if shown == self._published and now_s < self._next_status_s:
             return

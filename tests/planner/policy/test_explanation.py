@@ -1,12 +1,18 @@
-"""A choice names the best goals that were weighed, and why one of them won."""
+"""A choice names the goals that were weighed and why one won; who creeps says why."""
 
 from dataclasses import replace
 
-from onemap_planner.motion.motions import Pose2d
+import pytest
+
+from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.step import step
+from onemap_planner.search.state_machine import Exploring, status, told
 from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
-from tests.planner.drawn_maps import drawn_map, search_view_of
+from onemap_shared.messages import CameraView
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import SEARCH, context_of, explored, without
 
 TWO_OPENINGS = context_of(
@@ -79,3 +85,34 @@ def test_a_choice_is_explained_once_and_counted() -> None:
     state, *_ = explored(state, TWO_OPENINGS)
     assert state.search.choice.number == 2
     assert state.search.choice.options != first.options
+
+
+@pytest.mark.parametrize(
+    ("beside", "why"),
+    [
+        pytest.param(" ", "the camera shows the floor from 1.2 m on", id="unseen floor"),
+        pytest.param("#", "slowly, past what stands close by", id="an obstacle"),
+    ],
+)
+def test_a_robot_that_creeps_says_why_and_what_helps(beside: str, why: str) -> None:
+    view = search_view_of(drawn_map(*["..." + beside * 3] * 6, scale=5))
+    state = PlannerState(replace(SEARCH, phase=Exploring()))
+    said = []
+    for step_s in range(4):
+        observation = Observation(
+            now_s=0.5 * step_s,
+            pose=Pose2d(1.5, 1.25, 0.0),
+            odometer_m=0.0,
+            command=STOP,
+            collided=False,
+            view=view,
+            detections=(),
+            stale_reason="",
+            creeps=step_s < 3,
+            camera=CameraView(height_m=0.9, down_deg=36.0, up_deg=20.0),
+        )
+        state = step(state, observation, PARAMS).state
+        reason = status(state.search, odometer_m=0.0, now_ns=0).reason
+        said.append(reason.removeprefix(told(state.search)))
+    assert said[0] == said[1] == said[3] == ""
+    assert why in said[2]

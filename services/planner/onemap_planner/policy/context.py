@@ -10,6 +10,7 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
+from onemap_planner.sentences import CREEPS_CLOSE_BY, creeps_unseen
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import (
     NOTHING,
@@ -182,6 +183,21 @@ def across_gaps(context: PlanningContext) -> PlanningContext:
 def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:
     x, y = costmap.grid.cells(np.asarray(pose.xy)).tolist()
     return cost_to_go_from(costmap.cost, (x, y), cell_size_m=costmap.grid.cell_size_m)
+
+
+CREEPS_WITHIN_M = 0.3  # of the robot's front: reaction and braking at its slow speeds
+
+
+def creeping_reason(context: PlanningContext) -> str:
+    """Why a robot creeps here, and what helps if it is its camera, in words."""
+    costmap, grid = context.costmap, context.costmap.grid
+    away_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
+    near = away_m <= context.params.radius_m + CREEPS_WITHIN_M
+    if not (costmap.unseen & ~costmap.blind & near).any():
+        return CREEPS_CLOSE_BY
+    camera = context.bands.camera
+    tilted = camera.down_deg > 0
+    return creeps_unseen(camera.height_m / tan(radians(camera.down_deg)) if tilted else inf)
 
 
 def coverage_of(context: PlanningContext) -> Coverage:

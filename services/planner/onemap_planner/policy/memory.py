@@ -320,7 +320,8 @@ class PlannerState:
     has been, metres. found_objects: of this search and those before on the same map; synonyms: of
     all these names. known_m2: known area at the last step. active_time_s: seconds with fresh
     inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are stale, None
-    while they are fresh; both of the planner's monotonic clock. dead_ends: the places given up with
+    while they are fresh; both of the planner's monotonic clock. crept_s: active time for which it
+    has crept without a break. dead_ends: the places given up with
     what was around them. other_memories: what is known of objects, by their indices, that wait
     while others are sought, and places: where the map may show them; asked_turn: the last turn of
     asking it; ordered_s: active time of the last revision of their order. appeared: what has just
@@ -340,6 +341,7 @@ class PlannerState:
     known_m2: float = 0.0
     active_time_s: float = 0.0
     last_step_s: float | None = None
+    crept_s: float = 0.0
     stale_since_s: float | None = None
     dead_ends: tuple[DeadEnd, ...] = ()
     other_memories: dict[int, TargetMemory] = field(default_factory=dict)

@@ -27,6 +27,7 @@ from onemap_planner.policy.context import (
     PlanningContext,
     across_gaps,
     build_context,
+    creeping_reason,
     with_change,
 )
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
@@ -111,6 +112,7 @@ KNOWN_AROUND = 0.4
 # With stale or missing inputs before the search fails: a restarted stage is back in half of it.
 PATIENCE_S = 30.0
 MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
+CREEPS_S = 1.0  # of creeping before the search says why: less is a corner
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
@@ -145,6 +147,8 @@ def step(
     bands = Bands(params.explore.approach_farthest_m, observation.camera)
     context = replace(context, consensus=consensus, bands=bands, reached=observation.reached)
     state.appeared = context.appeared
+    slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
+    state.search = replace(state.search, slow=slow)
     _take_in_map(state, observation, context)
     move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
     active = state.memory.active_goal
@@ -175,6 +179,7 @@ def _advance_clock(state: PlannerState, observation: Observation, params: Planne
         return
     passed_s = 0.0 if last_s is None else observation.now_s - last_s
     passed_s = min(passed_s, MAX_STEP_PERIOD_S)
+    state.crept_s = state.crept_s + passed_s if observation.creeps else 0.0
     if observation.creeps:
         drive = params.drive
         state.give_more_time(passed_s * (1 - drive.unseen_mps / drive.max_linear_mps))

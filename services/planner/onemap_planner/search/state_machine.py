@@ -152,7 +152,8 @@ class Search:
     cheapest order known, empty until there is one; paused: those that were begun and put aside.
     destination: of a drive to a place, which has no objects; None for a search for objects.
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
-    last decision where to drive, without options when it is over.
+    last decision where to drive, without options when it is over. slow: why the robot creeps, and
+    what helps; empty if it does not.
     """
 
     search_id: str
@@ -170,6 +171,7 @@ class Search:
     planned: tuple[int, ...] = ()
     paused: tuple[PausedTarget, ...] = ()
     choice: GoalChoice = NO_CHOICE
+    slow: str = ""
     budget: Budget = NO_BUDGET
 
     @property
@@ -350,7 +352,8 @@ def status(
     hold: why the robot may not obey, which counts after the end too; or empty. ``updated_ns`` of a
     search that is over is when it ended.
     """
-    reason = f"{told(search)}; {hold}" if hold else told(search)
+    also = hold or (search.slow if search.active else "")
+    reason = f"{told(search)}; {also}" if also else told(search)
     return SearchStatus(
         search_id=search.search_id,
         state=_wire_state(search.phase),
