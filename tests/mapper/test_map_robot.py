@@ -189,14 +189,14 @@ def test_each_robot_is_told_what_its_camera_has_in_its_image(fleet: Fleet) -> No
     assert fleet.r2.newest().camera == ()
     fleet.feed(fleet.r2, scenes.field(1, mounted(1.3, 50.0)))
     for robot, expected in (
-        (fleet.r1, (0.4, half_deg, half_deg)),
-        (fleet.r2, (1.3, half_deg + 50, half_deg - 50)),
+        (fleet.r1, (0.4, half_deg, half_deg, 90.0)),
+        (fleet.r2, (1.3, half_deg + 50, half_deg - 50, 90.0)),
     ):
         (camera,) = robot.newest().camera
         assert astuple(camera) == pytest.approx(expected)
     fleet.feed(fleet.r1, scenes.field(2, mounted(0.4, 0.0, roll_deg=90.0)))
     (upright,) = fleet.r1.newest().camera
-    assert astuple(upright) == pytest.approx((0.4, 45.0, 45.0))  # half of the image's width
+    assert astuple(upright) == pytest.approx((0.4, 45.0, 45.0, 2 * half_deg))
 
 
 def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:

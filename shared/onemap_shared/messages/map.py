@@ -67,11 +67,13 @@ class CameraView(Message):
             image lies above it.
         up_deg: its steepest line of sight above the horizontal, degrees; negative if all of the
             image lies below it.
+        across_deg: its field of view from left to right, degrees; 0: not told.
     """
 
     height_m: Coordinate
     down_deg: Slope
     up_deg: Slope
+    across_deg: Annotated[float, within(0, 180)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -249,6 +249,7 @@ def test_the_usual_camera_is_the_simulators() -> None:
     camera = CameraParams()
     half_deg = np.degrees(np.arctan(camera.height / 2 / camera.intrinsics.fy))
     assert USUAL_CAMERA.height_m == camera.height_m
+    assert USUAL_CAMERA.across_deg == camera.horizontal_fov_deg
     assert USUAL_CAMERA.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
     assert USUAL_CAMERA.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
 

@@ -49,7 +49,7 @@ PHASES: tuple[Phase, ...] = (
     Finished(SearchState.FOUND),
 )
 EVENTS: tuple[Event, ...] = (
-    MapReady(look_around=True),
+    MapReady(look_around=True, seen_rad=0.5),
     MapReady(look_around=False),
     Rotated(0.5),
     Rotated(2 * math.pi),
@@ -63,7 +63,7 @@ EVENTS: tuple[Event, ...] = (
     CANCELLED,
 )
 TABLE: dict[tuple[type, Event], Phase] = {
-    (Starting, MapReady(look_around=True)): LookingAround(),
+    (Starting, MapReady(look_around=True, seen_rad=0.5)): LookingAround(0.5),
     (Starting, MapReady(look_around=False)): Exploring(),
     (LookingAround, Rotated(0.5)): LookingAround(1.5),
     (LookingAround, Rotated(2 * math.pi)): Exploring(),

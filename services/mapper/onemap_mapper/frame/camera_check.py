@@ -362,7 +362,9 @@ def camera_view(field: FeatureField) -> CameraView:
     rays = _unit(np.stack([x, y, np.ones(4)], axis=-1)) @ field.T_map_camera[:3, :3].T
     above_deg = np.degrees(np.arcsin(np.clip(rays[:, 2], -1.0, 1.0)))
     height_m = float(field.T_map_camera[2, 3])
-    return CameraView(height_m, -float(above_deg.min()), float(above_deg.max()))
+    left, right = min((rays[:2], rays[2:]), key=lambda pair: abs(pair[0, 2] - pair[1, 2]))
+    across_deg = float(np.degrees(np.arccos(np.clip(left @ right, -1.0, 1.0))))
+    return CameraView(height_m, -float(above_deg.min()), float(above_deg.max()), across_deg)
 
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens

@@ -38,8 +38,8 @@ LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
 
-# Of a robot whose mapper has not told its own: the simulator's, 63 degrees high, 12 down.
-USUAL_CAMERA = CameraView(height_m=1.0, down_deg=43.0, up_deg=20.0)
+# Of a robot whose mapper has not told its own: the simulator's, 79 by 63 degrees, 12 down.
+USUAL_CAMERA = CameraView(height_m=1.0, down_deg=43.0, up_deg=20.0, across_deg=79.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import radians
 
 from pydantic import Field, PositiveFloat
 
@@ -109,6 +110,7 @@ class PlannerParams(Params):
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
 # in a corner 45 percent can be known.
 KNOWN_AROUND = 0.4
+OVERLAP_DEG = 10.0  # of the first and the last view of a look around: the error of the heading
 # With stale or missing inputs before the search fails: a restarted stage is back in half of it.
 PATIENCE_S = 30.0
 MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
@@ -242,7 +244,8 @@ def _run_phase(
     move, revised = Move(), None
     match state.search.phase:
         case Starting():
-            move = Move(event=MapReady(context.known_fraction_around() < KNOWN_AROUND))
+            seen_rad = radians(max(context.bands.camera.across_deg - OVERLAP_DEG, 0.0))
+            move = Move(event=MapReady(context.known_fraction_around() < KNOWN_AROUND, seen_rad))
         case LookingAround():
             move = Move(Rotate(), select_candidate(state, context) or Rotated(turned_rad))
         case Exploring() if not context.whole:

@@ -42,7 +42,7 @@ class Starting:
 
 @dataclass(frozen=True, slots=True)
 class LookingAround:
-    """Turning in place by a full circle, because the camera sees only a part of it."""
+    """Turning in place until the camera has seen the full circle, of which it shows a part."""
 
     turned_rad: float = 0.0
 
@@ -211,9 +211,13 @@ class EventStamp:
 
 @dataclass(frozen=True, slots=True)
 class MapReady:
-    """The map has answered; look_around: too little of the surroundings is known."""
+    """The map has answered; look_around: too little of the surroundings is known.
+
+    seen_rad: what the camera shows of the circle before the robot turns.
+    """
 
     look_around: bool
+    seen_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,11 +317,12 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             return search
         case (_, Ending()):
             return _ended(search, event, stamp)
-        case (Starting(), MapReady(look_around)):
+        case (Starting(), MapReady(look_around, seen_rad)):
             start = search.target_start
             if start.xy is None:
                 search = replace(search, target_start=replace(start, xy=stamp.xy))
-            return _look_around(search) if look_around else _set_out(search)
+            looks = _look_around(search, seen_rad=seen_rad)
+            return looks if look_around else _set_out(search)
         case (LookingAround(turned_rad), Rotated(by_rad)):
             total = turned_rad + by_rad
             full = total >= 2 * math.pi
@@ -512,9 +517,9 @@ def _set_out(search: Search) -> Search:
     return replace(search, phase=Driving(destination), reason=reason)
 
 
-def _look_around(search: Search, before: str = "") -> Search:
+def _look_around(search: Search, before: str = "", *, seen_rad: float = 0.0) -> Search:
     reason = before + looking_around(search.target or search.subject)
-    return replace(without_choice(search), phase=LookingAround(), reason=reason)
+    return replace(without_choice(search), phase=LookingAround(seen_rad), reason=reason)
 
 
 def _approaching(search: Search, candidate: ObjectCandidate) -> str:
