@@ -191,16 +191,15 @@ def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> No
 @pytest.mark.parametrize(
     ("verdict", "said"),
     [
-        (MapVerdict(Verdict.FOUND, 6, 2), "'sofa' is at (0.35, 1.15) m, with the score 0.90."),
+        (MapVerdict(Verdict.FOUND, 6, 2), "'sofa' is at (0.35, 1.15) m."),
         (
             MapVerdict(Verdict.NOT_HERE, 9.96, 0.04),
-            "'sofa' is not here: 99 % of the reachable area was looked at, and the best score is "
-            "0.90.",
+            "'sofa' is not here: 99 % of the reachable area was looked at.",
         ),
         (
             MapVerdict(Verdict.NOT_LOOKED_YET, 6, 2, 1, (1.5, 0.5)),
-            "'sofa' was not seen, but only 75 % of the reachable area was looked at; look behind "
-            "the frontier at (1.50, 0.50) m next.",
+            "'sofa' was not seen, but only 75 % of the reachable area was looked at; look next "
+            "beyond the edge of the map at (1.50, 0.50) m.",
         ),
         (
             MapVerdict(Verdict.NOT_LOOKED_YET),

@@ -423,7 +423,7 @@ def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -
     remote.describe_query(ABSENT, console)
     said = " ".join(text_of(console).split())
     for part in (
-        "'sofa' is at (2.35, -1.10) m, with the score 0.91.",
+        "'sofa' is at (2.35, -1.10) m.",
         "(0.60, -0.40) m, -22",
         "00:00:12",
         "0.1 to 0.9 m",

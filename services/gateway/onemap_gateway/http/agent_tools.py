@@ -146,7 +146,7 @@ async def where_is(
         best = reply.regions[0]
         parts.append(
             f"{len(reply.regions)} regions of the map look like {reply.text!r}, the best at "
-            f"{_xy(best.centre_m)} with the score {best.score:.2f}; no search confirmed that."
+            f"{_xy(best.centre_m)}; no search confirmed that."
         )
     elif reply.message:
         parts += [reply.message, reply.sentence]

@@ -37,7 +37,7 @@ LATER_NS = START_NS + 12_400_000_000
 FOUND = QueryResult(
     text="sofa",
     verdict="found",
-    sentence="'sofa' is at (2.35, -1.10) m, with the score 0.91.",
+    sentence="'sofa' is at (2.35, -1.10) m.",
     regions=(
         Region(
             rank=1,
@@ -65,7 +65,7 @@ ABSENT = FOUND.model_copy(
         "text": "piano",
         "verdict": "not_looked_yet",
         "sentence": "'piano' was not seen, but only 62 % of the reachable area was looked at; "
-        "look behind the frontier at (5.15, 0.45) m next.",
+        "look next beyond the edge of the map at (5.15, 0.45) m.",
         "regions": (),
         "best_score": 0.04,
         "message": "Nothing on the map looks like 'piano': the best score is 0.04, and answers "

@@ -88,16 +88,13 @@ def verdict_sentence(reply: SimilarityReply, subject: str = "") -> str:
     judged, percent = reply.verdict, floor(reply.verdict.looked_share * 100)
     if judged.verdict is Verdict.FOUND and len(reply.centres_m):
         x_m, y_m = reply.centres_m[0]
-        return f"{subject} is at ({x_m:.2f}, {y_m:.2f}) m, with the score {reply.best_score:.2f}."
+        return f"{subject} is at ({x_m:.2f}, {y_m:.2f}) m."
     if judged.verdict is Verdict.NOT_HERE:
-        return (
-            f"{subject} is not here: {percent} % of the reachable area was looked at, and "
-            f"the best score is {reply.best_score:.2f}."
-        )
+        return f"{subject} is not here: {percent} % of the reachable area was looked at."
     sentence = f"{subject} was not seen, but only {percent} % of the reachable area was looked at"
     if judged.frontier_m:
         x_m, y_m = judged.frontier_m
-        sentence += f"; look behind the frontier at ({x_m:.2f}, {y_m:.2f}) m next"
+        sentence += f"; look next beyond the edge of the map at ({x_m:.2f}, {y_m:.2f}) m"
     return sentence + "."
 
 
