@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import signal
-import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from pathlib import Path
 from typing import Any
 
 import psutil
@@ -31,8 +28,6 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import Counters
 from onemap_tools.errors import CliError
-from onemap_tools.processes.launch import onemap_command
-from onemap_tools.processes.network import any_free_port
 from onemap_tools.recording import foxglove as convert
 from onemap_tools.recording import foxglove_server as topics
 from onemap_tools.recording.foxglove_server import MAX_QUERY_CHARS, FoxgloveServer
@@ -43,7 +38,6 @@ from onemap_tools.recording.live import (
     LiveViewer,
     listening,
 )
-from tests.end_to_end.system import PATIENCE_S, START_S, System
 from tests.gateway import fakes
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import KEPT
@@ -197,39 +191,6 @@ def test_a_problem_is_logged_when_it_begins_and_when_it_ends(robot: Robot) -> No
         robot.update()
     lines = [read(message) for topic, message in robot.server.sent if topic == topics.LOG]
     assert [line.message for line in lines if line.name == "mapper"] == ["no frames", "is well"]
-
-
-WATCHED = (topics.IMAGE, topics.OCCUPANCY, topics.SIMILARITY, topics.ROBOT, topics.MAP_STATE)
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(180)
-def test_a_viewer_sees_a_robot(tmp_path: Path) -> None:
-    sections = {"simulator": {"seed": 1, "rgbd_hz": 4.0}}
-    with System(tmp_path, ("simulator", "perception", "mapper"), sections) as system:
-        fused = lambda: system.monitor.revision is not None  # noqa: E731
-        system.until(fused, "frames are fused", START_S)
-        port = any_free_port()
-        arguments = ("--config", str(system.configuration), "--port", str(port), "--query", "bed")
-        process = subprocess.Popen(
-            onemap_command("live", *arguments),
-            env=system.environment,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        try:
-            assert process.stderr is not None
-            assert f"ws://{HOST}:{port}" in process.stderr.readline()
-            with closing(FoxgloveClient(port)) as client:
-                client.discover(len(OFFERED))
-                client.subscribe(*WATCHED)
-                waiting = set(WATCHED)
-                while waiting:
-                    waiting.discard(client.receive()[0])
-            process.send_signal(signal.SIGTERM)
-            assert process.wait(PATIENCE_S) == 0
-        finally:
-            process.kill()
 
 
 def test_a_port_that_is_taken_is_one_sentence() -> None:
