@@ -146,12 +146,14 @@ def test_the_height_of_what_stands_there_is_told(page: Page, robot: Robot) -> No
     for colour, words in (("occupied", "about 0.8 m high"), ("wall", "2.1 m high or more")):
         page.point(middle_of(page, colour))
         page.wait_for(f"written.has('{words}')")
-    page.drag(*[middle_of(page, "wall")] * 2)
+    there = middle_of(page, "wall")
+    page.drag(there, there)
     page.wait_for(MENU_OPEN)
     page.wait_for("!document.getElementById('place-height').hidden")
     assert page.text("#place-height") == "What stands there is 2.1 m high or more."
     page.press("Escape")
-    page.drag(*[middle_of(page, "free")] * 2)
+    there = middle_of(page, "free")
+    page.drag(there, there)
     page.wait_for(MENU_OPEN)
     assert page.evaluate("document.getElementById('place-height').hidden")
     assert page.evaluate(fetched) == 1
