@@ -87,6 +87,7 @@ MAP_DELETE = Procedure("map/delete/v1", m.MapFile, m.SavedMap)
 MAP_MERGE = Procedure("map/merge/v1", m.MapMerge, m.MapSummary)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
 MAP_DIGEST = Procedure("map/digest/v1", m.MapDigestRequest, m.MapDigest)
+MAP_ROOMS = Procedure("map/rooms/v1", m.RoomsRequest, m.MapRooms)
 MAP_REMEMBER = Procedure("map/remember/v1", m.ObjectFind, m.KeptObject)
 MAP_OBJECTS = Procedure("map/objects/v1", m.ObjectListRequest, m.ObjectList)
 MAP_OBJECT = Procedure("map/object/v1", m.ObjectId, m.PicturedObject)
@@ -177,7 +178,7 @@ ROLES: Mapping[str, Access] = {
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
             *(*QUERIES, *FILES, *OBJECTS),
-            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_REMEMBER),
+            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_ROOMS, MAP_REMEMBER),
         ),
         calls=(EMBED_TEXT, EMBED_IMAGE),
     ),

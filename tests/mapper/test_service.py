@@ -17,6 +17,7 @@ from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
+    NO_ROOM,
     NO_VIEW,
     FeatureField,
     FrameReceipt,
@@ -30,6 +31,7 @@ from onemap_shared.messages import (
     MapRevision,
     ObjectListRequest,
     PoseGraph,
+    RoomsRequest,
     SearchReset,
     SearchViewRequest,
     SimilarityRequest,
@@ -511,6 +513,20 @@ def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
     assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()) == before
     rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
     assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()).sha256 != before.sha256
+
+
+def test_rooms_are_cut_when_asked_for_and_begin_anew_with_the_map(rig: Rig) -> None:
+    rig.feed(*(scenes.field(n, scenes.pose(0.0, 0.0, n * np.pi / 4)) for n in range(8)))
+    first = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
+    assert (first.revision, first.since, first.changes) == (rig.newest().revision, -1, ())
+    assert set(first.ids.ravel()) == {NO_ROOM, 0}
+    again = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
+    assert (again.revision, again.since) == (first.revision, -1)
+    rig.feed(scenes.field(8, scenes.pose(1.0, 0.0)))
+    grown = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
+    assert (grown.since, {*grown.ids.ravel().tolist()}) == (first.revision, {NO_ROOM, 0})
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    assert (rig.client.call(keys.MAP_ROOMS, RoomsRequest()).ids == NO_ROOM).all()
 
 
 IMAGE = ImageSimilarityRequest(PNG, SimilarityRequest("the image"))

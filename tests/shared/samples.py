@@ -113,6 +113,8 @@ SAMPLES: tuple[Any, ...] = (
     m.MapClear(),
     m.MapDigestRequest(),
     m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
+    m.RoomsRequest(),
+    m.MapRooms(4, 2, GRID, np.zeros((4, 5), np.int32), (m.RoomChange((0,), (0, 3)),)),
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
     m.MapMerge("flat", 1.0, -2.0, 0.5),
     m.MapListRequest("flat"),
@@ -153,6 +155,7 @@ PARTS: tuple[type, ...] = (
     m.MapVerdict,
     m.ViewKey,
     m.CameraView,
+    m.RoomChange,
 )
 
 

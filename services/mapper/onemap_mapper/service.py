@@ -53,8 +53,10 @@ from onemap_shared.messages import (
     MapDigest,
     MapDigestRequest,
     MapFile,
+    MapRooms,
     MapSummary,
     PoseGraph,
+    RoomsRequest,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -113,6 +115,7 @@ class Mapper:
         SavedMaps(shared, config, self._objects, self._edit)
         shared.serve(keys.MAP_CLEAR, self.clear)
         shared.serve(keys.MAP_DIGEST, self.digest)
+        shared.serve(keys.MAP_ROOMS, self.rooms)
         if kept is not None:
             self._announce_objects()
 
@@ -277,6 +280,11 @@ class Mapper:
         """What the map holds, as one number; frames are fused while it is copied and read."""
         taken, revision = self._live.whole()
         return digest_of(taken, revision=revision, params=self._config.map)
+
+    def rooms(self, _request: RoomsRequest) -> MapRooms:
+        """The rooms of the map; frames are fused while they are cut."""
+        session = self._session
+        return session.rooms.reply(search_view(session.scores.of([]), text=""))
 
     def _follow(self, graph: PoseGraph | None) -> None:
         with self._lock:

@@ -11,6 +11,7 @@ from uuid import uuid4
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
 from onemap_mapper.frame.update import FrameUpdate
+from onemap_mapper.places.rooms import RoomKeeper
 from onemap_mapper.query.replies import ViewReplies
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.verdicts import CoverageCache
@@ -38,6 +39,7 @@ class MapSession:
         self.belief, self.resumed = belief, resumed
         self.scores = MapScores(belief, lock)
         self.views = ViewReplies(self.scores, uuid4().hex)
+        self.rooms = RoomKeeper()
         self.coverages = [CoverageCache(time.monotonic) for _ in range(robots)]
 
 

@@ -1,0 +1,1 @@
+"""Places: rooms, cut from the floor."""
