@@ -17,6 +17,7 @@ from onemap.client import (
 )
 from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
 from onemap.replies import (
+    ChangedRooms,
     Choice,
     ChoiceOption,
     FindEvidence,
@@ -24,11 +25,13 @@ from onemap.replies import (
     MapContent,
     MapObject,
     MapPose,
+    MapRoom,
     MapStatistics,
     ObjectOutcome,
     QueryResult,
     Region,
     ReplayStep,
+    RoomListReply,
     SearchCoverage,
     SearchReplay,
     SearchSnapshot,
@@ -50,6 +53,7 @@ from onemap.searches import (
 __all__ = [
     "DEFAULT_URL",
     "NO_LIMITS",
+    "ChangedRooms",
     "Choice",
     "ChoiceOption",
     "Client",
@@ -60,6 +64,7 @@ __all__ = [
     "MapFiles",
     "MapObject",
     "MapPose",
+    "MapRoom",
     "MapStatistics",
     "ObjectOutcome",
     "OneMapError",
@@ -72,6 +77,7 @@ __all__ = [
     "RemoteSearches",
     "ReplayStep",
     "Retry",
+    "RoomListReply",
     "SearchChanged",
     "SearchCoverage",
     "SearchEvent",

@@ -32,6 +32,7 @@ from onemap.replies import (
     ObjectListReply,
     QueryListReply,
     QueryResult,
+    RoomListReply,
     StoredMap,
     SystemStatus,
 )
@@ -222,6 +223,10 @@ class Client:
         names = [objects] if isinstance(objects, str) else [*objects]
         order = {"order": "any"} if any_order else {}  # an older gateway knows no order
         return self.searches.start({"objects": names, **order}, limits)
+
+    def rooms(self) -> RoomListReply:
+        """The floor cut at doors and narrow passages, and what split and joined."""
+        return self._connection.fetch(RoomListReply.of, "GET", "/v1/rooms")
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""

@@ -192,7 +192,7 @@ ROLES: Mapping[str, Access] = {
     "gateway": Access(
         names=("gateway",),
         subscribes=WATCHED,
-        calls=(*QUERIES, *FILES, *OBJECTS, *SEARCHES),
+        calls=(*QUERIES, *FILES, *OBJECTS, MAP_ROOMS, *SEARCHES),
     ),
     # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
     "tools": Access(

@@ -124,6 +124,7 @@ def test_maps_are_saved_listed_loaded_merged_and_deleted(
     assert client.maps.delete("house") == newest
     assert [stored.name for stored in client.maps.list()] == ["flat"]
     assert client.maps.clear().path == ""
+    assert [room.id for room in client.rooms().rooms] == [0, 3]
     with pytest.raises(OneMapError, match="'house'") as error:
         client.maps.load("house")
     assert error.value.status == 404

@@ -152,6 +152,15 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
     return m.SearchView(*known, tops_dm=tops_dm)
 
 
+def map_rooms() -> m.MapRooms:
+    """An L around a table, with a part beyond it, and another room that parted from it."""
+    ids = np.full(GRID.shape, m.NO_ROOM, np.int32)
+    ids[10:30, 5:10] = ids[10:16, 10:20] = ids[34, 6] = 0
+    ids[12:14, 6:8] = m.NO_ROOM
+    ids[20:30, 11:20] = 3
+    return m.MapRooms(7, 5, GRID, ids, (m.RoomChange((0,), (0, 3)),))
+
+
 def saved_map(name: str) -> m.SavedMap:
     return m.SavedMap(name, 2048, STAMP_NS, "fake-1", "fake", 0.1, 315, 7)
 
@@ -214,6 +223,7 @@ class FakeMapper:
         serve(keys.MAP_DELETE, self._delete)
         serve(keys.MAP_MERGE, self._merge)
         serve(keys.MAP_CLEAR, self._clear)
+        serve(keys.MAP_ROOMS, lambda _: map_rooms())
         serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
         serve(keys.MAP_OBJECT, self._object)
         serve(keys.MAP_FORGET, self._forget)
