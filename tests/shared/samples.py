@@ -134,7 +134,6 @@ SAMPLES: tuple[Any, ...] = (
     STATUS,
     m.SearchListRequest(),
     m.SearchList((STATUS,), 3),
-    STEP,
     m.SearchRecord(STATUS, (STEP,), 4, f32(2, 3)),
     m.PlannedPath(
         5, "frontier", "best similarity", f32(3, 2), f32(1, 2), f32(2, 2), f32(2), f32(0, 2), f32(0)
@@ -156,6 +155,7 @@ PARTS: tuple[type, ...] = (
     m.ViewKey,
     m.CameraView,
     m.RoomChange,
+    m.SearchStep,
 )
 
 
