@@ -131,7 +131,10 @@ def test_a_killed_robot_is_named_and_the_search_resumes(system: System) -> None:
     assert {"robot", "simulator"} <= down(system)
     others_live(system, "simulator")
     system.until(
-        lambda: "odometry" in system.http.get("/v1/searches/current").json()["reason"],
+        lambda: (
+            "waiting for the robot's position"
+            in system.http.get("/v1/searches/current").json()["reason"]
+        ),
         "the search reports what it waits for",
     )
     system.start("simulator")

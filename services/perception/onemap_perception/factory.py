@@ -28,7 +28,7 @@ from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.mini import MiniEncoder
-from onemap_perception.encoders.projected import ProjectedEncoder
+from onemap_perception.encoders.projected import ProjectedEncoder, embed_words
 from onemap_perception.encoders.protocol import Encoder, ImageEncoder
 from onemap_perception.errors import BackendError
 from onemap_perception.model_store import locate
@@ -45,18 +45,21 @@ PLUGIN_MEMBERS = ("detector_id", "reads_features", "detect")
 
 def make_encoder(params: EncoderParams) -> ImageEncoder:
     """The configured encoder, warm; raises BackendError."""
-    return with_channels(_make_encoder(params), params.channels)
-
-
-def with_channels(encoder: ImageEncoder, channels: int) -> ImageEncoder:
-    """The encoder projected to so many channels; itself if ``channels`` is 0."""
-    if channels == 0:
+    encoder = _make_encoder(params)
+    if params.channels == 0:
         return encoder
+    # The words of the basis are embedded by one that refuses none of them.
+    words_by = MiniEncoder(params, raw=True) if isinstance(params, MiniParams) else encoder
+    return with_channels(encoder, params.channels, words_by)
+
+
+def with_channels(encoder: ImageEncoder, channels: int, words_by: Encoder) -> ImageEncoder:
+    """The encoder projected to so many channels, of everyday words as ``words_by`` embeds them."""
     try:
         words = load_vocabulary(SHIPPED).words
     except ValueError as problem:
         raise BackendError(str(problem)) from problem
-    return ProjectedEncoder(encoder, words, channels)
+    return ProjectedEncoder(encoder, embed_words(words_by, words), channels)
 
 
 def _make_encoder(params: EncoderParams) -> ImageEncoder:

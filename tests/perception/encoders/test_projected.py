@@ -7,7 +7,7 @@ import pytest
 
 from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.mini import MiniEncoder
-from onemap_perception.encoders.projected import ProjectedEncoder
+from onemap_perception.encoders.projected import ProjectedEncoder, embed_words
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
@@ -58,7 +58,7 @@ def cosines(encoder: Encoder, texts: Sequence[str]) -> F32:
 
 def test_cosines_with_texts_of_the_span_stay() -> None:
     full = PlanarEncoder()
-    projected = ProjectedEncoder(full, WORDS, SPAN + 1)
+    projected = ProjectedEncoder(full, embed_words(full, WORDS), SPAN + 1)
     features = projected.encode(IMAGE)
     assert features.shape == (4, 5, SPAN + 1)
     assert features.dtype == np.float16
@@ -71,8 +71,9 @@ def test_cosines_with_texts_of_the_span_stay() -> None:
 
 @pytest.mark.parametrize("channels", [1, DIMENSION + 1])
 def test_impossible_numbers_of_channels_are_refused(channels: int) -> None:
+    full = PlanarEncoder()
     with pytest.raises(BackendError, match=f"channels is {channels}; this encoder has 24"):
-        ProjectedEncoder(PlanarEncoder(), WORDS, channels)
+        ProjectedEncoder(full, embed_words(full, WORDS), channels)
 
 
 def test_mini_keeps_the_order_of_patches_in_a_third_of_its_channels() -> None:

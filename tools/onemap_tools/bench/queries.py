@@ -96,7 +96,8 @@ def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
     try:
         encoder = raw = make_encoder(config)
         if isinstance(config, MiniParams):
-            raw = with_channels(MiniEncoder(config, raw=True), config.channels)
+            raw = MiniEncoder(config, raw=True)
+            raw = with_channels(raw, config.channels, raw) if config.channels else raw
     except BackendError as problem:
         raise ValueError(str(problem)) from problem
     questions = [

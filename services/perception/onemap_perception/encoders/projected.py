@@ -26,12 +26,12 @@ DIGITS = 2  # of the basis, in the name of the space: other processors round the
 class ProjectedEncoder:
     """Implements ``ImageEncoder`` over another one. Raises BackendError if it has no more channels.
 
-    basis (D, K) float32 orthonormal columns.
+    words (N, D) float32: their embeddings. basis (D, K) float32 orthonormal columns.
     """
 
-    def __init__(self, encoder: ImageEncoder, words: Sequence[str], channels: int) -> None:
+    def __init__(self, encoder: ImageEncoder, words: F32, channels: int) -> None:
         self._encoder = encoder
-        self.basis = _basis(_embedded(encoder, words), channels)
+        self.basis = _basis(words, channels)
         digest = hashlib.sha256(np.round(self.basis, DIGITS).astype("<f4").tobytes()).hexdigest()
         self._name = f"{channels}c-{digest[:8]}"
 
@@ -82,7 +82,8 @@ class ProjectedEncoder:
         return np.pad(unit, ((0, 0), (0, 1))).astype(np.float32)
 
 
-def _embedded(encoder: Encoder, words: Sequence[str]) -> F32:
+def embed_words(encoder: Encoder, words: Sequence[str]) -> F32:
+    """Embeddings (N, D) of the words; raises UnknownWordError."""
     parts = [words[at : at + TEXTS_AT_ONCE] for at in range(0, len(words), TEXTS_AT_ONCE)]
     return np.concatenate([encoder.embed_text(part).embeddings for part in parts])
 
