@@ -34,7 +34,8 @@ def test_a_delay_that_was_always_there_keeps_the_robot_standing(delay_s: float) 
     assert outcome.moving_s == []
     assert outcome.driven_m == 0.0
     assert outcome.reason == (
-        f"a command takes {2 * delay_s:.1f} s to the robot and back, more than {LIMIT_S:g} s"
+        f"waiting for the robot: a command takes {2 * delay_s:.1f} s to it and back, "
+        f"more than {LIMIT_S:g} s"
     )
 
 
@@ -79,7 +80,7 @@ def test_a_robot_that_names_no_command_is_judged_by_its_odometry() -> None:
         lambda now_s: 1.0 if now_s >= 4.0 else 0.02, duration_s=15.0, echoes=False, checks=False
     )
     assert [at_s for at_s in outcome.moving_s if at_s > 4.0 + LIMIT_S] == []
-    assert outcome.reason == "odometry arrives 1.0 s later than before, more than 0.3 s"
+    assert outcome.reason == "waiting for the robot's position: 1.0 s behind"
     assert outcome.collisions == 0
 
 

@@ -44,7 +44,14 @@ def failed(name: str, driven_m: float, failure: Failure) -> ObjectRecord:
 def episode(index: int, *objects: ObjectRecord, contacts: int = 0) -> EpisodeRecord:
     path = ((1.0, 2.0), (1.5, 2.25))
     return EpisodeRecord(
-        index, index + 1, (1.0, 2.0, 0.5), objects, contacts, trajectory=path, wall_s=1.0
+        index,
+        index + 1,
+        (1.0, 2.0, 0.5),
+        objects,
+        contacts,
+        trajectory=path,
+        wall_s=1.0,
+        start_m=index + 1.5,
     )
 
 
@@ -70,6 +77,7 @@ def test_metrics_are_those_of_habitat_and_of_the_paper() -> None:
             # The path to the wrong object counts, what came before it was on the shortest.
             "ppl": (9 / 14 + 2 / 3 * 5 / 12) / 3,
             "contacts": 2 / 3,
+            "start_m": (1.5 + 2.5 + 3.5) / 3,
             "spl_1": (0.5 + 1 + 0) / 3,
             "spl_2": (1 + 0.5) / 2,  # given that all before were found
             "spl_3": (0.75 + 0) / 2,
