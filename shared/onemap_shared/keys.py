@@ -88,6 +88,9 @@ MAP_MERGE = Procedure("map/merge/v1", m.MapMerge, m.MapSummary)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
 MAP_DIGEST = Procedure("map/digest/v1", m.MapDigestRequest, m.MapDigest)
 MAP_ROOMS = Procedure("map/rooms/v1", m.RoomsRequest, m.MapRooms)
+MAP_PLACES = Procedure("map/places/v1", m.PlacesRequest, m.MapPlaces)
+MAP_NAME_PLACE = Procedure("map/name_place/v1", m.Place, m.MapPlaces)
+MAP_FORGET_PLACE = Procedure("map/forget_place/v1", m.PlaceId, m.MapPlaces)
 MAP_REMEMBER = Procedure("map/remember/v1", m.ObjectFind, m.KeptObject)
 MAP_OBJECTS = Procedure("map/objects/v1", m.ObjectListRequest, m.ObjectList)
 MAP_OBJECT = Procedure("map/object/v1", m.ObjectId, m.PicturedObject)
@@ -146,6 +149,7 @@ class Access:
 QUERIES = (MAP_SIMILARITY, MAP_IMAGE_SIMILARITY, MAP_SEARCH_VIEW)
 FILES = (MAP_SAVE, MAP_LOAD, MAP_LIST, MAP_DELETE, MAP_MERGE, MAP_CLEAR)
 OBJECTS = (MAP_OBJECTS, MAP_OBJECT, MAP_FORGET)
+PLACES = (MAP_ROOMS, MAP_PLACES, MAP_NAME_PLACE, MAP_FORGET_PLACE)
 SEARCHES = (SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST, SEARCH_RECORD)
 WATCHED = (
     *(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_CMD_VEL),
@@ -164,7 +168,7 @@ ROLES: Mapping[str, Access] = {
             ALL_HEARTBEATS,
         ),
         serves=(ROBOT_TRUTH,),
-        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS, SEARCH_START, SEARCH_CANCEL),
+        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS, MAP_PLACES, SEARCH_START, SEARCH_CANCEL),
     ),
     "perception": Access(
         names=("perception",),
@@ -177,8 +181,8 @@ ROLES: Mapping[str, Access] = {
         publishes=(MAP_REVISION, MAP_QUERIES, FIELD_RECEIPTS),
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
-            *(*QUERIES, *FILES, *OBJECTS),
-            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_ROOMS, MAP_REMEMBER),
+            *(*QUERIES, *FILES, *OBJECTS, *PLACES),
+            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_REMEMBER),
         ),
         calls=(EMBED_TEXT, EMBED_IMAGE),
     ),
@@ -187,12 +191,15 @@ ROLES: Mapping[str, Access] = {
         publishes=(ROBOT_CMD_VEL, SEARCH_STATE, SEARCH_PATH),
         subscribes=(ROBOT_ODOMETRY, MAP_REVISION, DETECTIONS),
         serves=SEARCHES,
-        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
+        calls=(
+            *(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
+            MAP_PLACES,
+        ),
     ),
     "gateway": Access(
         names=("gateway",),
         subscribes=WATCHED,
-        calls=(*QUERIES, *FILES, *OBJECTS, MAP_ROOMS, *SEARCHES),
+        calls=(*QUERIES, *FILES, *OBJECTS, *PLACES, *SEARCHES),
     ),
     # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
     "tools": Access(

@@ -20,9 +20,11 @@ Attributes:
 """
 
 from onemap_shared.messages.checks import *
+from onemap_shared.messages.details import *
 from onemap_shared.messages.map import *
 from onemap_shared.messages.objects import *
 from onemap_shared.messages.perception import *
+from onemap_shared.messages.places import *
 from onemap_shared.messages.robot import *
 from onemap_shared.messages.search import *
 from onemap_shared.messages.similarity import *

@@ -92,6 +92,7 @@ class MapRevision:
         rate_hz: frames fused per second, of late.
         objects_version: changes whenever the list of found objects does.
         camera: of this robot's newest fused frame; empty: not known.
+        places_version: changes whenever a person changed a place.
     """
 
     revision: int
@@ -106,6 +107,7 @@ class MapRevision:
     rate_hz: float
     objects_version: int = 0
     camera: tuple[CameraView, ...] = ()
+    places_version: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,8 @@ from onemap_shared.messages.checks import (
     numbers,
     within,
 )
+from onemap_shared.messages.details import Detail
+from onemap_shared.messages.places import MAX_PLACES
 
 MAX_GOAL_OPTIONS = 5  # of one choice: the best, and the chosen one
 
@@ -141,9 +143,10 @@ class SearchOrder(Word):
 
 
 class SearchState(Word):
-    """States of a search; the last six are final.
+    """States of a search; the last seven are final.
 
-    ``arrived``: only of a drive to a place; ``interrupted``: the planner was stopped or restarted.
+    ``arrived``: only of a drive to a place; ``interrupted``: the planner was stopped or restarted;
+    ``found_other``: not what was described, but another object of its name.
     """
 
     EXPLORING = "exploring"
@@ -155,11 +158,14 @@ class SearchState(Word):
     CANCELLED = "cancelled"
     ARRIVED = "arrived"
     INTERRUPTED = "interrupted"
+    FOUND_OTHER = "found_other"
 
 
 FINAL_STATES = frozenset(tuple(SearchState)[3:])
 ObjectNames: TypeAlias = Annotated[tuple[str, ...], cleaned("object name")]
 Limit: TypeAlias = Annotated[float, within(0)]
+Details: TypeAlias = Annotated[tuple[Detail, ...], items(MAX_OBJECTS)]
+StayOut: TypeAlias = Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +180,8 @@ class SearchRequest(Message):
         order: of the objects: as given, or the cheapest, which the planner revises on the way.
         max_distance_m: metres that the robot may drive in this search; 0: no limit.
         max_time_s: seconds that this search may take, with all its objects; 0: no limit.
+        details: what is said of each of the objects beside its name; empty: nothing of any.
+        stay_out: names of places that the robot does not enter during this search.
     """
 
     objects: ObjectNames
@@ -183,9 +191,12 @@ class SearchRequest(Message):
     order: SearchOrder = SearchOrder.GIVEN
     max_distance_m: Limit = 0.0
     max_time_s: Limit = 0.0
+    details: Details = ()
+    stay_out: StayOut = ()
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
+        _check_details(self.objects, self.details)
         if self.kind is not SearchKind.FIND:
             if self.objects:
                 raise ValueError(f"a search of kind {self.kind} has objects; it has only a place")
@@ -209,6 +220,12 @@ def _check_place(kind: SearchKind, place_m: tuple[float, ...]) -> None:
             f"place_m is {place_m}; x and y must lie within {MAX_COORDINATE_M:g} m of the origin: "
             "are their units metres?"
         )
+
+
+def _check_details(objects: tuple[str, ...], details: tuple[Detail, ...]) -> None:
+    """Raise ValueError unless there are as many details as objects, or none."""
+    if details and len(details) != len(objects):
+        raise ValueError(f"{len(details)} details for {len(objects)} objects; give one for each")
 
 
 def subject_of(target: str, place_m: tuple[float, ...]) -> str:
@@ -242,6 +259,7 @@ class ObjectResult:
         frame_ns: capture time of the frame in which it was seen best, 0 if not found.
         box_px: x_min, y_min, x_max, y_max of it in that frame, empty if not found.
         cells: number of map cells that support it; its picture is in the list of objects.
+        checks: which part of its description holds and which was not checked, a sentence each.
     """
 
     name: str
@@ -258,6 +276,7 @@ class ObjectResult:
     frame_ns: int = 0
     box_px: tuple[float, ...] = ()
     cells: int = 0
+    checks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +296,8 @@ class SearchStatus(Message):
         place_m: x, y of the place to drive to or to look at; empty for objects.
         order: of the objects, as requested.
         choice: where the robot drives now, and why.
+        details: of the objects, as requested.
+        stay_out: as requested.
     """
 
     search_id: str
@@ -292,9 +313,12 @@ class SearchStatus(Message):
     place_m: tuple[float, ...] = ()
     order: SearchOrder = SearchOrder.GIVEN
     choice: GoalChoice = NO_CHOICE
+    details: Details = ()
+    stay_out: StayOut = ()
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
+        _check_details(self.objects, self.details)
 
     @property
     def active(self) -> bool:

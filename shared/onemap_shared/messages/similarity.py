@@ -21,6 +21,7 @@ from onemap_shared.messages.checks import (
     within,
     without,
 )
+from onemap_shared.messages.details import NO_DETAIL, Detail
 
 
 class Verdict(Word):
@@ -92,6 +93,7 @@ class SimilarityRequest(Message):
         negatives: what it must not be: they compete with the text; at most 10.
         area_m: x_min, y_min, x_max, y_max of the part of the map that counts; empty: all of it.
         robot_xy_m: x, y of the robot, from which reachable is judged; empty: not known.
+        detail: what is said of it beside its name; a colour counts for nothing on the map.
     """
 
     text: Sought
@@ -100,6 +102,7 @@ class SimilarityRequest(Message):
     negatives: Negatives = ()
     area_m: AreaM = ()
     robot_xy_m: PointM = ()
+    detail: Detail = NO_DETAIL
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,63 @@
+"""What is said of an object beside its name: colour, relations to other objects, places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from onemap_shared.messages.checks import Message, Word, cleaned, items
+from onemap_shared.messages.places import MAX_PLACES
+
+MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
+
+
+class RelationKind(Word):
+    """How an object lies to another one, its anchor; ``between``: to two of them."""
+
+    NEXT_TO = "next_to"
+    ON = "on"
+    UNDER = "under"
+    IN = "in"
+    BETWEEN = "between"
+
+
+@dataclass(frozen=True, slots=True)
+class Relation(Message):
+    """What an object lies next to, on, under, in or between.
+
+    Attributes:
+        anchors: names of the other objects: two for ``between``, else one.
+    """
+
+    kind: RelationKind
+    anchors: Annotated[tuple[str, ...], cleaned("anchor")]
+
+    def _check(self) -> None:
+        wanted = 2 if self.kind is RelationKind.BETWEEN else 1
+        if len(self.anchors) != wanted:
+            raise ValueError(f"{self.kind} has {len(self.anchors)} anchors; it needs {wanted}")
+
+
+@dataclass(frozen=True, slots=True)
+class Detail(Message):
+    """What is said of an object beside its name; all empty: nothing.
+
+    Attributes:
+        colour: one of the grammar's words; checked in the picture of what was found.
+        relations: all must hold.
+        inside: names of places: it lies in one of them.
+        outside: names of places: it lies in none of them.
+    """
+
+    colour: str = ""
+    relations: Annotated[tuple[Relation, ...], items(MAX_RELATIONS)] = ()
+    inside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
+    outside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
+
+    @property
+    def anchors(self) -> tuple[str, ...]:
+        """The names of all other objects, each once."""
+        return tuple(dict.fromkeys(name for each in self.relations for name in each.anchors))
+
+
+NO_DETAIL = Detail()

@@ -1,0 +1,110 @@
+"""Messages about places: rooms with a name and zones that a robot keeps out of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, TypeAlias
+
+import numpy as np
+
+from onemap_shared.geometry import I32, MAX_COORDINATE_M
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages.checks import (
+    Message,
+    Shape,
+    Word,
+    cleaned,
+    expect,
+    items,
+    numbers,
+)
+from onemap_shared.names import normalised
+
+MAX_PLACES = 100  # of one map: a building's rooms, and its zones
+MAX_CORNERS = 100  # of a polygon
+
+
+class PlaceKind(Word):
+    """What a place is for: a name of a part of the floor, or a part that no robot enters."""
+
+    ROOM = "room"
+    KEEP_OUT = "keep_out"
+
+
+def _corners(corners_m: tuple[tuple[float, float], ...], name: str) -> None:
+    """Raise ValueError unless these are no corners or those of a polygon on the map."""
+    if corners_m and not 3 <= len(corners_m) <= MAX_CORNERS:
+        raise ValueError(f"{name} has {len(corners_m)} corners; a polygon has 3 to {MAX_CORNERS}")
+    for corner in corners_m:
+        if len(corner) != 2 or not np.abs(corner).max() <= MAX_COORDINATE_M:  # also refuses NaN
+            raise ValueError(
+                f"{name} has the corner {list(corner)}; each is x, y in metres, at most "
+                f"{MAX_COORDINATE_M:g} from the origin"
+            )
+
+
+PlaceName: TypeAlias = Annotated[str, cleaned("name of a place")]
+
+
+@dataclass(frozen=True, slots=True)
+class Place(Message):
+    """A part of the floor with a name: the room that holds a point, or a polygon.
+
+    Attributes:
+        name: two places of a map differ in it, whatever their case.
+        inside_m: x, y of a point in the room, which may grow around it; empty for a polygon.
+        corners_m: x, y of the polygon's corners, in order; empty for a room.
+        suggested: named by the mapper, by what was found inside, not by a person.
+    """
+
+    name: PlaceName
+    kind: PlaceKind = PlaceKind.ROOM
+    inside_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
+    corners_m: Annotated[tuple[tuple[float, float], ...], _corners] = ()
+    suggested: bool = False
+
+    def _check(self) -> None:
+        if bool(self.inside_m) == bool(self.corners_m):
+            raise ValueError(
+                f"place {self.name!r} needs either a point inside a room or the corners of a "
+                "polygon"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceId(Message):
+    """Names a place."""
+
+    name: PlaceName
+
+
+@dataclass(frozen=True, slots=True)
+class PlacesRequest:
+    """Request for the places of the map in use."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapPlaces(Message):
+    """The places of the map and its rooms now.
+
+    Attributes:
+        version: changes whenever a person changed a place; that of ``MapRevision``.
+        places: those that people named, then suggestions.
+        rooms: id of the room of each place; NO_ROOM for a polygon and where none is known yet.
+        ids: (nx, ny) of the room of every free cell, NO_ROOM elsewhere.
+    """
+
+    version: int
+    revision: int
+    places: Annotated[tuple[Place, ...], items(2 * MAX_PLACES)]
+    rooms: tuple[int, ...]
+    grid: GridSpec
+    ids: Annotated[I32, Shape(None, None)]
+
+    def _check(self) -> None:
+        expect(self.ids, "ids", np.int32, self.grid.shape)
+        if len(self.rooms) != len(self.places):
+            raise ValueError(f"{len(self.rooms)} rooms for {len(self.places)} places")
+        names = [normalised(place.name) for place in self.places]
+        if len(set(names)) < len(names):
+            raise ValueError("two places have the same name")

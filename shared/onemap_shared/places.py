@@ -1,0 +1,57 @@
+"""Which cells a place covers: those of its room, or those in its polygon."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from onemap_shared.geometry import F64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import NO_ROOM, MapPlaces, PlaceKind
+from onemap_shared.names import normalised
+
+
+def zones_mask(places: MapPlaces, grid: GridSpec, stay_out: Iterable[str] = ()) -> Bool:
+    """Cells (nx, ny) of ``grid`` that no robot enters: all keep-out zones, and these places."""
+    names = {place.name for place in places.places if place.kind is PlaceKind.KEEP_OUT}
+    mask = np.zeros(grid.shape, bool)
+    for name in (*names, *stay_out):
+        mask |= place_mask(places, name, grid)
+    return mask
+
+
+def place_mask(places: MapPlaces, name: str, grid: GridSpec) -> Bool:
+    """Cells (nx, ny) of ``grid`` that a place covers, a polygon's also where nothing is known.
+
+    Raises KeyError if the map has no place of this name.
+    """
+    for place, room in zip(places.places, places.rooms, strict=True):
+        if normalised(place.name) == normalised(name):
+            if place.corners_m:
+                return polygon_mask(np.array(place.corners_m, np.float64), grid)
+            return _room_mask(places, room, grid)
+    raise KeyError(name)
+
+
+def _room_mask(places: MapPlaces, room: int, grid: GridSpec) -> Bool:
+    mask = np.zeros(grid.shape, bool)
+    if room != NO_ROOM:
+        cells = np.argwhere(places.ids == room)
+        cells = cells + np.subtract(places.grid.origin_cell, grid.origin_cell)
+        mask[tuple(cells[grid.contains(cells)].T)] = True
+    return mask
+
+
+def polygon_mask(corners_m: F64, grid: GridSpec) -> Bool:
+    """Cells (nx, ny) of ``grid`` whose centre lies in a polygon of corners (K, 2), metres.
+
+    A point is inside if a ray from it crosses the edges an odd number of times.
+    """
+    x, y = (grid.centres(np.indices(grid.shape).transpose(1, 2, 0))[..., axis] for axis in (0, 1))
+    inside = np.zeros(grid.shape, bool)
+    for (x0, y0), (x1, y1) in zip(corners_m, np.roll(corners_m, -1, axis=0), strict=True):
+        between = (y0 > y) != (y1 > y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside ^= between & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+    return inside
