@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,10 @@ from onemap_planner.searches import list_of
 from onemap_shared import keys
 from onemap_shared.messages import (
     MAX_OBJECTS,
+    Detail,
     ObjectResult,
+    Relation,
+    RelationKind,
     SearchId,
     SearchList,
     SearchListRequest,
@@ -36,6 +40,17 @@ def test_names_are_checked_before_the_robot_moves(services: SimulatedServices) -
     assert services.states.take(0.0) is None
     with pytest.raises(RemoteError, match="no search has been started"):
         services.get()
+
+
+def test_a_description_is_checked_and_told(services: SimulatedServices) -> None:
+    beside = Detail(relations=(Relation(RelationKind.NEXT_TO, ("flurb",)),))
+    request = SearchRequest(("sofa",), details=(beside,), stay_out=("nursery",))
+    with pytest.raises(RemoteError, match="'flurb'"):
+        services.caller.call(keys.SEARCH_START, request)
+    request = replace(request, details=(replace(beside, colour="red", relations=()),))
+    services.caller.call(keys.SEARCH_START, request)
+    status = services.get()
+    assert (status.details, status.stay_out) == (request.details, ("nursery",))
 
 
 def test_without_perception_no_search_starts(services: SimulatedServices) -> None:

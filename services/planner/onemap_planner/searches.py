@@ -179,7 +179,9 @@ class SearchCommands:
     def _start(self, request: SearchRequest) -> SearchStatus:
         began_s = time.monotonic()
         self._registry.reject_if_active()
-        synonyms = self._check_names(request.objects) if request.objects else NO_SYNONYMS
+        anchors = [name for detail in request.details for name in detail.anchors]
+        names = tuple(dict.fromkeys((*request.objects, *anchors)))
+        synonyms = self._check_names(names) if names else NO_SYNONYMS
         _reject_if_late(request, time.monotonic() - began_s)
         search = new_search(
             uuid.uuid4().hex[:12],
@@ -189,7 +191,12 @@ class SearchCommands:
             Destination.of(request),
             order=request.order,
         )
-        search = replace(search, budget=Budget.of(request))
+        search = replace(
+            search,
+            budget=Budget.of(request),
+            details=request.details,
+            stay_out=request.stay_out,
+        )
         return self._status_of(self._registry.start(search, synonyms))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
@@ -237,7 +244,7 @@ class SearchCommands:
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
         """Reject names that perception cannot embed or that resemble nothing it was trained on.
 
-        Returns which of the objects and of the objects found before mean the same.
+        Returns which of these objects and of the objects found before mean the same.
         """
         embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
         state = self._registry.state

@@ -34,7 +34,14 @@ from onemap_planner.search.state_machine import (
     status,
     transition,
 )
-from onemap_shared.messages import Coverage, SearchKind, SearchState
+from onemap_shared.messages import (
+    Coverage,
+    Detail,
+    Relation,
+    RelationKind,
+    SearchKind,
+    SearchState,
+)
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -66,7 +73,9 @@ def test_what_a_search_rests_on_and_why_it_has_ended_are_kept(tmp_path: Path) ->
 
 def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     search = replace(new_search("id", ("cup", "bed"), THEN, 7), phase=Exploring())
+    beside = Detail(relations=(Relation(RelationKind.NEXT_TO, ("sink",)),), outside=("hall",))
     search = replace(search, budget=Budget(40.0, 300.0))
+    search = replace(search, details=(Detail("red"), beside), stay_out=("nursery",))
     coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
     search = transition(
         search, Ending(SearchState.NOT_FOUND, "nothing left", coverage=coverage), NOW
@@ -78,6 +87,8 @@ def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     assert restored.objects == search.objects
     assert restored.results == search.results
     assert restored.budget == search.budget
+    assert (restored.detail, restored.details) == (beside, search.details)
+    assert restored.stay_out == ("nursery",)
     assert restored.started_ns == 7
     assert 1000.0 - restored.target_start.since_s == pytest.approx(10.0)
     assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)
@@ -183,7 +194,7 @@ VALUES = st.recursive(
     max_leaves=4,
 )
 MEMBERS = (*json.loads(WRITTEN_BY_RELEASE_1), "kind", "place_m", "order", "index", "done", "paused")
-MEMBERS += ("around", "written_ns", "interrupted")
+MEMBERS += ("around", "written_ns", "interrupted", "details", "stay_out")
 
 
 @given(

@@ -29,12 +29,14 @@ from onemap_planner.search.state_machine import (
 )
 from onemap_shared.atomic_file import replacing
 from onemap_shared.messages import (
+    Details,
     ObjectResult,
     SearchKind,
     SearchOrder,
     SearchRequest,
     SearchState,
     SearchStatus,
+    StayOut,
 )
 from onemap_shared.wire import decode, encode
 
@@ -152,6 +154,8 @@ class _Document:
     paused: tuple[PausedTarget, ...] = ()
     max_distance_m: float = 0.0
     max_time_s: float = 0.0
+    details: Details = ()
+    stay_out: StayOut = ()
     around: Surroundings = Surroundings()
     written_ns: Nanoseconds | None = None
     interrupted: str = ""
@@ -192,6 +196,8 @@ def save(
         paused=search.paused,
         max_distance_m=search.budget.max_distance_m,
         max_time_s=search.budget.max_time_s,
+        details=search.details,
+        stay_out=search.stay_out,
         around=around,
         written_ns=now_ns,
     )
@@ -255,6 +261,8 @@ def _search(document: _Document, now_s: float) -> Search:
         order=document.order,
         max_distance_m=document.max_distance_m,
         max_time_s=document.max_time_s,
+        details=document.details,
+        stay_out=document.stay_out,
     )
     objects, count = request.objects, len(document.results)
     index = count if document.index is None else document.index
@@ -276,6 +284,8 @@ def _search(document: _Document, now_s: float) -> Search:
     return replace(
         search,
         budget=Budget.of(request),
+        details=request.details,
+        stay_out=request.stay_out,
         objects=objects,
         index=index,
         results=document.results,

@@ -22,7 +22,9 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
     NO_CHOICE,
     NO_COVERAGE,
+    NO_DETAIL,
     Coverage,
+    Detail,
     FailureCode,
     GoalChoice,
     ObjectResult,
@@ -153,7 +155,8 @@ class Search:
     destination: of a drive to a place, which has no objects; None for a search for objects.
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
-    what helps; empty if it does not.
+    what helps; empty if it does not. details: what is said of each object, or nothing of any;
+    stay_out: names of places that the robot does not enter.
     """
 
     search_id: str
@@ -173,6 +176,8 @@ class Search:
     choice: GoalChoice = NO_CHOICE
     slow: str = ""
     budget: Budget = NO_BUDGET
+    details: tuple[Detail, ...] = ()
+    stay_out: tuple[str, ...] = ()
 
     @property
     def active(self) -> bool:
@@ -183,6 +188,11 @@ class Search:
     def target(self) -> str:
         """The object now searched for, empty when the search is over or for a place."""
         return self.objects[self.index] if self.active and self.objects else ""
+
+    @property
+    def detail(self) -> Detail:
+        """What is said of the object now searched for beside its name."""
+        return self.details[self.index] if self.active and self.details else NO_DETAIL
 
     @property
     def kind(self) -> SearchKind:
@@ -373,6 +383,8 @@ def status(
         place_m=search.destination.xy if search.destination else (),
         order=search.order,
         choice=search.choice,
+        details=search.details,
+        stay_out=search.stay_out,
     )
 
 
@@ -480,6 +492,15 @@ def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
     )
 
 
+# What a search for several objects ends as: the first of these that one of them ended as.
+WORST_FIRST = (
+    SearchState.FAILED,
+    SearchState.NOT_FOUND,
+    SearchState.FOUND_OTHER,
+    SearchState.FOUND,
+)
+
+
 def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     """The present object is done; the next begins, or the search ends."""
     results = (*search.results, _result(search, ending, stamp))
@@ -492,8 +513,7 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     outcome, reason = ending.outcome, ending.reason
     if not ending.whole and search.destination is None:
         outcomes = {result.outcome for result in results}
-        states = (SearchState.FAILED, SearchState.NOT_FOUND, SearchState.FOUND)
-        outcome, reason = next(s for s in states if s in outcomes), _summary(results)
+        outcome, reason = next(s for s in WORST_FIRST if s in outcomes), _summary(results)
     return replace(search, phase=Finished(outcome), results=results, reason=reason)
 
 
