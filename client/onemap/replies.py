@@ -31,7 +31,9 @@ from typing_extensions import Self
 
 R = TypeVar("R", bound="Reply")
 
-FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived", "interrupted")
+FINAL_STATES = (
+    *("found", "found_other", "not_found", "failed", "cancelled", "arrived", "interrupted"),
+)
 DECIMALS = 3  # of lengths in metres: millimetres
 RECEIVED = "received"  # context of a validation of JSON that a gateway sent
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
@@ -172,7 +174,11 @@ class ObjectOutcome(Reply):
     end_xy_m: MaybePoint = None
     reason_code: ReasonCode = None
     coverage: SearchCoverage | None = Field(default=None, description="If it was not found.")
-    evidence: FindEvidence | None = Field(default=None, description="If it was found.")
+    evidence: FindEvidence | None = Field(default=None, description="If something was found.")
+    checks: tuple[str, ...] = Field(
+        default=(),
+        description="What of its description holds and what was not checked, a sentence each.",
+    )
 
     @property
     def found(self) -> bool:

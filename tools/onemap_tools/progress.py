@@ -18,6 +18,7 @@ LINE_EVERY_S = 5.0
 COLOURS = {
     "found": "green",
     "arrived": "green",
+    "found_other": "yellow",
     "not_found": "yellow",
     "failed": "red",
     "cancelled": "yellow",

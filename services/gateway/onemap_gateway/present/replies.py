@@ -77,7 +77,8 @@ def search_replay(record: SearchRecord, now_ns: int) -> SearchReplay:
 
 def _object_outcome(result: ObjectResult) -> ObjectOutcome:
     """Coverage belongs to what was not found, evidence to what was."""
-    absent, found = result.outcome is SearchState.NOT_FOUND, result.outcome is SearchState.FOUND
+    absent = result.outcome is SearchState.NOT_FOUND
+    found = result.outcome in (SearchState.FOUND, SearchState.FOUND_OTHER)
     return reply_of(
         ObjectOutcome,
         result,
