@@ -27,7 +27,7 @@ from onemap_shared.messages import TextEmbeddings, expect
 
 STRIDE = 8
 # Of a crop as it is fed in, the longer side: things in a frame of 320 pixels are about as large.
-# Chosen on even seeds (docs/benchmarks.md).
+# Chosen on even seeds.
 CROP_SIDE_PX = 160
 INPUT_WIDTH_PX = 320  # wider images are reduced to this: what the network was trained on
 NETWORK_FILE = "mini.onnx"
