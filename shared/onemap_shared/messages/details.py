@@ -8,6 +8,7 @@ from typing import Annotated
 from onemap_shared.messages.checks import Message, Word, cleaned, items
 from onemap_shared.messages.places import MAX_PLACES
 
+NEXT_TO_M = 1.0  # between two objects that are next to each other
 MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
 
 

@@ -1,0 +1,273 @@
+"""Sentences about objects: "the red chair next to the bed in the kitchen, stay out of the hall".
+
+A sentence is the name of an object, with a colour before it or none, and then clauses, each of
+words from the table ``CLAUSES`` and one phrase; commas, "and" and "but" may join them. The phrase
+names an object; after "in" a place, if the map knows one of this name or it is a room's word.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeAlias
+
+from onemap_shared.messages import Detail, Relation, RelationKind, check_text
+from onemap_shared.messages.details import NEXT_TO_M, NO_DETAIL
+from onemap_shared.names import ARTICLES, normalised
+
+# The words of a clause, by the part of the request that says the same.
+CLAUSES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "near": ("next to", "near to", "near", "close to", "beside", "by"),
+        "on": ("on top of", "on"),
+        "under": ("under", "underneath", "below", "beneath"),
+        "between": ("between",),
+        "in": ("in", "inside of", "inside"),
+        "not_in": ("not in", "not inside", "outside of", "outside"),
+        "stay_out_of": ("stay out of", "staying out of", "keep out of"),
+    }
+)
+RELATIONS = {
+    "near": RelationKind.NEXT_TO,
+    "on": RelationKind.ON,
+    "under": RelationKind.UNDER,
+    "between": RelationKind.BETWEEN,
+    "in": RelationKind.IN,
+}
+# Each word of a colour, and the colour that it means.
+COLOURS: Mapping[str, str] = MappingProxyType(
+    {
+        **{name: name for name in ("black", "white", "grey", "red", "orange", "yellow", "green")},
+        **{name: name for name in ("blue", "purple", "pink", "brown")},
+        **{"gray": "grey", "violet": "purple"},
+    }
+)
+# Kinds of things whose name begins with a colour.
+NO_COLOURS = frozenset(
+    {"red wine", "white wine", "orange juice", "green tea", "black tea", "white ceiling"}
+)
+ROOM_WORDS = frozenset(
+    {
+        *("kitchen", "bathroom", "bedroom", "living room", "dining room", "hallway", "hall"),
+        *("corridor", "office", "study", "nursery", "garage", "balcony", "basement", "attic"),
+        *("pantry", "laundry room", "storage room", "guest room", "playroom"),
+    }
+)
+# Words that relate things in a way that no clause says, so that they are refused, not embedded.
+NOT_UNDERSTOOD = (
+    *("behind", "in front of", "above", "over", "with", "without", "opposite", "around", "against"),
+    *("at", "across from", "left of", "right of", "on the left", "on the right", "to the left of"),
+    *("to the right of", "that", "which", "where", "not", "not on", "not under", "not near"),
+    *("not next to", "not between", "from", "along", "among", "through", "into", "onto", "toward"),
+)
+UNDERSTOOD = (
+    "a sentence names an object, perhaps with a colour before it, and says what it is on, under, "
+    "next to, in or between, 'not in' a place, or 'stay out of' a place"
+)
+DESCRIPTION = re.compile(
+    r"(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) ", re.I
+)
+WORDS = sorted(
+    [*NOT_UNDERSTOOD, *(each for words in CLAUSES.values() for each in words)],
+    key=len,
+    reverse=True,
+)
+# What joins clauses, then the words of one: "and" between two things belongs to their names.
+CLAUSE = re.compile(
+    rf"(?:^|[\s,;]+)(?:(?P<joint>and|but|or)\s+)?(?P<words>{'|'.join(WORDS)})(?=\s|$)", re.I
+)
+PART_OF = {each: part for part, words in CLAUSES.items() for each in words}
+LISTED = re.compile(r"\s*,\s*(?:(?:and|or)\s+)?|\s+(?:and|or)\s+", re.I)
+Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase
+
+
+@dataclass(frozen=True, slots=True)
+class Sentence:
+    """An object as it was described.
+
+    Attributes:
+        name: the noun; the whole text where it is a description, as "something to sit on".
+        detail: what was said of it beside its name.
+        stay_out: names of places that the robot is not to enter.
+    """
+
+    name: str
+    detail: Detail = NO_DETAIL
+    stay_out: tuple[str, ...] = ()
+
+    @property
+    def asks_for_places(self) -> bool:
+        """Whether its meaning depends on the places of the map."""
+        kinds = {relation.kind for relation in self.detail.relations}
+        said = self.detail.inside or self.detail.outside or self.stay_out
+        return bool(said) or RelationKind.IN in kinds
+
+    def unknown_places(self, places: Iterable[str]) -> tuple[str, ...]:
+        """Places that it names and the map does not know; a room's word may become one later."""
+        known = set(map(normalised, places))
+        of_object = [
+            name
+            for name in (*self.detail.inside, *self.detail.outside)
+            if normalised(name) not in ROOM_WORDS
+        ]
+        return tuple(name for name in (*of_object, *self.stay_out) if normalised(name) not in known)
+
+
+def is_description(text: str) -> bool:
+    """Whether a text says what a thing is for instead of its name: "something to sit on"."""
+    return DESCRIPTION.match(text.strip()) is not None
+
+
+def parse(
+    text: str,
+    places: Collection[str] = (),
+    parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> Sentence:
+    """What a sentence says, together with ``parts`` that say more of the same object.
+
+    places: names of the map's places, which "in" may name beside rooms. parts: the phrases of
+    each key of ``CLAUSES``, two for ``between``; and of ``colour`` one of ``COLOURS``.
+
+    A text without clauses and colour is a name, and stays as it is. ValueError names the words
+    that are not understood.
+    """
+    noun, clauses = _split(check_text(text).rstrip(" .?!,;"))
+    known = {normalised(place): place for place in places}
+    relations: list[Relation] = []
+    named: dict[str, list[str]] = {"in": [], "not_in": [], "stay_out_of": []}
+    for part, words, phrase in [*clauses, *_clauses(parts)]:
+        listed = _listed(phrase, known) if part in named else {}
+        if not phrase:
+            raise _not_understood(words, "it names nothing")
+        if (part == "in" and not all(inside.values())) or part not in named:
+            relations.append(_relation(part, words, phrase, known))
+        else:
+            named[part] += [place or _thing(name) for name, place in listed.items()]
+    colour, thing = ("", noun) if is_description(noun) else _coloured(noun)
+    for word in parts.get("colour", ()):
+        if colour not in ("", COLOURS.get(word.lower())) or word.lower() not in COLOURS:
+            raise _not_understood(word, f"an object has one colour of {', '.join(COLOURS)}")
+        colour = COLOURS[word.lower()]
+    inside, outside, stay_out = (tuple(dict.fromkeys(names)) for names in named.values())
+    detail = Detail(colour, tuple(relations), inside, outside)
+    if (detail == NO_DETAIL and not stay_out) or is_description(noun):
+        return Sentence(noun, detail, stay_out)
+    return Sentence(_thing(thing), detail, stay_out)
+
+
+def _split(text: str) -> tuple[str, list[Clause]]:
+    """The noun phrase of a sentence and its clauses."""
+    found = [] if is_description(text) else list(CLAUSE.finditer(text))
+    starts = [each.start() for each in found] + [len(text)]
+    clauses: list[Clause] = []
+    for clause, end in zip(found, starts[1:], strict=True):
+        words, phrase = clause["words"], text[clause.end() : end].strip(" ,;")
+        part = PART_OF.get(" ".join(words.lower().split()), "")
+        either = (clause["joint"] or "").lower() == "or"
+        if not part or (either and not part == clauses[-1][0] == "in"):
+            raise _not_understood(f"{'or ' if either else ''}{words} {phrase}".strip())
+        clauses.append((part, words, phrase))
+    return text[: starts[0]].strip(" ,;"), clauses
+
+
+def _clauses(parts: Mapping[str, Sequence[str]]) -> list[Clause]:
+    """The parts as clauses."""
+    pair = [("between", "between", " and ".join(two)) for two in [parts.get("between", ())] if two]
+    others = [part for part in parts if part in CLAUSES and part != "between"]
+    return pair + [(part, part.replace("_", " "), each) for part in others for each in parts[part]]
+
+
+def _not_understood(words: str, hint: str = UNDERSTOOD) -> ValueError:
+    return ValueError(f"{words!r} is not understood: {hint}")
+
+
+def _listed(phrase: str, known: Mapping[str, str]) -> dict[str, str]:
+    """The names that a phrase lists, and the place of each; empty if it is none."""
+    names = [phrase] if normalised(phrase) in known else LISTED.split(phrase)
+    return {name: _place(name, known) for name in names}
+
+
+def _place(phrase: str, known: Mapping[str, str]) -> str:
+    """The place of this name, as the map spells it; empty if the map knows none and it does not
+    end as a room's word."""
+    name = normalised(phrase)
+    is_room = name in ROOM_WORDS or name.endswith((" room", " bedroom", " bathroom"))
+    return known.get(name) or (name if is_room else "")
+
+
+def _relation(part: str, words: str, phrase: str, known: Mapping[str, str]) -> Relation:
+    names = re.split(r"\s+and\s+", phrase, flags=re.I) if part == "between" else [phrase]
+    if part == "between" and len(names) != 2:
+        raise _not_understood(f"{words} {phrase}", "say 'between the A and the B'")
+    for name in names:
+        if part != "in" and _place(name, known):
+            hint = "of places it is said whether the object is 'in' or 'not in' them"
+            raise _not_understood(f"{words} {name}", hint)
+        if _coloured(name)[0]:
+            hint = "a colour is said only of the object itself, not of what is beside it"
+            raise _not_understood(f"{words} {name}", hint)
+    return Relation(RELATIONS[part], tuple(map(_thing, names)))
+
+
+def _coloured(phrase: str) -> tuple[str, str]:
+    """The colour that a phrase begins with, or none, and the noun."""
+    word, _, noun = (plain := _bare(phrase)).partition(" ")
+    kind = " ".join(plain.lower().split()[:2])
+    if word.lower() not in COLOURS or not noun or kind in NO_COLOURS:
+        return "", plain
+    return COLOURS[word.lower()], noun
+
+
+def _bare(phrase: str) -> str:
+    """The phrase without its article, in its own case."""
+    start = next((len(each) for each in ARTICLES if phrase.lower().startswith(each)), 0)
+    return phrase[start:].strip()
+
+
+def _thing(phrase: str) -> str:
+    """The name of one object or place without its article; ValueError if it is none."""
+    if not (name := _bare(phrase)):
+        raise ValueError(f"the sentence names no object: {UNDERSTOOD}")
+    if LISTED.search(name):
+        hint = "name one thing at a time, as in 'lamp next to the bed and next to the window'"
+        raise _not_understood(name, hint)
+    if CLAUSE.search(name):
+        raise _not_understood(name, "this is to be the name of one thing or place")
+    return name
+
+
+def in_words(
+    name: str,
+    detail: Detail,
+    stay_out: Sequence[str] = (),
+    *,
+    places: Collection[str] | None = None,
+) -> str:
+    """How a description was understood: "lamp, within 1 m of a bed, anywhere".
+
+    places: names of the map's places, to say which rooms are not known yet; None: do not say.
+    """
+    unknown = set() if places is None else ROOM_WORDS - set(map(normalised, places))
+
+    def listed(names: Sequence[str], last: str) -> str:
+        later = {each: " (as soon as one is known)" for each in names if each in unknown}
+        return f" {last} ".join(f"{_definite(each)}{later.get(each, '')}" for each in names)
+
+    where = [f"in {listed(detail.inside, 'or')}"] if detail.inside else []
+    where += [f"not in {listed(detail.outside, 'or')}"] if detail.outside else []
+    said = [f"{detail.colour} {_bare(name)}".strip(), *map(_relation_in_words, detail.relations)]
+    out = [f"staying out of {listed(stay_out, 'and')}"] if stay_out else []
+    return ", ".join([*said, *(where or ["anywhere"]), *out])
+
+
+def _relation_in_words(relation: Relation) -> str:
+    near = relation.kind is RelationKind.NEXT_TO
+    words = f"within {NEXT_TO_M:g} m of" if near else str(relation.kind)
+    names = (f"{'an' if each[0].lower() in 'aeiou' else 'a'} {each}" for each in relation.anchors)
+    return f"{words} {' and '.join(names)}"
+
+
+def _definite(place: str) -> str:
+    return f"the {place}" if place in ROOM_WORDS else place

@@ -1,0 +1,151 @@
+"""Sentences: what is said of an object, and which words are not understood."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import onemap_perception
+from onemap_shared.messages import Detail, Relation, RelationKind
+from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, in_words, parse
+
+PLACES = ("Ada's den", "wash and dry")
+NEXT_TO, ON, UNDER, IN, BETWEEN = RelationKind
+
+
+def thing(
+    name: str,
+    *relations: tuple[str, ...],
+    colour: str = "",
+    inside: tuple[str, ...] = (),
+    outside: tuple[str, ...] = (),
+    stay_out: tuple[str, ...] = (),
+) -> Sentence:
+    found = tuple(Relation(RelationKind(each[0]), each[1:]) for each in relations)
+    return Sentence(name, Detail(colour, found, inside, outside), stay_out)
+
+
+UNDERSTOOD = {
+    "lamp": thing("lamp"),
+    "The  Lamp": thing("The Lamp"),  # a name stays as it is
+    "the lamp next to the bed": thing("lamp", (NEXT_TO, "bed")),
+    "Lamp, BY a Bed.": thing("Lamp", (NEXT_TO, "Bed")),
+    "the red chair": thing("chair", colour="red"),
+    "gray cat tree": thing("cat tree", colour="grey"),
+    "a mug on top of the table under the lamp": thing("mug", (ON, "table"), (UNDER, "lamp")),
+    "lamp between the bed and the wardrobe and in the kitchen": thing(
+        "lamp", (BETWEEN, "bed", "wardrobe"), inside=("kitchen",)
+    ),
+    "key in the box in the kitchen": thing("key", (IN, "box"), inside=("kitchen",)),
+    "sink in the kitchen cabinet": thing("sink", (IN, "kitchen cabinet")),
+    "cup in the kitchen or the guest bedroom": thing("cup", inside=("kitchen", "guest bedroom")),
+    "cup in the kitchen or in the hall": thing("cup", inside=("kitchen", "hall")),
+    "cup in ada's den": thing("cup", inside=("Ada's den",)),
+    "cup in the attic, but not in the hall and the study": thing(
+        "cup", inside=("attic",), outside=("hall", "study")
+    ),
+    "cup, stay out of the nursery and Ada's Den": thing("cup", stay_out=("nursery", "Ada's den")),
+    "cup not in wash and dry": thing("cup", outside=("wash and dry",)),
+    # nouns that hold words of the grammar
+    "night stand on the rug": thing("night stand", (ON, "rug")),
+    "light on the ceiling?": thing("light", (ON, "ceiling")),
+    "stand-up desk near a walk-in shower": thing("stand-up desk", (NEXT_TO, "walk-in shower")),
+    "red wine": thing("red wine"),
+    "red wine bottle in a box": thing("red wine bottle", (IN, "box")),
+    "orange": thing("orange"),
+    "an orange orange": thing("orange", colour="orange"),
+    "box in box spring": thing("box", (IN, "box spring")),
+    "bedside table by the bed": thing("bedside table", (NEXT_TO, "bed")),
+    "something to sit on": thing("something to sit on"),
+}
+
+
+@pytest.mark.parametrize("text", UNDERSTOOD)
+def test_a_sentence_is_understood(text: str) -> None:
+    assert parse(text, PLACES) == UNDERSTOOD[text]
+
+
+# the text, the words that the refusal quotes, and what it says of them
+REFUSED = {
+    "lamp behind the sofa": ("behind the sofa", "on, under, next to, in or between"),
+    "lamp in front of the sofa": ("in front of the sofa", "next to"),
+    "a chair that is red": ("that is red", "a colour before it"),
+    "chair with wheels near the bed": ("with wheels", "next to"),
+    "lamp not on the table": ("not on the table", "'not in' a place"),
+    "lamp on the table or under the bed": ("or under the bed", "next to"),
+    "lamp next to": ("next to", "names nothing"),
+    "lamp between the chairs": ("between the chairs", "between the A and the B"),
+    "lamp near the red chair": ("near the red chair", "colour"),
+    "lamp near the kitchen": ("near the kitchen", "'in' or 'not in'"),
+    "lamp near the bed and the table": ("bed and the table", "one thing at a time"),
+    "lamp, chair in the kitchen": ("lamp, chair", "one thing at a time"),
+    "in the kitchen": ("", "names no object"),
+    "1 2 3": ("", "no readable word"),
+    "cup on a on b on c on d": ("", "4 relations"),
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_is_not_understood_is_named(text: str) -> None:
+    words, why = REFUSED[text]
+    with pytest.raises(ValueError, match=why) as refused:
+        parse(text, PLACES)
+    assert not words or repr(words) in str(refused.value)
+
+
+def test_every_name_of_the_vocabulary_is_a_name_and_can_be_described() -> None:
+    file = Path(onemap_perception.__file__).parent / "mini" / "vocabulary.json"
+    known = json.loads(file.read_text(encoding="utf-8"))
+    named = ("aliases", "held_out", "also")
+    words = {word for entry in known["classes"] for each in named for word in entry.get(each, ())}
+    for word in words | {*known["neutral"], *known["common"]}:
+        assert parse(word) == Sentence(word)
+        described = parse(f"the blue {word} on a bed not in the hall")
+        assert described == thing(word, (ON, "bed"), colour="blue", outside=("hall",))
+
+
+def test_parts_say_the_same_as_a_sentence() -> None:
+    for part, all_words in CLAUSES.items():
+        phrases = {"between": ["a bed", "the desk"], "in": ["box"]}.get(part, ["hall"])
+        phrases = ["bed"] if part in ("near", "on", "under") else phrases
+        for words in all_words:
+            sentence = parse(f"lamp {words} {' and '.join(phrases)}")
+            assert parse("lamp", parts={part: phrases}) == sentence
+    assert parse("lamp near a bed", parts={"colour": ["gray"], "in": ["den"]}, places=["Den"]) == (
+        thing("lamp", (NEXT_TO, "bed"), colour="grey", inside=("Den",))
+    )
+    with pytest.raises(
+        ValueError, match=r"'mauve' is not understood: an object has one colour of black"
+    ):
+        parse("lamp", parts={"colour": ["mauve"]})
+    with pytest.raises(ValueError, match=r"'bed in the hall' is not understood"):
+        parse("lamp", parts={"near": ["bed in the hall"]})
+
+
+def test_what_was_understood_is_said_in_words() -> None:
+    said = {
+        "a lamp": "lamp, anywhere",
+        "lamp next to the bed": "lamp, within 1 m of a bed, anywhere",
+        "red mug on an armchair in the kitchen": "red mug, on an armchair, in the kitchen "
+        "(as soon as one is known)",
+        "key between bed and desk, not in the hall, stay out of ada's den, hall": "key, "
+        "between a bed and a desk, not in the hall (as soon as one is known), staying out of "
+        "Ada's den and the hall (as soon as one is known)",
+    }
+    for text, words in said.items():
+        sentence = parse(text, PLACES)
+        assert in_words(sentence.name, sentence.detail, sentence.stay_out, places=PLACES) == words
+    assert in_words("cup", Detail(inside=("hall",))) == "cup, in the hall"
+
+
+def test_places_that_nobody_knows_are_found_and_rooms_may_become_known() -> None:
+    sentence = parse("cup in the kitchen, not in the west room, stay out of the hall", PLACES)
+    assert sentence.asks_for_places
+    assert sentence.unknown_places(PLACES) == ("west room", "hall")
+    assert sentence.unknown_places(["West Room", "hall"]) == ()
+    assert parse("cup in a box").asks_for_places  # the map may know a place of this name
+    assert not parse("red cup on a box").asks_for_places
+
+
+def test_colours_mean_those_that_are_checked() -> None:
+    assert set(COLOURS.values()) <= set(COLOURS)
