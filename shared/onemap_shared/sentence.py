@@ -141,7 +141,7 @@ def parse(
         listed = _listed(phrase, known) if part in named else {}
         if not phrase:
             raise _not_understood(words, "it names nothing")
-        if (part == "in" and not all(inside.values())) or part not in named:
+        if (part == "in" and not all(listed.values())) or part not in named:
             relations.append(_relation(part, words, phrase, known))
         else:
             named[part] += [place or _thing(name) for name, place in listed.items()]
