@@ -61,7 +61,7 @@ class SimulatedServices:
         self.perception = self.router.bus("p")
         self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config
-        self.count = 0
+        self.count = self.places_version = 0
         self.start_planner()
 
     def start_planner(self, map_id: str = "m1") -> None:
@@ -103,9 +103,8 @@ class SimulatedServices:
             echo = self._obey(stamp_ns)
             self.odometry.put(Odometry(self.count, stamp_ns, pose, 0.0, 0.0, False, *echo))
         if revision:
-            self.revisions.put(
-                MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
-            )
+            known = MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
+            self.revisions.put(replace(known, places_version=self.places_version))
         self.planner.step(0.0)
         self.planner.step(0.05)
 

@@ -38,7 +38,8 @@ class LatestInputs:
 
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
-    map_count: different maps so far; exchange_count: of these, those that took the place of
+    map_count: different maps so far; places_version: that count, and the version of this map's
+    places; exchange_count: of these, those that took the place of
     another in a running mapper; stages: the processes of perception and mapper, and
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
@@ -57,6 +58,7 @@ class LatestInputs:
     map_version: tuple[int, int] = (0, 0)
     map_count: int = 0
     exchange_count: int = 0
+    places_version: tuple[int, int] = (0, 0)
     map_rate: RateMeter = field(default_factory=RateMeter)
     loop: LoopMonitor = field(default_factory=LoopMonitor)
     delay: OdometryDelay = field(default_factory=OdometryDelay)
@@ -104,6 +106,7 @@ class LatestInputs:
             map_age_s=self.ages(now_s).map_content_s,
             confirmed=self.loop.confirmed(now_s),
             loop_s=self.loop.loop_s(now_s),
+            places_version=self.places_version,
         )
 
     def _late_reason(self, now_s: float, params: StalenessParams) -> str:
@@ -174,6 +177,7 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         map_rate=inputs.map_rate.with_event(now_s) if fresh else inputs.map_rate,
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
+        places_version=(inputs.map_count + another, message.places_version),
         exchange_count=inputs.exchange_count + (another and revisions > 0),
         camera=message.camera[0] if message.camera else inputs.camera,
     )

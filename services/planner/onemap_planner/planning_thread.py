@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
@@ -264,6 +265,7 @@ class PlanningThread:
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
         self._views = ViewRequests(bus, VIEW_TIMEOUT_S)
+        self._places = FollowedPlaces(bus)
         self._finds = FindOutbox(bus)
         self._reset_target: tuple[str, int] | None = None
         if registry.state is not None:  # a restart does not reset the searched layer
@@ -335,10 +337,12 @@ class PlanningThread:
             stale_reason = waiting_for("the mapper", "it is not running")
         if self._now().inputs.held:
             return
+        if view is not None:
+            stale_reason = self._places.follow(self._now().inputs, view.revision)
         other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
         if view is not None and now.inputs.pose is not None:
-            stale_reason = outside_reason(view, now.inputs.pose.xy)
+            stale_reason = stale_reason or outside_reason(view, now.inputs.pose.xy)
         if stale_reason:
             stale_reason = now.inputs.starts(now_s) or stale_reason
             view = other_view = None
@@ -357,6 +361,7 @@ class PlanningThread:
             patience_from_s=now.inputs.patience_from_s(now_s),
             camera=now.inputs.camera,
             reached=now.inputs.reached,
+            places=self._places.known,
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision
@@ -377,11 +382,11 @@ class PlanningThread:
     ) -> None:
         """Replace the result and publish the path; without a decision the old plan ages."""
         if decision is not None:
-            now_s = time.monotonic()
-            offered = decision.goal_candidates
+            now_s, search_id = time.monotonic(), state.search.search_id
+            offered, version = decision.goal_candidates, self._places.version or (0, 0)
             result = replace(
                 result,
-                plan=Plan(state.search.search_id, decision.motion, decision.costmap, now_s),
+                plan=Plan(search_id, decision.motion, decision.costmap, now_s, version),
                 view_at_s=now_s,
                 goals=len(offered.frontiers) + len(offered.regions),
             )

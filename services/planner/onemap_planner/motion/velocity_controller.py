@@ -27,12 +27,16 @@ MAX_CONTROL_PERIOD_S = 0.2  # after a pause the acceleration limit does not catc
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The motion of one planning step: for which search, on which costmap, made at ``made_s``."""
+    """The motion of one planning step: for which search, on which costmap, made at ``made_s``.
+
+    places_version: of the places with the zones that the costmap has.
+    """
 
     search_id: str
     motion: Motion
     costmap: Costmap
     made_s: float
+    places_version: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +45,8 @@ class ControllerInputs:
 
     search_id: of the active search, empty if none is; stale_reason: why the inputs are too old
     to move on, empty if they are not; map_age_s: of what the map shows, seconds; confirmed:
-    whether the robot has named a command; loop_s: from a command to the odometry that names it.
+    whether the robot has named a command; loop_s: from a command to the odometry that names it;
+    places_version: the newest, a plan made with another one does not know all zones.
     """
 
     now_s: float
@@ -51,6 +56,7 @@ class ControllerInputs:
     map_age_s: float = 0.0
     confirmed: bool = True
     loop_s: float = 0.0
+    places_version: tuple[int, int] = (0, 0)
 
     @property
     def may_move(self) -> bool:
@@ -104,6 +110,7 @@ class VelocityController:
             plan is not None
             and plan.search_id == inputs.search_id
             and now_s - plan.made_s <= max_plan_age_s
+            and plan.places_version == inputs.places_version
         )
         if plan is None or not valid or inputs.pose is None or not inputs.may_move:
             stops = self.stops + (self.command != STOP)

@@ -24,7 +24,7 @@ from onemap_planner.world.costmap import (
 )
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import CameraView, Coverage, Occupancy
+from onemap_shared.messages import CameraView, Coverage, MapPlaces, Occupancy
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
 # Metres tried when nothing nearer can be reached; success is 1.5 m (paper), and what the map takes
@@ -85,7 +85,7 @@ class PlanningContext:
     whole: whether all of the known map is in it, or the part around the way to the goal only;
     appeared: what has just appeared on it; bands: from how far things are looked at;
     consensus: when detector and map agree; reached: the goal at which the robot's own navigation
-    says it stands, None without one.
+    says it stands, None without one; places: of the map, None if it has none.
     """
 
     pose: Pose2d
@@ -98,6 +98,7 @@ class PlanningContext:
     bands: Bands = Bands()
     consensus: Consensus = CONSENSUS
     reached: Pose2d | None = None
+    places: MapPlaces | None = None
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""

@@ -12,7 +12,7 @@ from onemap_planner.search.state_machine import Event
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import CameraView, Detections, ObjectFind
+from onemap_shared.messages import CameraView, Detections, MapPlaces, ObjectFind
 
 STAND = Rest()
 
@@ -27,7 +27,8 @@ class Observation:
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
-    the goal at which its own navigation says it stands, None without one.
+    the goal at which its own navigation says it stands, None without one; places: of the map, None
+    if it has none.
     """
 
     now_s: float
@@ -44,6 +45,7 @@ class Observation:
     patience_from_s: float = float("-inf")
     camera: CameraView = USUAL_CAMERA
     reached: Pose2d | None = None
+    places: MapPlaces | None = None
 
 
 @dataclass(frozen=True, slots=True)

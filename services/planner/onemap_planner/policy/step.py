@@ -147,7 +147,13 @@ def step(
     if not context.whole and not can_follow(state, context):
         context = _context(state, pose, view, params, None)
     bands = Bands(params.explore.approach_farthest_m, observation.camera)
-    context = replace(context, consensus=consensus, bands=bands, reached=observation.reached)
+    context = replace(
+        context,
+        consensus=consensus,
+        bands=bands,
+        reached=observation.reached,
+        places=observation.places,
+    )
     state.appeared = context.appeared
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
     state.search = replace(state.search, slow=slow)
