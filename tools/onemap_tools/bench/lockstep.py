@@ -41,6 +41,7 @@ from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
     NO_VIEW,
+    Detail,
     Detections,
     FeatureField,
     RgbdFrame,
@@ -244,13 +245,31 @@ class LockstepSimulation:
         return x, y
 
     def search(
-        self, objects: tuple[str, ...], limit_s: float, order: SearchOrder = SearchOrder.GIVEN
+        self,
+        objects: tuple[str, ...],
+        limit_s: float,
+        order: SearchOrder = SearchOrder.GIVEN,
+        details: tuple[Detail, ...] = (),
     ) -> Search:
         """Search for the objects, until the search ends or ``limit_s`` have passed."""
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
         stamp = EventStamp(self.now_s, 0.0, self.xy, self.odometer_m)
-        search = new_search("lockstep", objects, stamp, 0, order=order)
-        self.state = PlannerState(search, synonyms=synonyms)
+        search = replace(new_search("lockstep", objects, stamp, 0, order=order), details=details)
+        return self._run(PlannerState(search, synonyms=synonyms), limit_s)
+
+    def search_on(self, limit_s: float) -> Search:
+        """Search for one object again, knowing all that is known; the one just found is none."""
+        before = self.state
+        memory, found = before.memory.copy(), before.found_objects[-1]
+        for candidate in (*memory.candidates, *memory.disputed):
+            if not candidate.cells.isdisjoint(found.cells):
+                memory.reject(candidate)
+        stamp = EventStamp(self.now_s, before.active_time_s, self.xy, self.odometer_m)
+        search = new_search(before.search.search_id, before.search.objects, stamp, 0)
+        return self._run(replace(before, search=search, memory=memory), limit_s)
+
+    def _run(self, state: PlannerState, limit_s: float) -> Search:
+        self.state = state
         self.ends.clear()
         end_s = self.now_s + limit_s
         while self.state.search.active and self.now_s < end_s:

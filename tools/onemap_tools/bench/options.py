@@ -25,11 +25,18 @@ Style = Annotated[Literal["training", "held out"], Option(help="Of the apartment
 Limit = Annotated[float, Option(min=1, help="Simulated seconds per object.")]
 
 MethodName = Literal[
-    "onemap", "onemap_reset", "onemap_no_consensus", "vlfm", "nearest_frontier", "oracle"
+    "onemap",
+    "onemap_reset",
+    "onemap_no_consensus",
+    "vlfm",
+    "nearest_frontier",
+    "oracle",
+    "plain",
 ]
 FeaturesName = Literal["simulated", "uncalibrated", "mini"]
 ErrorsName = Literal["none", "drift", "jump", "late", "dropped", "depth", "people", "all"]
 Parity = Literal["all", "even", "odd"]
+GoalsName = Literal["names", "relations", "rooms", "colours"]
 SuccessRule = Literal["paper", "habitat"]
 
 Method = Annotated[MethodName, Option(help="Of searching.")]
@@ -238,8 +245,15 @@ class NavigationBench(Options):
     seed: Annotated[int, Option(min=0, help="Of the first apartment.")] = 1
     apartments: Annotated[Parity, Option(help="Settings are chosen on even seeds.")] = "all"
     style: Style = "training"
+    goals: Annotated[
+        GoalsName,
+        Option(
+            help="names: kinds of object; others: in each apartment one object of several of its "
+            "kind, as 'lamp next to the bed'. The method plain knows its name alone."
+        ),
+    ] = "names"
     objects_per_episode: Annotated[
-        int, Option(min=1, max=10, help="Objects, one after the other.")
+        int, Option(min=1, max=10, help="Objects, one after the other, of --goals names.")
     ] = 3
     order: Annotated[
         Literal["given", "any"], Option(help="Of the objects: as drawn, or the cheapest.")

@@ -253,7 +253,7 @@ def run_episode(
         heights_m[search.index].append(float(robot.pose[2, 3]))
         shown = np.isin(image.semantic_ids, list(truths[search.index].semantic_ids))
         if shown.mean() >= IN_VIEW_SHARE:
-            counts.add(search.target, found)
+            counts.add(search.target, search.target in found.names)
 
     def judged(index: int, result: ObjectResult) -> ObjectSummary:
         heights = heights_m[index] or [0.0]
@@ -309,8 +309,10 @@ def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
 
     ValueError for a method that Habitat's episodes do not have, and for what cannot be read.
     """
-    if options.method == "oracle":  # needs the simulator's ground truth
-        raise ValueError("--method oracle runs in generated apartments only: choose another")
+    if options.method in ("oracle", "plain"):  # need the simulator's ground truth
+        raise ValueError(
+            f"--method {options.method} runs in generated apartments only: choose another"
+        )
     system, agent = SystemConfig.read(options.config), AgentParams()
     files = read_episodes(options.episodes, options.goals, options.count)
     described = {

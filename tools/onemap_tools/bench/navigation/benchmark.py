@@ -32,6 +32,7 @@ from onemap_tools.cli.floor_plan import write_png
 from onemap_tools.processes.worker_pool import worker_pool
 
 ORDERING = ("onemap", "onemap_no_consensus")  # their map serves all objects
+DESCRIBED = ("onemap", "plain", "oracle")  # the object that is meant, or its name alone
 lines = table_lines
 
 
@@ -41,6 +42,13 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
         raise ValueError(
             f"method {options.method} knows nothing of the objects that wait: --order any "
             f"is for {' and '.join(ORDERING)}"
+        )
+    if options.goals == "names" and options.method == "plain":
+        raise ValueError("method plain finds one of several: choose other --goals than names")
+    if options.goals != "names" and options.method not in DESCRIBED:
+        raise ValueError(
+            f"method {options.method} knows names only: --goals {options.goals} is for "
+            f"{', '.join(DESCRIBED)}"
         )
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
     return tuple(
@@ -53,6 +61,8 @@ def described(options: NavigationBench) -> dict[str, Any]:
     document = asdict(options)
     for name in ("workers", "out", "beside", "config"):  # what says nothing of the task
         del document[name]
+    if options.goals == "names":
+        del document["goals"]
     if wells := document.pop("stairwells"):
         document["stairwells_per_episode"] = wells
     config = _config(options, options.seed).document()
@@ -70,7 +80,11 @@ def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]
     started_s = time.perf_counter()
     asked, document = setups(options), described(options)
     plain = json.loads(json.dumps(document))
-    others = dict(read_beside(folder, plain) for folder in options.beside or ())
+    others = {
+        name: theirs
+        for folder in options.beside or ()
+        for name, theirs in read_beside(folder, plain).items()
+    }
     folder = None if options.out is None else ResultsFolder(options.out, document)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in asked if setup.index not in done]

@@ -45,6 +45,12 @@ from onemap_tools.bench.lockstep import (
     SimulatedRobot,
     SystemConfig,
 )
+from onemap_tools.bench.navigation.described import (
+    DescribedObject,
+    described_objects,
+    draw_order,
+    merged,
+)
 from onemap_tools.bench.navigation.methods import search_method
 from onemap_tools.bench.navigation.results import (
     OBJECT,
@@ -60,7 +66,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedEncoder,
     SimulatedFeatureParams,
 )
-from onemap_tools.bench.options import NavigationBench, Parity
+from onemap_tools.bench.options import GoalsName, NavigationBench, Parity
 from onemap_tools.demo.summary import ObjectSummary, evaluate_result
 
 # What somebody may send a robot to: furniture, appliances and things that stand on the floor.
@@ -89,6 +95,7 @@ class NavigationEpisode:
 
     objects: tuple[str, ...]
     start: tuple[float, float, float]
+    described: DescribedObject | None = None  # if so, ``objects`` is its phrase
 
 
 def apartment_seeds(first: int, count: int, apartments: Parity) -> tuple[int, ...]:
@@ -104,13 +111,8 @@ def draw_episode(
     scene: Scene, truth: SceneTruth, simulator: SimulatorConfig, objects: int
 ) -> NavigationEpisode:
     """The episode of the seed; ValueError if the scene has too few objects that can be reached."""
-    rng, robot = np.random.default_rng((simulator.seed, objects)), simulator.robot
-    collision = CollisionMap.of(scene, robot.height_m)
-    reachable = collision.reachable_cells(*scene.start[:2], robot.radius_m)
-    reachable &= collision.clearance >= robot.radius_m + START_MARGIN_M
-    places = collision.grid.centres(np.argwhere(reachable))
-    x, y = places[int(rng.integers(len(places)))].tolist()
-    start = (x, y, float(rng.uniform(-np.pi, np.pi)))
+    rng = np.random.default_rng((simulator.seed, objects))
+    start = _draw_start(scene, simulator, rng)
     left = [str(name) for name in rng.permutation(sorted(GOALS.intersection(scene.categories)))]
     chosen: list[str] = []
     while len(chosen) < objects:
@@ -123,6 +125,39 @@ def draw_episode(
         chosen.append(name)
         left.remove(name)
     return NavigationEpisode(tuple(chosen), start)
+
+
+def draw_described(
+    scene: Scene, simulator: SimulatorConfig, goals: GoalsName
+) -> tuple[NavigationEpisode, SceneTruth]:
+    """The episode of the seed for one object of several of its kind, with its ground truth.
+
+    Drawn: the kind of relation, the class, the description. ValueError if the scene has none.
+    """
+    rng = np.random.default_rng((simulator.seed, 4))
+    start = _draw_start(scene, simulator, rng)
+    found = described_objects(scene, simulator, goals, GOALS | {"lamp"})
+    for drawn in draw_order(found, rng):
+        truth = scene_truth(drawn.marked(scene), simulator)
+        if _is_away(drawn.phrase, [], start, truth):
+            return NavigationEpisode((drawn.phrase,), start, drawn), truth
+    raise ValueError(
+        f"{scene.name} has no object of several of its kind that --goals {goals} could name and "
+        "that can be reached; choose another --seed"
+    )
+
+
+def _draw_start(
+    scene: Scene, simulator: SimulatorConfig, rng: np.random.Generator
+) -> tuple[float, float, float]:
+    """x, y, yaw of a reachable place with ``START_MARGIN_M`` to spare."""
+    robot = simulator.robot
+    collision = CollisionMap.of(scene, robot.height_m)
+    reachable = collision.reachable_cells(*scene.start[:2], robot.radius_m)
+    reachable &= collision.clearance >= robot.radius_m + START_MARGIN_M
+    places = collision.grid.centres(np.argwhere(reachable))
+    x, y = places[int(rng.integers(len(places)))].tolist()
+    return x, y, float(rng.uniform(-np.pi, np.pi))
 
 
 def _is_away(
@@ -250,23 +285,30 @@ class FrameCounts:
     trajectory: list[tuple[float, float]] = field(default_factory=list)
     start_m: float = 0.0
 
-    def add(self, name: str, found: Detections) -> None:
+    def add(self, name: str, detected: bool) -> None:
         """Count a frame that shows the object that is sought."""
         self.in_view[name] += 1
-        self.detected[name] += name in found.names
+        self.detected[name] += detected
 
 
 def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     """Run the episode in simulated time; ``wall_s`` stays 0."""
     simulator, options = setup.config.simulator, setup.options
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
-    truth = scene_truth(scene, simulator)
-    episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
+    if options.goals == "names":
+        truth = scene_truth(scene, simulator)
+        episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
+    else:
+        episode, truth = draw_described(scene, simulator, options.goals)
     openings = draw_openings(scene, truth, episode, simulator, options.stairwells)
     if openings:
         scene = reduce(with_stairwell, openings, scene)
-        truth = scene_truth(scene, simulator)
-    record = EpisodeRecord(setup.index, simulator.seed, episode.start, stairwells=openings)
+        described = episode.described
+        truth = scene_truth(described.marked(scene) if described else scene, simulator)
+    phrase = episode.described.phrase if episode.described else ""
+    record = EpisodeRecord(
+        setup.index, simulator.seed, episode.start, stairwells=openings, phrase=phrase
+    )
     if options.method == "oracle":
         speed_mps = setup.config.planner.drive.max_linear_mps
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
@@ -285,7 +327,7 @@ def _search(
     options, config = setup.options, system_config(setup)
     if ERRORS[config.simulator.errors].people:
         scene = with_person(scene)
-    labels, counts = LabelRenderer(scene), FrameCounts()
+    labels, counts, described = LabelRenderer(scene), FrameCounts(), episode.described
     categories = [normalised(thing.category) for thing in scene.objects]
     robot = SimulatedRobot(scene, config.simulator, None if options.features == "mini" else labels)
 
@@ -293,13 +335,18 @@ def _search(
         counts.trajectory.append(simulation.xy)
         if simulation.now_s <= STARTED_S:
             counts.start_m = simulation.odometer_m
-        search = simulation.state.search
-        if not search.active:
+        target = simulation.state.search.target
+        if not target:
             return
         pixels = pixels_in_view(labels, frame, robot.truth_of(frame), len(categories))
         shown = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
-        if normalised(search.target) in {categories[index] for index in shown}:
-            counts.add(search.target, found)
+        wanted = (
+            [described.meant]
+            if described
+            else [index for index, name in enumerate(categories) if name == normalised(target)]
+        )
+        if not set(wanted).isdisjoint(shown.tolist()):
+            counts.add(described.phrase if described else target, target in found.names)
 
     simulation = LockstepSimulation(
         robot,
@@ -309,15 +356,26 @@ def _search(
         watch=watch,
     )
     limit_s = options.limit * len(episode.objects) * OVERALL_LIMIT
-    search = simulation.search(episode.objects, limit_s, SearchOrder(options.order))
-    results = true_results(search.results, simulation.ends)
-    ended = {result.name for result in results}
-    missing = [not_sought(name) for name in episode.objects if name not in ended]
+
+    def records(results: Sequence[ObjectResult]) -> tuple[ObjectRecord, ...]:
+        ended = {result.name for result in results}
+        missing = [not_sought(name) for name in episode.objects if name not in ended]
+        summaries = [judged(result, truth) for result in (*results, *missing)]
+        if described:
+            summaries = [described.judged(scene, summary) for summary in summaries]
+        return tuple(object_record(summary, counts) for summary in summaries)
+
+    legs: tuple[ObjectResult, ...] = ()
+    if described is None:
+        search = simulation.search(episode.objects, limit_s, SearchOrder(options.order))
+        results = true_results(search.results, simulation.ends)
+    else:
+        legs = search_legs(simulation, described, scene, limit_s, plain=options.method == "plain")
+        results = merged(legs)
     return replace(
         record,
-        objects=tuple(
-            object_record(judged(result, truth), counts) for result in (*results, *missing)
-        ),
+        objects=records(results),
+        plain=records(legs[:1]) if options.method == "plain" else (),
         contacts=robot.simulation.counts.collisions,
         people_touched=robot.simulation.counts.people_touched,
         edges_crossed=robot.simulation.counts.edges_crossed,
@@ -328,6 +386,34 @@ def _search(
         trajectory=tuple(counts.trajectory),
         start_m=counts.start_m,
     )
+
+
+def search_legs(
+    simulation: LockstepSimulation,
+    described: DescribedObject,
+    scene: Scene,
+    limit_s: float,
+    *,
+    plain: bool,
+) -> tuple[ObjectResult, ...]:
+    """The true result of the search, under the phrase.
+
+    plain: for the noun alone; while what it claims is another one, it goes on without that one,
+    as often as there are others, and each time has a result of its own.
+    """
+    details = () if plain else (described.detail,)
+    search = simulation.search((described.noun,), limit_s, details=details)
+    others = sum(thing.category == described.noun for thing in scene.objects) - 1
+    legs: tuple[ObjectResult, ...] = ()
+    while results := true_results(search.results, simulation.ends):
+        legs = (*legs, replace(results[0], name=described.phrase))
+        wrong = results[0].outcome is SearchState.FOUND and not described.is_meant(
+            scene, results[0].position_m
+        )
+        if not (plain and wrong) or len(legs) > others:
+            break
+        search = simulation.search_on(limit_s)
+    return legs
 
 
 def true_results(
@@ -416,6 +502,8 @@ def failure_of(judged: ObjectSummary, in_view: int, detected: int) -> Failure:
     if judged.claimed:
         right = normalised(judged.nearest) == normalised(judged.name)
         return Failure.STOPPED_SHORT if right else Failure.WRONG_OBJECT
+    if judged.outcome == SearchState.FOUND_OTHER.value:
+        return Failure.FOUND_OTHER
     if judged.outcome == SearchState.FAILED.value and not is_timeout(judged.reason):
         return Failure.STUCK
     if not in_view:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from html import escape
 from pathlib import Path
@@ -51,6 +51,7 @@ class Failure(str, Enum):
     NEVER_IN_VIEW = "never in view"
     NOT_DETECTED = "in view, not detected"
     NOT_ACCEPTED = "detected, not accepted"
+    FOUND_OTHER = "said: only another one of its kind"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,9 @@ class EpisodeRecord:
     pose_error_m: the largest of the reported pose; wall_s is the only value that differs between
     two runs; scene: where it ran, empty for the apartment of the seed; stairwells: x_min, y_min,
     x_max, y_max in metres of openings in the floor, edges_crossed: how often the robot came over
-    one; start_m: metres driven in the first ``STARTED_S``."""
+    one; start_m: metres driven in the first ``STARTED_S``; phrase: of the object that is meant
+    where others are of its kind; plain: of the plain search, whose object goes on until it is the
+    right one, what it claimed first."""
 
     index: int
     seed: int
@@ -102,6 +105,8 @@ class EpisodeRecord:
     stairwells: tuple[tuple[float, float, float, float], ...] = ()
     edges_crossed: int = 0
     start_m: float = 0.0
+    phrase: str = ""
+    plain: tuple[ObjectRecord, ...] = ()
 
     @property
     def progress(self) -> int:
@@ -383,9 +388,10 @@ class ResultsFolder:
         (self.folder / PAGE_FILE).write_text(page, encoding="utf-8")
 
 
-def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[EpisodeRecord]]:
+def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[EpisodeRecord]]:
     """Name and episodes of another run: its method, and its settings where they differ.
 
+    A plain search is two: up to its first claim, and until the right one.
     ValueError if more differs than method, order, apartments and the settings of ``SEARCHING``:
     then the task was another one.
     """
@@ -399,7 +405,11 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[Epi
     advice = "only runs that differ in method, order, planner or mapper can be compared"
     _refuse(folder, another, advice)
     of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
-    return ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
+    name, episodes = ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
+    if before["method"] != "plain":
+        return {name: episodes}
+    first = [replace(episode, objects=episode.plain) for episode in episodes]
+    return {name: first, f"{name} until it is right": episodes}
 
 
 def _refuse(folder: Path, differing: Mapping[str, tuple[Any, Any]], advice: str) -> None:
