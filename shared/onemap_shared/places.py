@@ -1,15 +1,34 @@
-"""Which cells a place covers: those of its room, or those in its polygon."""
+"""Which room holds a point; which cells a place covers: of its room, or in its polygon."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from onemap_shared.geometry import F64, Bool
+from onemap_shared.geometry import F64, I32, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import NO_ROOM, MapPlaces, PlaceKind
 from onemap_shared.names import normalised
+
+NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
+
+
+def room_at(ids: I32, grid: GridSpec, point_m: Sequence[float]) -> int:
+    """The room of the free cell nearest to x, y within ``NEAR_M``; NO_ROOM if there is none.
+
+    ids: (nx, ny) of the room of every free cell of ``grid``, NO_ROOM elsewhere.
+    """
+    reach = round(NEAR_M / grid.cell_size_m)
+    cell = grid.cells(np.array(point_m, np.float64))
+    (left, bottom), (right, top) = np.clip([cell - reach, cell + reach + 1], 0, grid.shape)
+    near = ids[left:right, bottom:top]
+    cells = np.argwhere(near != NO_ROOM)
+    if not len(cells):
+        return NO_ROOM
+    distances = np.linalg.norm(cells + (left, bottom) - cell, axis=1)
+    nearest = int(distances.argmin())
+    return int(near[tuple(cells[nearest])]) if distances[nearest] <= reach else NO_ROOM
 
 
 def zones_mask(places: MapPlaces, grid: GridSpec, stay_out: Iterable[str] = ()) -> Bool:

@@ -21,7 +21,8 @@ from onemap_shared.messages.checks import (
 from onemap_shared.names import normalised
 
 MAX_PLACES = 100  # of one map: a building's rooms, and its zones
-MAX_CORNERS = 100  # of a polygon
+MAX_CORNERS = 64  # of a polygon; as many places of these fit into one message
+MIN_AREA_M2 = 0.01  # of a polygon: less covers no cell
 
 
 class PlaceKind(Word):
@@ -41,6 +42,17 @@ def _corners(corners_m: tuple[tuple[float, float], ...], name: str) -> None:
                 f"{name} has the corner {list(corner)}; each is x, y in metres, at most "
                 f"{MAX_COORDINATE_M:g} from the origin"
             )
+    if corners_m and polygon_area_m2(corners_m) < MIN_AREA_M2:
+        raise ValueError(
+            f"{name} enclose {polygon_area_m2(corners_m):.3f} m2; a place needs at least "
+            f"{MIN_AREA_M2:g}: give the corners in their order around it, in metres"
+        )
+
+
+def polygon_area_m2(corners_m: tuple[tuple[float, float], ...]) -> float:
+    """What a polygon that does not cross itself encloses, in square metres."""
+    x, y = np.transpose(np.subtract(corners_m, corners_m[0]))
+    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
 PlaceName: TypeAlias = Annotated[str, cleaned("name of a place")]
