@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from onemap_mapper.storage import objects
 from onemap_mapper.storage.objects import (
-    FILE_NAME,
+    FORM,
     NO_OBJECTS,
     ObjectKeeper,
     ObjectMemory,
@@ -171,14 +171,14 @@ def test_other_objects_take_their_place(tmp_path: Path) -> None:
     assert kept.names() == Kept(tmp_path).names() == ["sofa"]
     kept.keeper.replace(NO_OBJECTS)
     assert kept.names() == []
-    assert not (tmp_path / FILE_NAME).exists()
+    assert not (tmp_path / FORM.file_name).exists()
     assert kept.announced == [1, 2, 3]
 
 
 def test_an_unreadable_file_is_one_sentence_in_the_log(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    (tmp_path / FILE_NAME).write_bytes(b"nothing")
+    (tmp_path / FORM.file_name).write_bytes(b"nothing")
     with caplog.at_level(logging.ERROR, "onemap.mapper"):
         kept = Kept(tmp_path)
     assert kept.names() == []
@@ -195,7 +195,7 @@ def test_a_full_disk_is_a_problem_and_no_loss_in_memory(
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("onemap_mapper.storage.objects.write_objects", full)
+        patch.setattr("onemap_mapper.storage.kept.replacing", full)
         kept.remember("bed")
     assert kept.names() == ["bed"]
     assert "No space left on device; a restart of the mapper loses them" in kept.keeper.problem

@@ -97,7 +97,7 @@ def write_world(folder: Path, world: str) -> None:
 
 def set_aside(folder: Path) -> Path:
     """Move what the folder holds into a new folder beside it, which is returned; raises OSError."""
-    kept = [*all_of(folder), folder / objects.FILE_NAME, folder / WORLD_FILE]
+    kept = [*all_of(folder), folder / objects.FORM.file_name, folder / WORLD_FILE]
     aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
     aside.mkdir(parents=True)
     for path in filter(Path.exists, kept):

@@ -1,21 +1,19 @@
 """The found objects: what is kept of them, their form on disk, and who answers for them."""
 # Talks: answers the bus's threads.
-# Touches files: found objects.
 
 from __future__ import annotations
 
 import logging
 import secrets
 import struct
-import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, inf
 from pathlib import Path
 
+from onemap_mapper.storage.kept import Form, Kept
 from onemap_shared import keys
-from onemap_shared.atomic_file import replacing
 from onemap_shared.messages import (
     KeptObject,
     ObjectFind,
@@ -178,42 +176,13 @@ def _again(known: KeptObject, find: ObjectFind) -> KeptObject:
     return replace(newest, times_found=known.times_found + 1, first_found_ns=known.first_found_ns)
 
 
-FILE_NAME = "objects.bin"  # without the suffix of a map, so it is not listed as one
-SET_ASIDE = "objects.bin.unreadable"
-
-
-def write_objects(folder: Path, memory: ObjectMemory) -> None:
-    """Write the file atomically; without objects, delete it. Raises OSError."""
-    path = folder / FILE_NAME
-    if memory.objects:
-        with replacing(path) as file:
-            file.write(to_bytes(memory))
-    else:
-        path.unlink(missing_ok=True)
-
-
-def read_objects(folder: Path) -> tuple[ObjectMemory, str]:
-    """The objects, and why there are none, in one sentence, if the file cannot be read.
-
-    Such a file is set aside: renamed, so that the next write does not replace it.
-    """
-    path = folder / FILE_NAME
-    try:
-        return from_bytes(path.read_bytes()), ""
-    except FileNotFoundError:
-        return NO_OBJECTS, ""
-    except (OSError, ValueError) as problem:
-        return NO_OBJECTS, f"the found objects are lost: {problem}; {_set_aside(path)}"
-
-
-def _set_aside(path: Path) -> str:
-    try:
-        path.replace(path.with_name(SET_ASIDE))
-    except OSError as problem:
-        return f"{path} cannot be renamed either: {problem.strerror}"
-    return f"{path} is now {SET_ASIDE}"
-
-
+FORM = Form(
+    "the found objects",
+    "objects.bin",
+    NO_OBJECTS,
+    lambda memory: to_bytes(memory) if memory.objects else b"",
+    from_bytes,
+)
 LOG = logging.getLogger("onemap.mapper")
 
 HeightOf = Callable[[tuple[float, float, float, float]], tuple[float, ...]]
@@ -222,12 +191,11 @@ ID_BYTES = 4  # random, so that a browser never takes an old picture for that of
 
 
 class ObjectKeeper:
-    """The memory of found objects, its file and its procedures.
+    """The memory of found objects and its procedures.
 
-    problem: why they cannot be written, in one sentence; empty if they can. ``announce`` is called
-    after every change, without the keeper's lock; ``height_of`` says between which heights an
-    object of this extent lies. A find is its whose keys name it: ``robots`` are the buses of the
-    robots of the map.
+    ``announce`` is called after every change; ``height_of`` says between which heights an object
+    of this extent lies. A find is its whose keys name it: ``robots`` are the buses of the robots of
+    the map.
     """
 
     def __init__(
@@ -238,24 +206,29 @@ class ObjectKeeper:
         announce: Callable[[], None],
         height_of: HeightOf,
     ) -> None:
-        self._folder, self._announce = folder, announce
+        self._kept = Kept(folder, FORM, announce)
+        self._kept.value = self._kept.value.limited()
         self._height_of = height_of
-        self._lock = threading.Lock()  # changing memory and file is read, compute, write
-        found, problem = read_objects(folder)
-        self.memory = found.limited()
-        if problem:
-            LOG.error("%s", problem)
-        self.problem = ""
         for robot in robots:
             robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
         bus.serve(keys.MAP_OBJECTS, self.list_objects)
         bus.serve(keys.MAP_OBJECT, self.get)
         bus.serve(keys.MAP_FORGET, self.forget)
 
+    @property
+    def memory(self) -> ObjectMemory:
+        """What is kept."""
+        return self._kept.value
+
+    @property
+    def problem(self) -> str:
+        """Why the objects were lost or cannot be written, in one sentence; else empty."""
+        return self._kept.problem
+
     def remember(self, robot: str, find: ObjectFind) -> KeptObject:
         """Keep a find of the robot with this namespace; returns the object that it is."""
         new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
-        memory = self._change(lambda memory: memory.with_find(find, new_id, height_m, robot))
+        memory = self._kept.change(lambda memory: memory.with_find(find, new_id, height_m, robot))
         known = memory.same_object(find)
         assert known is not None  # it was just put there
         LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])
@@ -278,7 +251,7 @@ class ObjectKeeper:
     def forget(self, request: ObjectId) -> KeptObject:
         """Remove an object, as one that was found wrongly; returns what it was."""
         known = self.get(request).kept
-        self._change(lambda memory: memory.without(known.object_id))
+        self._kept.change(lambda memory: memory.without(known.object_id))
         LOG.info("forgot %s at (%.2f, %.2f)", known.name, *known.position_m[:2])
         return known
 
@@ -290,26 +263,4 @@ class ObjectKeeper:
                 return memory
             return replace(objects, version=memory.version + 1).limited()
 
-        self._change(exchange)
-
-    def _change(self, update: Callable[[ObjectMemory], ObjectMemory]) -> ObjectMemory:
-        """Apply a change and write the file; a failed write is reported, the change stays."""
-        with self._lock:
-            before, self.memory = self.memory, update(self.memory)
-            memory = self.memory
-            if memory is not before:
-                self._write(memory)
-        if memory is not before:
-            self._announce()
-        return memory
-
-    def _write(self, memory: ObjectMemory) -> None:
-        try:
-            write_objects(self._folder, memory)
-            self.problem = ""
-        except OSError as problem:
-            self.problem = (
-                f"cannot write the found objects to {self._folder}: {problem.strerror}; a restart "
-                "of the mapper loses them"
-            )
-            LOG.error("%s", self.problem)
+        self._kept.change(exchange)
