@@ -12,7 +12,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -242,18 +242,16 @@ class MapRobot:
             "out of it; clear the map, or restart the mapper if the poses are right"
         )
 
-    def announce(self, belief: BeliefMap, objects_version: int) -> None:
+    def announce(self, belief: BeliefMap, objects_version: int, places_version: int) -> None:
         """Publish the revision of the map; the caller holds the map's lock."""
-        self._revisions.put(
-            revision_of(
-                belief,
-                update_ms=self.telemetry.update_ms,
-                rate_hz=self.telemetry.rate_hz(time.monotonic()),
-                objects_version=objects_version,
-                robot=self.number,
-                camera=self.camera,
-            )
+        revision = revision_of(
+            belief,
+            update_ms=self.telemetry.update_ms,
+            rate_hz=self.telemetry.rate_hz(time.monotonic()),
+            objects_version=objects_version,
+            robot=self.number,
         )
+        self._revisions.put(replace(revision, camera=self.camera, places_version=places_version))
 
     def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:
         """Numbers of its frames for the heartbeat."""

@@ -20,6 +20,7 @@ import torch
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.places.keeper import PlaceKeeper
 from onemap_mapper.query.replies import (
     answered,
     judged,
@@ -56,7 +57,6 @@ from onemap_shared.messages import (
     MapRooms,
     MapSummary,
     PoseGraph,
-    RoomsRequest,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -103,7 +103,10 @@ class Mapper:
         )
         shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
-        self._objects = ObjectKeeper(shared, buses, folder, self._announce_objects, height_m)
+        self._objects = ObjectKeeper(shared, buses, folder, self._announce_kept, height_m)
+        self._places = PlaceKeeper(
+            shared, folder, self._announce_kept, self._rooms, lambda: self._objects.memory
+        )
         for robot in self._robots:
             robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
             robot.bus.serve(keys.MAP_IMAGE_SIMILARITY, partial(self.image_similarity, robot))
@@ -112,12 +115,12 @@ class Mapper:
             robot.bus.serve(keys.MAP_SEARCH_RESET, partial(self.reset_searched, robot))
         shared.serve(keys.MAP_SAVE, self.save)
         shared.serve(keys.MAP_LOAD, self.load)
-        SavedMaps(shared, config, self._objects, self._edit)
+        SavedMaps(shared, config, self._objects, self._places, self._edit)
         shared.serve(keys.MAP_CLEAR, self.clear)
         shared.serve(keys.MAP_DIGEST, self.digest)
-        shared.serve(keys.MAP_ROOMS, self.rooms)
-        if kept is not None:
-            self._announce_objects()
+        shared.serve(keys.MAP_ROOMS, lambda _request: self._rooms())
+        if kept is not None or self._places.kept.value.version:
+            self._announce_kept()  # zones hold before the first frame
 
     def step(self, timeout_s: float) -> None:
         """Fuse the newest field of each robot, if any arrives within the timeout; then follow
@@ -149,7 +152,8 @@ class Mapper:
             metrics |= self._follower.metrics()
             metrics["checkpoints"] = float(self._checkpoints.written)
             metrics["checkpoint_ms"] = self._checkpoints.write_ms
-            problem = robot.telemetry.problem(now_s) or self._objects.problem
+            problem = self._places.kept.problem or robot.telemetry.problem(now_s)
+            problem = problem or self._objects.problem
             problem = problem or self._checkpoints.problem
             problem = problem or (self._notice if now_s < self._notice_until_s else "")
             ready = robot.telemetry.ready(now_s)
@@ -225,7 +229,7 @@ class Mapper:
             return summary_of(self._map)
 
     def save(self, request: MapFile) -> MapSummary:
-        """Write the map, with its found objects, to the configured folder."""
+        """Write the map, with its found objects and places, to the configured folder."""
         path = map_file.map_path(self._config.map_folder, request.name)
         with self._lock:
             if self._map.dimension == 0:
@@ -236,6 +240,7 @@ class Mapper:
             size = self._live.write(
                 path,
                 objects=self._objects.memory,
+                places=self._places.kept.value.places,
                 accept=lambda nbytes: check_quota(path, nbytes, quota_mb),
             )
         if not size:  # cleared meanwhile
@@ -244,7 +249,7 @@ class Mapper:
         return replace(summary, path=str(path), file_bytes=size, created=created)
 
     def load(self, request: MapFile) -> MapSummary:
-        """Replace the map, with its found objects, by one from the configured folder.
+        """Replace the map, with its found objects and places, by one from the configured folder.
 
         A rejected file changes nothing.
         """
@@ -258,6 +263,7 @@ class Mapper:
             restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
+        self._places.replace(content.places)  # first: its zones hold when it is announced
         with self._lock:
             restored.revision = self._map.revision + 1
             self._replace(restored)
@@ -268,11 +274,12 @@ class Mapper:
         return summary
 
     def clear(self, _request: MapClear) -> MapSummary:
-        """Start an empty map, without found objects."""
+        """Start an empty map, without found objects and places."""
         with self._lock:
             self._replace(BeliefMap(self._config.map, first_revision=self._map.revision + 1))
             self._checkpoints.replaced(due=False)
             summary = summary_of(self._map)
+        self._places.replace(())
         self._objects.replace(NO_OBJECTS)
         return summary
 
@@ -281,7 +288,7 @@ class Mapper:
         taken, revision = self._live.whole()
         return digest_of(taken, revision=revision, params=self._config.map)
 
-    def rooms(self, _request: RoomsRequest) -> MapRooms:
+    def _rooms(self) -> MapRooms:
         """The rooms of the map; frames are fused while they are cut."""
         session = self._session
         return session.rooms.reply(search_view(session.scores.of([]), text=""))
@@ -345,6 +352,7 @@ class Mapper:
                 self._checkpoints.replaced(due=False)
             self._world, self._forgets = name, False
         if left:
+            self._places.replace(())
             self._objects.replace(NO_OBJECTS)
         return self._map
 
@@ -404,9 +412,9 @@ class Mapper:
     def _announce(self) -> None:
         """Publish the revision; the caller holds the lock, so that revisions leave in order."""
         for robot in self._robots:
-            robot.announce(self._map, self._objects.memory.version)
+            robot.announce(self._map, self._objects.memory.version, self._places.kept.value.version)
 
-    def _announce_objects(self) -> None:
+    def _announce_kept(self) -> None:
         with self._lock:
             self._announce()
 

@@ -258,7 +258,7 @@ class MapClear:
 
 @dataclass(frozen=True, slots=True)
 class MapSummary:
-    """The answer to save, load and clear: content of the map, path and size of the file.
+    """The answer to save, load, merge and clear: content of the map, path and size of the file.
 
     Attributes:
         path: of the file; empty if none was written or read.
@@ -267,6 +267,7 @@ class MapSummary:
         frames_fused: frames in the map.
         file_bytes: size of the file, 0 if there is none.
         created: whether it was saved under a name that no file had.
+        places_stayed: names of places that stay, though the merged map had others of these names.
     """
 
     path: str
@@ -277,6 +278,7 @@ class MapSummary:
     frames_fused: int
     file_bytes: int = 0
     created: bool = False
+    places_stayed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,6 +83,14 @@ class Place(Message):
             )
 
 
+def different_names(places: tuple[Place, ...]) -> None:
+    """Raise ValueError if two places have the same name, whatever its case."""
+    names = [normalised(place.name) for place in places]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"two places have the name {name!r}: give each its own")
+
+
 @dataclass(frozen=True, slots=True)
 class PlaceId(Message):
     """Names a place."""
@@ -117,6 +125,4 @@ class MapPlaces(Message):
         expect(self.ids, "ids", np.int32, self.grid.shape)
         if len(self.rooms) != len(self.places):
             raise ValueError(f"{len(self.rooms)} rooms for {len(self.places)} places")
-        names = [normalised(place.name) for place in self.places]
-        if len(set(names)) < len(names):
-            raise ValueError("two places have the same name")
+        different_names(self.places)

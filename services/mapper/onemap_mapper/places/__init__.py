@@ -1,1 +1,1 @@
-"""Places: rooms, cut from the floor."""
+"""Places: rooms, cut from the floor, and what people named."""

@@ -4,9 +4,11 @@ A wall is a straight run of tall occupied cells along x or y. Where one ends and
 next tall cell is as near as the other side of a door, the gap is a doorway; what remains connected
 is a room. Furniture that one can look over belongs to the room in which it stands.
 """
+# Talks: threads ask for the rooms of one map.
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,19 +53,24 @@ class Rooms:
 
 
 class RoomKeeper:
-    """The rooms of one map, cut when they are asked for and the map changed since."""
+    """The rooms of one map, cut when they are asked for and the map changed since.
+
+    It may be asked by several threads: ids are given by one of them at a time.
+    """
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._rooms: Rooms | None = None
         self._reply: MapRooms | None = None
 
     def reply(self, view: SearchView) -> MapRooms:
         """The rooms of the map as it is now."""
-        since = -1 if self._reply is None else self._reply.revision
-        if self._reply is None or since != view.revision:
-            self._rooms = found = rooms_of(view, self._rooms)
-            self._reply = MapRooms(view.revision, since, found.grid, found.ids, found.changes)
-        return self._reply
+        with self._lock:
+            since = -1 if self._reply is None else self._reply.revision
+            if self._reply is None or since < view.revision:
+                self._rooms = found = rooms_of(view, self._rooms)
+                self._reply = MapRooms(view.revision, since, found.grid, found.ids, found.changes)
+            return self._reply
 
 
 def rooms_of(view: SearchView, previous: Rooms | None = None) -> Rooms:

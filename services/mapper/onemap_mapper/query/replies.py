@@ -26,7 +26,6 @@ from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
     NO_VIEW,
     AnsweredQuery,
-    CameraView,
     MapRevision,
     MapSummary,
     SearchView,
@@ -174,7 +173,6 @@ def revision_of(
     rate_hz: float,
     objects_version: int,
     robot: int,
-    camera: tuple[CameraView, ...],
 ) -> MapRevision:
     """The state of the map for a robot, published after every change."""
     history = belief.history(robot)
@@ -190,7 +188,6 @@ def revision_of(
         update_ms=update_ms,
         rate_hz=rate_hz,
         objects_version=objects_version,
-        camera=camera,
     )
 
 

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
+from onemap_mapper.places import keeper
 from onemap_mapper.storage import objects
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
@@ -97,7 +98,8 @@ def write_world(folder: Path, world: str) -> None:
 
 def set_aside(folder: Path) -> Path:
     """Move what the folder holds into a new folder beside it, which is returned; raises OSError."""
-    kept = [*all_of(folder), folder / objects.FORM.file_name, folder / WORLD_FILE]
+    names = (objects.FORM.file_name, keeper.FORM.file_name, WORLD_FILE)
+    kept = [*all_of(folder), *(folder / name for name in names)]
     aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
     aside.mkdir(parents=True)
     for path in filter(Path.exists, kept):

@@ -31,6 +31,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.occupancy.evidence import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.places import memory
 from onemap_mapper.query.regions import Extent, extent_band
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
 from onemap_mapper.storage.snapshot import (
@@ -48,7 +49,7 @@ from onemap_mapper.transfers import to_host
 from onemap_shared.atomic_file import replacing
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.grid import MAX_CELLS
-from onemap_shared.messages import MAX_FILE_TEXT_CHARS
+from onemap_shared.messages import MAX_FILE_TEXT_CHARS, Place
 
 
 def _add(
@@ -78,7 +79,7 @@ def _add(
 MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
 MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
 MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
-MAX_OBJECT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
+MAX_KEPT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
 MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
 MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves after submaps moved
 
@@ -242,7 +243,7 @@ ARRAYS = (
     "evidence",
     "clear",
 )
-OBJECTS = "objects"  # only in files of maps with found objects
+OBJECTS, PLACES = "objects", "places"  # only in files of maps with found objects, named places
 # Arrays that files of earlier releases do not have; earlier releases leave them unread.
 SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
 ADDED = ("explored", "heights", *SEEN)
@@ -291,6 +292,9 @@ def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
     arrays = {name: getattr(snapshot, name) for name in names}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
+    if snapshot.places:
+        kept = memory.to_bytes(memory.PlaceMemory(snapshot.places))
+        arrays[PLACES] = np.frombuffer(kept, np.uint8)
     if (seen := snapshot.seen) is not None:
         parts = (seen.poses, seen.best, seen.confidence, seen.last_seen_ns)
         arrays |= dict(zip(SEEN, parts, strict=True))
@@ -320,10 +324,17 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
         declared = {name: _declared(archive, name) for name in _names(archive)}
         check_arrays(declared, header, path.name, max_cells)
         arrays = {name: archive[name] for name in _names(archive)}
-        objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
+        objects = from_bytes(_bytes(archive, OBJECTS)) if OBJECTS in archive else NO_OBJECTS
+        places = memory.NO_PLACES
+        if PLACES in archive:
+            places = memory.from_bytes(_bytes(archive, PLACES))
         seen = [arrays.pop(name) for name in SEEN if name in arrays]
         snapshot = MapSnapshot(
-            header, **arrays, objects=objects, seen=SeenFrom(*seen) if seen else None
+            header,
+            **arrays,
+            objects=objects,
+            places=places.places,
+            seen=SeenFrom(*seen) if seen else None,
         )
         finite = np.isfinite(snapshot.features).all()
         problem = next(_impossible(snapshot), "") if finite else NOT_FINITE
@@ -387,11 +398,11 @@ def _declared(archive: Any, name: str) -> Declared:
         return Declared(str(dtype), shape, entry.file_size - file.tell(), compressed)
 
 
-def _object_bytes(archive: Any) -> bytes:
-    declared = _declared(archive, OBJECTS)
-    if declared.compressed or declared.nbytes > MAX_OBJECT_BYTES:
-        raise ValueError(f"its objects take {declared.nbytes} bytes")
-    data: bytes = archive[OBJECTS].tobytes()
+def _bytes(archive: Any, name: str) -> bytes:
+    declared = _declared(archive, name)
+    if declared.compressed or declared.nbytes > MAX_KEPT_BYTES:
+        raise ValueError(f"its {name} take {declared.nbytes} bytes")
+    data: bytes = archive[name].tobytes()
     return data
 
 
@@ -415,6 +426,7 @@ class LiveMap:
         path: Path,
         *,
         objects: ObjectMemory = NO_OBJECTS,
+        places: tuple[Place, ...] = (),
         accept: Callable[[int], None] = lambda _nbytes: None,
     ) -> int:
         """Write the file atomically; returns its size in bytes, 0 and no file of an empty map.
@@ -427,7 +439,7 @@ class LiveMap:
         for _ in range(ATTEMPTS):
             with self.lock:
                 belief = self.current()
-                content = replace(outline(belief), objects=objects)
+                content = replace(outline(belief), objects=objects, places=places)
             if not content.header.dimension:
                 return 0
             accept(content.nbytes)
@@ -436,7 +448,7 @@ class LiveMap:
             except CellsMoved:
                 continue
         with self.lock:
-            content = take(self.current(), objects)
+            content = take(self.current(), objects, places)
         return write(content, path) if content.header.dimension else 0
 
     def whole(self) -> tuple[MapSnapshot, int]:

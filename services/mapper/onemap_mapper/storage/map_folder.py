@@ -15,6 +15,7 @@ import numpy as np
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.places.keeper import PlaceKeeper
 from onemap_mapper.storage.map_file import SUFFIX, MapNotFound, map_path, read, read_header, require
 from onemap_mapper.storage.objects import ObjectKeeper, ObjectMemory
 from onemap_mapper.storage.snapshot import (
@@ -126,9 +127,15 @@ class SavedMaps:
     """
 
     def __init__(
-        self, bus: Server, config: MapperConfig, objects: ObjectKeeper, edit: Edit
+        self,
+        bus: Server,
+        config: MapperConfig,
+        objects: ObjectKeeper,
+        places: PlaceKeeper,
+        edit: Edit,
     ) -> None:
-        self._config, self._objects, self._edit = config, objects, edit
+        self._config, self._edit = config, edit
+        self._objects, self._places = objects, places
         bus.serve(keys.MAP_LIST, self.list_maps)
         bus.serve(keys.MAP_DELETE, self.delete_map)
         bus.serve(keys.MAP_MERGE, self.merge)
@@ -161,11 +168,15 @@ class SavedMaps:
         with refusing(f"read {path}"):
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
+            stayed = self._places.kept.value.merged(content.places, moved)[1]  # or it is refused
             summary = self._edit(lambda belief: merge_into(belief, content, moved))
+        self._places.kept.change(lambda ours: ours.merged(content.places, moved)[0])
         ours = self._objects.memory
         self._objects.replace(merged_objects(ours, content.objects, moved))
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)
-        return replace(summary, path=str(path), file_bytes=size)
+        if stayed:
+            LOG.info("places that stayed as they were: %s", ", ".join(stayed))
+        return replace(summary, path=str(path), file_bytes=size, places_stayed=stayed)
 
 
 def merged_objects(

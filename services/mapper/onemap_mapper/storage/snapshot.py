@@ -23,7 +23,7 @@ from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import I64
-from onemap_shared.messages import MapDigest
+from onemap_shared.messages import MapDigest, Place
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
@@ -70,6 +70,7 @@ class MapSnapshot:
     objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
     a release that counted all frames. heights (n, LEVELS) float32: shares of height; seen: from
     where the cells were seen best, and when last; None in files of releases without them.
+    places: what people named.
     """
 
     header: MapHeader
@@ -84,6 +85,7 @@ class MapSnapshot:
     explored: NDArray[np.float32] | None = None
     heights: NDArray[np.float32] | None = None
     seen: SeenFrom | None = None
+    places: tuple[Place, ...] = ()
 
     @property
     def nbytes(self) -> int:
@@ -101,10 +103,12 @@ class MapSnapshot:
         return np.zeros((len(self.cells), LEVELS), np.float32)
 
 
-def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
-    """A copy of the map's content, with the objects that were found."""
+def take(
+    belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS, places: tuple[Place, ...] = ()
+) -> MapSnapshot:
+    """A copy of the map's content, with the objects that were found and the named places."""
     features = _features(belief, slice(0, belief.store.count))
-    return replace(outline(belief), features=features, objects=objects)
+    return replace(outline(belief), features=features, objects=objects, places=places)
 
 
 def _features(belief: BeliefMap, part: slice) -> NDArray:

@@ -1,0 +1,93 @@
+"""The places that people named, as they are kept and merged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+
+from onemap_mapper.belief.submaps import PlanarCorrection
+from onemap_shared.messages import MAX_PLACES, Place, different_names
+from onemap_shared.messages.checks import Count, Message, items
+from onemap_shared.names import normalised
+from onemap_shared.wire import Packet, decode, encode
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceMemory(Message):
+    """Named places in the order of their first naming; ``version`` counts changes."""
+
+    places: Annotated[tuple[Place, ...], items(MAX_PLACES)] = ()
+    version: Count = 0
+
+    def _check(self) -> None:
+        different_names(self.places)
+
+    def get(self, name: str) -> Place | None:
+        """The place of this name, whatever its case; None if there is none."""
+        return self._by_name().get(normalised(name))
+
+    def with_place(self, place: Place) -> PlaceMemory:
+        """The memory with this place instead of the one of its name; ValueError if it is full."""
+        known = self._by_name() | {normalised(place.name): replace(place, suggested=False)}
+        if len(known) > MAX_PLACES:
+            raise ValueError(
+                f"the map has {MAX_PLACES} places, as many as it may have: forget one first"
+            )
+        return self.changed_to(tuple(known.values()))
+
+    def without(self, name: str) -> PlaceMemory:
+        """The memory without the place of this name."""
+        known = self._by_name()
+        known.pop(normalised(name), None)
+        return self.changed_to(tuple(known.values()))
+
+    def merged(
+        self, theirs: tuple[Place, ...], moved: PlanarCorrection
+    ) -> tuple[PlaceMemory, tuple[str, ...]]:
+        """Our places, and those of theirs with other names at their places in our frame.
+
+        Also the names of ours that stay although theirs differ. Raises ValueError if there are too
+        many places together, or one would lie too far away.
+        """
+        known, stayed = self._by_name(), list[str]()
+        for place in (_moved(place, moved) for place in theirs):
+            kept = known.setdefault(normalised(place.name), place)
+            if kept != replace(place, name=kept.name):
+                stayed.append(kept.name)
+        if len(known) > MAX_PLACES:
+            raise ValueError(
+                f"both maps together have {len(known)} places, and a map may have {MAX_PLACES}: "
+                "forget some first"
+            )
+        return self.changed_to(tuple(known.values())), tuple(stayed)
+
+    def changed_to(self, places: tuple[Place, ...]) -> PlaceMemory:
+        """These places instead; the same memory if they are the same."""
+        return self if places == self.places else PlaceMemory(places, self.version + 1)
+
+    def _by_name(self) -> dict[str, Place]:
+        return {normalised(place.name): place for place in self.places}
+
+
+NO_PLACES = PlaceMemory()
+
+
+def _moved(place: Place, moved: PlanarCorrection) -> Place:
+    def points(points_m: tuple[tuple[float, ...], ...]) -> list[tuple[float, float]]:
+        return [(x, y) for x, y in moved.apply(np.array(points_m, np.float64)).tolist()]
+
+    if place.corners_m:
+        return replace(place, corners_m=tuple(points(place.corners_m)))
+    return replace(place, inside_m=points((place.inside_m,))[0])
+
+
+def to_bytes(memory: PlaceMemory) -> bytes:
+    """The memory as it is saved: the header of a packet, which holds all of it."""
+    return encode(memory).header
+
+
+def from_bytes(data: bytes) -> PlaceMemory:
+    """The memory that was saved as ``data``; raises ValueError if that is damaged."""
+    return decode(PlaceMemory, Packet(data, b""))
