@@ -64,6 +64,7 @@ class Place(Message):
 
     Attributes:
         name: two places of a map differ in it, whatever their case.
+        kind: a name of a part of the floor, or a part that no robot enters.
         inside_m: x, y of a point in the room, which may grow around it; empty for a polygon.
         corners_m: x, y of the polygon's corners, in order; empty for a room.
         suggested: named by the mapper, by what was found inside, not by a person.
