@@ -8,17 +8,17 @@ one that the mapper would tell it, so that searches compare with those of before
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from math import dist
 from pathlib import Path
 from typing import Any, Protocol
-
-import numpy as np
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.query.replies import ViewReplies
+from onemap_mapper.places.rooms import RoomKeeper
+from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
@@ -40,15 +40,19 @@ from onemap_planner.world.map_view import AssembledView, PlanningView, after
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
+    NO_ROOM,
     NO_VIEW,
     Detail,
     Detections,
     FeatureField,
+    MapPlaces,
+    Place,
     RgbdFrame,
     SearchOrder,
     SearchViewRequest,
     ViewChangesRequest,
 )
+from onemap_shared.places import room_at
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors import true_place
 from onemap_simulator.parts import RobotParts
@@ -59,6 +63,7 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.navigation.methods import ONEMAP, ConfidenceValueMap, SearchMethod
 
 START_S = 1.0  # of stamps: 0 would mean that the map is empty
+PLACES_HZ = 1.0  # as the planner asks for them
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
 
@@ -210,7 +215,8 @@ class SimulatedRobot:
 class LockstepSimulation:
     """One robot that searches, wherever it is.
 
-    watch: told of every frame of a search, and of what was detected in it.
+    watch: told of every frame of a search, and of what was detected in it; places: named on the
+    map; path: the robot's true positions after each step, metres.
     """
 
     state: PlannerState  # from the first search on
@@ -223,8 +229,11 @@ class LockstepSimulation:
         *,
         method: SearchMethod = ONEMAP,
         watch: Callable[[RgbdFrame, Detections], None] | None = None,
+        places: Sequence[Place] = (),
     ) -> None:
         self.robot, self.now_s = robot, 0.0  # simulated seconds since the start
+        self.path: list[tuple[float, float]] = [self.xy]
+        self._named = tuple(places)
         self.ends: list[SearchEnd] = []  # one for each result of the search
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -299,7 +308,8 @@ class LockstepSimulation:
         before, before_s = self.xy, self.now_s
         self.now_s += 1.0 / planner.control_hz
         robot.advance(self._controller.command, before_s, self.now_s)
-        self.odometer_m += float(np.hypot(self.xy[0] - before[0], self.xy[1] - before[1]))
+        self.path.append(self.xy)
+        self.odometer_m += dist(self.xy, before)
 
     def _is_due(self, task: str, rate_hz: float) -> bool:
         """Whether the task is due; if so, schedules it again after its period."""
@@ -310,9 +320,11 @@ class LockstepSimulation:
         return True
 
     def _take_map(self, belief: BeliefMap) -> None:
+        self._places: MapPlaces | None = None
         self.belief = belief
         self._replies = ViewReplies(MapScores(belief), "lockstep")
         self._views: dict[SearchViewRequest, AssembledView] = {}  # the newest of each
+        self._rooms = RoomKeeper()
 
     def _process_frame(self, search: Search, frame: RgbdFrame) -> None:
         field = self._perception.field(frame)
@@ -354,6 +366,7 @@ class LockstepSimulation:
             other_view=self._other_view(state),
             blocked=self._controller.blocked,
             creeps=self._controller.creeps(self._config.planner.drive),
+            places=self._map_places(),
         )
         self._detections.clear()
         method = self._method
@@ -368,6 +381,18 @@ class LockstepSimulation:
             self._motion_plan = Plan(
                 state.search.search_id, decision.motion, decision.costmap, self.now_s
             )
+
+    def _map_places(self) -> MapPlaces | None:
+        """The places as the mapper would tell them, with the rooms of at most a second ago."""
+        if self._named and self._is_due("places", PLACES_HZ):
+            view = search_view(MapScores(self.belief).of([]), text="")
+            now = self._rooms.reply(view)
+            rooms = tuple(
+                room_at(now.ids, now.grid, place.inside_m) if place.inside_m else NO_ROOM
+                for place in self._named
+            )
+            self._places = MapPlaces(1, now.revision, self._named, rooms, now.grid, now.ids)
+        return self._places
 
     def _view(self, state: PlannerState) -> PlanningView:
         search = state.search
