@@ -26,14 +26,17 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd
 from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import run, setups
-from onemap_tools.bench.navigation.episode import (
+from onemap_tools.bench.navigation.drawing import (
     FROM_START_M,
     GOALS,
     MIN_WAY_M,
-    EpisodeSetup,
     NavigationEpisode,
     apartment_seeds,
+    deepest_m,
     draw_episode,
+)
+from onemap_tools.bench.navigation.episode import (
+    EpisodeSetup,
     failure_of,
     oracle_objects,
     run_episode,
@@ -259,3 +262,19 @@ def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object() ->
         outside = (max(x0 - x, x - x1, 0), max(y0 - y, y - y1, 0))
         assert np.hypot(*outside) >= FROM_START_M
         assert all(floor.clearance_m(x, y) > 0 for x in (x0, x1) for y in (y0, y1))
+
+
+@pytest.mark.slow
+def test_zones_are_away_from_the_start_and_leave_a_way_to_every_object() -> None:
+    record = run_episode(setup("oracle", zones=2))
+    assert len(record.zones) == 2
+    assert all(isfinite(item.shortest_path_m or inf) for item in record.objects)
+    assert deepest_m([record.start[:2]], record.zones, FROM_START_M) <= 0
+
+
+def test_how_deep_a_body_was_in_a_zone_counts_from_its_rim() -> None:
+    zone = (1.0, 0.0, 3.0, 4.0)
+    assert deepest_m([(0.5, 2.0)], [zone], 0.2) == 0
+    assert deepest_m([(0.5, 2.0), (0.9, 2.0)], [zone], 0.2) == pytest.approx(0.1)
+    assert deepest_m([(1.5, 2.0)], [zone], 0.2) == pytest.approx(0.7)
+    assert deepest_m([(1.5, 2.0)], [], 0.2) == 0

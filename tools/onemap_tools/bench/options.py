@@ -241,6 +241,9 @@ class NavigationBench(Options):
     stairwells: Annotated[
         int, Option(min=0, max=4, help="Openings in each apartment's floor, on the ways to take.")
     ] = 0
+    zones: Annotated[
+        int, Option(min=0, max=4, help="Keep-out zones in each: rooms, and floor on the ways.")
+    ] = 0
     episodes: Annotated[int, Option(min=1, help="Apartments, one episode in each.")] = 10
     seed: Annotated[int, Option(min=0, help="Of the first apartment.")] = 1
     apartments: Annotated[Parity, Option(help="Settings are chosen on even seeds.")] = "all"

@@ -13,7 +13,8 @@ from typing import Any
 import torch
 
 from onemap_tools.bench.lockstep import SystemConfig
-from onemap_tools.bench.navigation.episode import EpisodeSetup, apartment_seeds, run_episode
+from onemap_tools.bench.navigation.drawing import apartment_seeds
+from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.results import (
     EPISODE,
     EpisodeRecord,
@@ -63,6 +64,8 @@ def described(options: NavigationBench) -> dict[str, Any]:
         del document[name]
     if options.goals == "names":
         del document["goals"]
+    if zones := document.pop("zones"):
+        document["zones_per_episode"] = zones
     if wells := document.pop("stairwells"):
         document["stairwells_per_episode"] = wells
     config = _config(options, options.seed).document()

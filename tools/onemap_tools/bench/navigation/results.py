@@ -87,7 +87,8 @@ class EpisodeRecord:
     x_max, y_max in metres of openings in the floor, edges_crossed: how often the robot came over
     one; start_m: metres driven in the first ``STARTED_S``; phrase: of the object that is meant
     where others are of its kind; plain: of the plain search, whose object goes on until it is the
-    right one, what it claimed first."""
+    right one, what it claimed first; zones: keep-out rectangles, as stairwells; in_zone_m: how
+    far the robot's disc reached into one at most."""
 
     index: int
     seed: int
@@ -107,6 +108,8 @@ class EpisodeRecord:
     start_m: float = 0.0
     phrase: str = ""
     plain: tuple[ObjectRecord, ...] = ()
+    zones: tuple[tuple[float, float, float, float], ...] = ()
+    in_zone_m: float = 0.0
 
     @property
     def progress(self) -> int:
@@ -268,6 +271,8 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
         "stairwells": sum(len(episode.stairwells) for episode in episodes),
         **{name: sum(getattr(episode, name) for episode in episodes) for name in counted},
         "pose_error_m": max(episode.pose_error_m for episode in episodes),
+        "zones": sum(len(episode.zones) for episode in episodes),
+        "in_zone_m": max(episode.in_zone_m for episode in episodes),
         "simulated_s": round(sum(episode.simulated_s for episode in episodes), 1),
     }
 
@@ -301,6 +306,8 @@ COUNTS = {
     "frames_lost": "frames lost, all episodes",
     "pose_jumps": "loop closures, all episodes",
     "pose_error_m": "largest error of the reported pose, m",
+    "zones": "keep-out zones, all episodes",
+    "in_zone_m": "deepest in a keep-out zone, m",
 }
 
 
@@ -328,6 +335,7 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
     rows["of these, by the time limit"] = result["timed_out"]
     shown = {key for key in COUNTS if result.get(key)}
     shown |= {"edges_crossed"} if "stairwells" in shown else set()
+    shown |= {"in_zone_m"} if "zones" in shown else set()
     rows |= {name: result[key] for key, name in COUNTS.items() if key in shown}
     compared = {
         f"{_title(name)}, {'less' if name in DIFFERENCES else 'over'} that of {method}": Estimate(
@@ -473,7 +481,7 @@ def episode_picture(episode: EpisodeRecord, style: str, robot: RobotParams) -> U
     reachable = collision.reachable_cells(*episode.start[:2], robot.radius_m)
     floor = FloorMap(collision.grid, collision.clearance <= 0, reachable)
     image = draw_floor_plan(scene, floor, episode.start)
-    for x0, y0, x1, y1 in episode.stairwells:
+    for x0, y0, x1, y1 in (*episode.stairwells, *episode.zones):
         corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
         image = draw_path(image, floor.grid, corners, STAIRWELL)
     for index, path in enumerate(paths_of(episode)):
