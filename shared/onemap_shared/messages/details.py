@@ -27,6 +27,7 @@ class Relation(Message):
     """What an object lies next to, on, under, in or between.
 
     Attributes:
+        kind: how it lies to them.
         anchors: names of the other objects: two for ``between``, else one.
     """
 

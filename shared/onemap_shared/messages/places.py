@@ -94,7 +94,11 @@ def different_names(places: tuple[Place, ...]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class PlaceId(Message):
-    """Names a place."""
+    """Names a place.
+
+    Attributes:
+        name: the place's, whatever its case.
+    """
 
     name: PlaceName
 
