@@ -12,7 +12,13 @@ from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.scene.scene import Room, Scene
 from onemap_tools.bench.navigation.benchmark import setups
-from onemap_tools.bench.navigation.described import DescribedObject, described_objects, merged
+from onemap_tools.bench.navigation.described import (
+    PAINTS,
+    DescribedObject,
+    described_objects,
+    merged,
+    painted,
+)
 from onemap_tools.bench.navigation.results import Failure, ResultsFolder, read_beside
 from onemap_tools.bench.options import GoalsName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
@@ -71,6 +77,16 @@ def test_rooms_are_named_by_a_free_place_in_them() -> None:
     assert 5.1 < place.inside_m[0] < 10
 
 
+def test_instances_of_a_class_are_painted_in_the_colours_by_which_they_are_named() -> None:
+    scene = painted(two_rooms(), SimulatorConfig().seed)
+    every = described("colours")
+    nouns = sorted(each.noun for each in every.values())
+    assert nouns == ["chair", "dresser", "dresser", "stool", "stool"]  # two chairs are close
+    for each in every.values():
+        (texture,) = set(scene.face_texture[scene.face_object == each.meant].tolist())
+        assert tuple(scene.textures[texture][0, 0]) == PAINTS[each.detail.colour]
+
+
 def test_a_claim_of_another_one_is_wrong_however_near_the_right_one() -> None:
     lamp, scene = described("relations")["lamp next to the bed"], two_rooms()
     claim = ObjectSummary("", "found", "", (2.1, 0.5, 1.0), 9.0, 6.0, 3.0, 1.0, 0.0)
@@ -98,6 +114,7 @@ def test_a_plain_search_that_goes_on_adds_up_and_is_compared_as_two(tmp_path: Pa
     ("options", "told"),
     [
         ({"method": "plain"}, "choose other --goals than names"),
+        ({"goals": "colours"}, "--goals colours is for --features mini"),
         ({"method": "vlfm", "goals": "rooms"}, "--goals rooms is for onemap, plain, oracle"),
     ],
 )

@@ -51,6 +51,8 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
             f"method {options.method} knows names only: --goals {options.goals} is for "
             f"{', '.join(DESCRIBED)}"
         )
+    if options.goals == "colours" and options.features != "mini":
+        raise ValueError("labels have no colours: --goals colours is for --features mini")
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
     return tuple(
         EpisodeSetup(index, _config(options, seed), options) for index, seed in enumerate(seeds)

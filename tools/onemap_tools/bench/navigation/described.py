@@ -16,6 +16,7 @@ import numpy as np
 
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Detail, ObjectResult, Place, Relation, RelationKind
+from onemap_shared.messages.details import NEXT_TO_M
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.physics.collision import CollisionMap
@@ -23,11 +24,20 @@ from onemap_simulator.scene.scene import Room, Scene
 from onemap_tools.bench.options import GoalsName
 from onemap_tools.demo.summary import ObjectSummary
 
-NEXT_TO_M = 1.0  # as the words mean it
 CLEARLY_NOT_M = 1.5  # of every other instance from every such anchor, walls or none
 APART_M = 1.0  # between the one that is meant and the others: no two that touch
 ON_M = 0.05  # the base of what stands on another thing, at most above that thing's highest point
 RAISED_M = 0.2  # the base of what stands on another thing, at least above that thing's base
+# Things of any colour in homes, and paints that nobody takes for one another; RGB.
+PAINTED = frozenset({"armchair", "bed", "bench", "chair", "dresser", "sofa", "stool", "wardrobe"})
+PAINTS = {
+    "red": (180, 30, 30),
+    "yellow": (220, 190, 30),
+    "green": (40, 140, 60),
+    "blue": (40, 70, 180),
+    "purple": (120, 50, 150),
+    "white": (235, 235, 230),
+}
 WORDS = {
     RelationKind.NEXT_TO: "next to",
     RelationKind.ON: "on",
@@ -98,8 +108,21 @@ def described_objects(
             return list(_related(things))
         case "rooms":
             return list(_in_rooms(things, scene, simulator))
+        case "colours":
+            return list(_coloured(things, simulator.seed))
         case _:
             return []
+
+
+def painted(scene: Scene, seed: int) -> Scene:
+    """The scene with each instance of the classes of ``PAINTED`` in another colour, by the seed."""
+    things = _Things(scene, PAINTED)
+    face_texture, textures = scene.face_texture.copy(), list(scene.textures)
+    for noun, _ in things.several():
+        for index, colour in _colours(things, noun, seed):
+            face_texture[scene.face_object == index] = len(textures)
+            textures.append(np.full((2, 2, 3), PAINTS[colour], np.uint8))
+    return replace(scene, face_texture=face_texture, textures=tuple(textures))
 
 
 def draw_order(found: list[DescribedObject], rng: np.random.Generator) -> list[DescribedObject]:
@@ -189,6 +212,20 @@ def _related(things: _Things) -> Iterator[DescribedObject]:
                 phrase = f"{noun} {WORDS[kind]} the {anchor}"
                 detail = Detail(relations=(Relation(kind, (anchor,)),))
                 yield DescribedObject(noun, phrase, detail, meant[0])
+
+
+def _colours(things: _Things, noun: str, seed: int) -> Iterator[tuple[int, str]]:
+    """Each instance of a class and its colour; the last ones keep theirs if there are too many."""
+    rng = np.random.default_rng((seed, *noun.encode()))
+    return zip(things.of_class[noun], rng.permutation(list(PAINTS)).tolist(), strict=False)
+
+
+def _coloured(things: _Things, seed: int) -> Iterator[DescribedObject]:
+    for noun, instances in things.several():
+        if noun in PAINTED and len(instances) <= len(PAINTS):
+            for index, colour in _colours(things, noun, seed):
+                if things.alone([index], instances):
+                    yield DescribedObject(noun, f"{colour} {noun}", Detail(colour), index)
 
 
 def _in_rooms(

@@ -39,7 +39,7 @@ from onemap_tools.bench.lockstep import (
     SimulatedRobot,
     SystemConfig,
 )
-from onemap_tools.bench.navigation.described import DescribedObject, merged
+from onemap_tools.bench.navigation.described import DescribedObject, merged, painted
 from onemap_tools.bench.navigation.drawing import (
     NavigationEpisode,
     deepest_m,
@@ -107,6 +107,8 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
         truth = scene_truth(scene, simulator)
         episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
     else:
+        if options.goals == "colours":
+            scene = painted(scene, simulator.seed)
         episode, truth = draw_described(scene, simulator, options.goals)
     openings = draw_openings(scene, truth, episode, simulator, options.stairwells)
     if openings:
