@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.joint_belief import by_rank
 from onemap_shared.messages import (
     NO_VIEW,
     TILE_CELLS,
@@ -258,7 +259,7 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         searched=(layers & Layer.SEARCHED) > 0,
         assumed=(layers & Layer.ASSUMED) > 0,
         floor_seen=(layers & Layer.FLOOR_SEEN) > 0,
-        similarity=similarity if part.calibrated else _top_tenth(guidance),
+        similarity=similarity if part.calibrated else by_rank(guidance),
         margin=margin,
         guidance=guidance,
         calibrated=part.calibrated,
@@ -270,16 +271,6 @@ def _grid_of(grid: GridSpec, first: I64, shape: I64) -> GridSpec:
     ix, iy = (int(index) for index in first + np.asarray(grid.origin_cell))
     nx, ny = (int(length) for length in shape)
     return GridSpec(grid.cell_size_m, (ix, iy), (nx, ny))
-
-
-def _top_tenth(guidance: F32) -> F32:
-    """Similarity (nx, ny) by rank: 0 up to the 90th percentile of the map, 1 for its best cell.
-
-    The cosines of an encoder without calibration lie close together, each encoder's elsewhere:
-    no threshold on them holds for two encoders, but a rank does.
-    """
-    similarity: F32 = np.clip((guidance - np.float32(0.9)) / np.float32(0.1), 0.0, 1.0)
-    return similarity
 
 
 def _cropped(view: PlanningView, box: I64) -> SearchView:

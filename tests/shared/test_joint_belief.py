@@ -1,0 +1,164 @@
+"""The belief in a described thing: the kernel of relations, places, and what is not described."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from onemap_shared.geometry import F32
+from onemap_shared.grid import GridSpec
+from onemap_shared.joint_belief import (
+    DRAW,
+    FADE_M,
+    REACH_M,
+    UNSEEN,
+    Layers,
+    joint,
+    kernel,
+    place_weights,
+    relation_belief,
+    with_furniture,
+)
+from onemap_shared.messages import (
+    NO_DETAIL,
+    NO_ROOM,
+    Detail,
+    MapPlaces,
+    Place,
+    Relation,
+    RelationKind,
+)
+
+CELL_M = 0.1
+SHAPE = (60, 50)
+GRID = GridSpec(CELL_M, (0, 0), SHAPE)
+KINDS = tuple(RelationKind)
+
+
+def layer(value: float, shape: tuple[int, int] = SHAPE) -> F32:
+    return np.full(shape, value, np.float32)
+
+
+def joined(target: F32, detail: Detail, anchor: F32 | None = None, *, looked: bool = True) -> F32:
+    rank = np.full_like(target, 0.5)
+    anchors = {} if anchor is None else {"bed": Layers(anchor, rank)}
+    return joint(
+        Layers(target, rank),
+        anchors,
+        detail,
+        places=np.ones(target.shape),
+        looked=np.full(target.shape, looked),
+        cell_size_m=CELL_M,
+    ).similarity
+
+
+def related(kind: RelationKind) -> Detail:
+    return Detail(relations=(Relation(kind, ("bed",)),))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_kernel_is_full_in_reach_half_at_the_fade_and_never_grows(kind: RelationKind) -> None:
+    held = kernel(kind, np.linspace(0.0, 4.0, 400))
+    assert (np.diff(held) <= 0).all()
+    reach, half = kernel(kind, np.array([REACH_M[kind], REACH_M[kind] + FADE_M]))
+    assert (reach, half) == (1.0, pytest.approx(0.5))
+    assert held[-1] < 0.01
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    kind=st.sampled_from([RelationKind.NEXT_TO, RelationKind.ON]),
+)
+@settings(max_examples=25, deadline=None)
+def test_it_is_the_best_anchor_in_reach(seed: int, kind: RelationKind) -> None:
+    """As by straight distances, but for a cell and the octagon's 8 percent."""
+    rng = np.random.default_rng(seed)
+    anchor = np.where(rng.random(SHAPE) < 0.003, rng.random(SHAPE), 0).astype(np.float32)
+    found = relation_belief(kind, anchor, CELL_M)
+    least, most = np.zeros(SHAPE), np.zeros(SHAPE)
+    for x, y in np.argwhere(anchor > 0):
+        there = np.ones(SHAPE, bool)
+        there[x, y] = False
+        away_m = CELL_M * ndimage.distance_transform_edt(there)
+        np.maximum(least, anchor[x, y] * kernel(kind, away_m + CELL_M), out=least)
+        np.maximum(most, anchor[x, y] * kernel(kind, 0.92 * away_m - CELL_M), out=most)
+    assert ((found >= least - 1e-5) | (least < 0.02)).all()  # cut off there
+    assert (found <= most + 1e-5).all()
+
+
+def test_a_thing_far_from_every_anchor_is_weakened_and_no_score_grows() -> None:
+    anchor = layer(0.02)
+    anchor[20:30, 20:30] = 0.9
+    target = layer(0.8)
+    found = joined(target, related(RelationKind.NEXT_TO), anchor)
+    assert (found <= target).all()
+    assert found[35, 25] == pytest.approx(0.8 * 0.9)
+    assert found[59, 25] < 0.05
+    assert (np.diff(found[30:, 25]) <= 1e-6).all()
+
+
+def test_where_nobody_looked_the_anchor_alone_draws() -> None:
+    anchor = layer(0.02)
+    anchor[20:30, 20:30] = 0.9
+    found = joined(layer(0.05), related(RelationKind.NEXT_TO), anchor, looked=False)
+    assert found[35, 25] == pytest.approx(DRAW * 0.9)
+    assert found[59, 25] <= 0.05
+
+
+def test_an_anchor_may_be_where_nobody_was() -> None:
+    anchor = layer(0.02)
+    anchor[:, 25:] = np.nan
+    found = joined(layer(0.8), related(RelationKind.NEXT_TO), anchor)
+    assert found[30, 20] == pytest.approx(0.8 * UNSEEN)
+
+
+@pytest.mark.parametrize("detail", [NO_DETAIL, Detail(colour="red")])
+def test_what_is_not_described_stays_bit_for_bit(detail: Detail) -> None:
+    target = np.random.default_rng(3).random(SHAPE).astype(np.float32)
+    assert joined(target, detail, looked=False) is target
+
+
+def test_between_two_things_is_near_both() -> None:
+    bed, sofa = layer(0.0), layer(0.0)
+    bed[10, 25] = sofa[30, 25] = 1.0
+    between = Detail(relations=(Relation(RelationKind.BETWEEN, ("bed", "sofa")),))
+    rank = layer(0.5)
+    found = joint(
+        Layers(layer(1.0), rank),
+        {"bed": Layers(bed, rank), "sofa": Layers(sofa, rank)},
+        between,
+        places=np.ones(SHAPE),
+        looked=np.ones(SHAPE, bool),
+        cell_size_m=CELL_M,
+    ).similarity
+    assert found[20, 25] == 1.0
+    assert max(found[0, 25], found[40, 25]) < 0.01
+
+
+def test_places_limit_where_it_is_and_cover_the_furniture_of_rooms() -> None:
+    ids = np.full(SHAPE, NO_ROOM, np.int32)
+    ids[5:25, 5:20] = 0
+    ids[5:25, 26:45] = 1  # a wall of 0.6 m between the two, and a bed of 1 m in the first
+    ids[10:20, 8:18] = NO_ROOM
+    places = MapPlaces(
+        1,
+        1,
+        (Place("kitchen", inside_m=(0.6, 0.6)), Place("hall", inside_m=(1.0, 3.0))),
+        (0, 1),
+        GRID,
+        ids,
+    )
+    grown = with_furniture(places)
+    weights = place_weights(Detail(inside=("kitchen",)), grown, GRID)
+    assert weights[15, 13] == weights[6, 6] == 1.0
+    assert weights[15, 40] < 0.01
+    outside = place_weights(Detail(outside=("Kitchen",)), grown, GRID)
+    assert (outside == np.where(weights == 1.0, 0.0, 1.0)).all()
+    unknown = replace(places, ids=np.full(SHAPE, NO_ROOM, np.int32), rooms=(NO_ROOM, NO_ROOM))
+    for known in (None, with_furniture(unknown)):
+        assert (place_weights(Detail(inside=("kitchen",)), known, GRID) == 1.0).all()
