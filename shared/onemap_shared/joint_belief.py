@@ -97,32 +97,48 @@ def _grown(values: F32, *, corners: bool) -> F32:
     return wider
 
 
-def joint(
+@dataclass(frozen=True, slots=True)
+class JointBelief:
+    """How a description fits each cell, for every similarity of the target.
+
+    fits (nx, ny): M(x) product of K(x), in [0, 1]; guidance (nx, ny): mean rank of target and
+    anchors, where the places allow it.
+    """
+
+    fits: F32
+    guidance: F32
+
+    def similarity(self, target: F32, looked: Bool | None = None) -> F32:
+        """J (nx, ny) of a target of similarity (nx, ny).
+
+        looked (nx, ny): cells where the target would have been seen; None: all of them.
+        """
+        found: F32 = target * self.fits
+        if looked is not None:
+            drawn = np.isfinite(found) & ~looked
+            found[drawn] = np.maximum(found, np.float32(DRAW) * self.fits)[drawn]
+        return found
+
+
+def joint_belief(
     target: Layers,
     anchors: Mapping[str, Layers],
     detail: Detail,
     *,
     places: F64,
-    looked: Bool,
     cell_size_m: float,
-) -> Layers:
-    """The layers of a target that is described, those of the target itself if nothing is said.
+) -> JointBelief:
+    """The belief in a target that is described.
 
-    anchors: of every anchor of the detail; places: as of ``place_weights``; looked (nx, ny): cells
-    where the target would have been seen.
+    anchors: of every anchor of the detail; places (nx, ny): as of ``place_weights``.
     """
-    if not (detail.relations or detail.inside or detail.outside):
-        return target
-    fits = places.copy()
+    fits = places.astype(np.float32)
     for relation in detail.relations:
         for name in relation.anchors:
             fits *= relation_belief(relation.kind, anchors[name].similarity, cell_size_m)
-    similarity = target.similarity * fits
-    drawn = np.isfinite(similarity) & ~looked
-    similarity[drawn] = np.maximum(similarity, DRAW * fits)[drawn]
     ranks = [target.guidance, *(anchors[name].guidance for name in detail.anchors)]
-    guidance = np.mean(ranks, axis=0) * places
-    return Layers(similarity.astype(np.float32), guidance.astype(np.float32))
+    guidance: F32 = (np.mean(ranks, axis=0) * places).astype(np.float32)
+    return JointBelief(fits, guidance)
 
 
 def place_weights(detail: Detail, places: MapPlaces | None, grid: GridSpec) -> F64:

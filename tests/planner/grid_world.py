@@ -32,7 +32,7 @@ from onemap_planner.search.state_machine import (
 )
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
+from onemap_shared.messages import Detail, Detections, Layer, MapPlaces, Occupancy, SearchView
 from tests.planner.drawn_maps import detections_of
 
 CELL_M = 0.1
@@ -264,6 +264,7 @@ class SimulatedSearch:
     stale_reason: str = ""
     patience_from_s: float = float("-inf")
     reached: Pose2d | None = None
+    places: MapPlaces | None = None
     off_m: float = 1.5 * ARRIVE_M  # from the goal to where the robot stands for it
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
@@ -295,6 +296,8 @@ class SimulatedSearch:
             stale_reason=self.stale_reason,
             patience_from_s=self.patience_from_s,
             reached=self.reached,
+            places=self.places,
+            anchor_views=tuple(map(self.world.view, self.state.search.detail.anchors)),
         )
         outcome = step(self.state, observation, params)
         self.state, self.decision = outcome.state, outcome.decision or self.decision
@@ -341,10 +344,11 @@ class SimulatedSearch:
         return self.state.search
 
 
-def start(world: GridWorld, *objects: str) -> SimulatedSearch:
-    """A search for the objects, about to begin."""
+def start(world: GridWorld, *objects: str, detail: Detail | None = None) -> SimulatedSearch:
+    """A search for the objects, about to begin; detail: what is said of the only one."""
     stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
-    return SimulatedSearch(world, new_search("search-1", objects, stamp, started_ns=0))
+    search = new_search("search-1", objects, stamp, started_ns=0)
+    return SimulatedSearch(world, replace(search, details=(detail,) if detail else ()))
 
 
 def start_drive(world: GridWorld, destination: Destination) -> SimulatedSearch:

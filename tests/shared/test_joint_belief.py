@@ -17,15 +17,15 @@ from onemap_shared.joint_belief import (
     FADE_M,
     REACH_M,
     UNSEEN,
+    JointBelief,
     Layers,
-    joint,
+    joint_belief,
     kernel,
     place_weights,
     relation_belief,
     with_furniture,
 )
 from onemap_shared.messages import (
-    NO_DETAIL,
     NO_ROOM,
     Detail,
     MapPlaces,
@@ -44,17 +44,15 @@ def layer(value: float, shape: tuple[int, int] = SHAPE) -> F32:
     return np.full(shape, value, np.float32)
 
 
-def joined(target: F32, detail: Detail, anchor: F32 | None = None, *, looked: bool = True) -> F32:
-    rank = np.full_like(target, 0.5)
-    anchors = {} if anchor is None else {"bed": Layers(anchor, rank)}
-    return joint(
-        Layers(target, rank),
-        anchors,
+def believed(detail: Detail, **anchors: F32) -> JointBelief:
+    rank = layer(0.5)
+    return joint_belief(
+        Layers(layer(0.5), rank),
+        {name: Layers(anchor, rank) for name, anchor in anchors.items()},
         detail,
-        places=np.ones(target.shape),
-        looked=np.full(target.shape, looked),
+        places=np.ones(SHAPE),
         cell_size_m=CELL_M,
-    ).similarity
+    )
 
 
 def related(kind: RelationKind) -> Detail:
@@ -95,7 +93,7 @@ def test_a_thing_far_from_every_anchor_is_weakened_and_no_score_grows() -> None:
     anchor = layer(0.02)
     anchor[20:30, 20:30] = 0.9
     target = layer(0.8)
-    found = joined(target, related(RelationKind.NEXT_TO), anchor)
+    found = believed(related(RelationKind.NEXT_TO), bed=anchor).similarity(target)
     assert (found <= target).all()
     assert found[35, 25] == pytest.approx(0.8 * 0.9)
     assert found[59, 25] < 0.05
@@ -105,7 +103,9 @@ def test_a_thing_far_from_every_anchor_is_weakened_and_no_score_grows() -> None:
 def test_where_nobody_looked_the_anchor_alone_draws() -> None:
     anchor = layer(0.02)
     anchor[20:30, 20:30] = 0.9
-    found = joined(layer(0.05), related(RelationKind.NEXT_TO), anchor, looked=False)
+    found = believed(related(RelationKind.NEXT_TO), bed=anchor).similarity(
+        layer(0.05), np.zeros(SHAPE, bool)
+    )
     assert found[35, 25] == pytest.approx(DRAW * 0.9)
     assert found[59, 25] <= 0.05
 
@@ -113,29 +113,15 @@ def test_where_nobody_looked_the_anchor_alone_draws() -> None:
 def test_an_anchor_may_be_where_nobody_was() -> None:
     anchor = layer(0.02)
     anchor[:, 25:] = np.nan
-    found = joined(layer(0.8), related(RelationKind.NEXT_TO), anchor)
+    found = believed(related(RelationKind.NEXT_TO), bed=anchor).similarity(layer(0.8))
     assert found[30, 20] == pytest.approx(0.8 * UNSEEN)
-
-
-@pytest.mark.parametrize("detail", [NO_DETAIL, Detail(colour="red")])
-def test_what_is_not_described_stays_bit_for_bit(detail: Detail) -> None:
-    target = np.random.default_rng(3).random(SHAPE).astype(np.float32)
-    assert joined(target, detail, looked=False) is target
 
 
 def test_between_two_things_is_near_both() -> None:
     bed, sofa = layer(0.0), layer(0.0)
     bed[10, 25] = sofa[30, 25] = 1.0
     between = Detail(relations=(Relation(RelationKind.BETWEEN, ("bed", "sofa")),))
-    rank = layer(0.5)
-    found = joint(
-        Layers(layer(1.0), rank),
-        {"bed": Layers(bed, rank), "sofa": Layers(sofa, rank)},
-        between,
-        places=np.ones(SHAPE),
-        looked=np.ones(SHAPE, bool),
-        cell_size_m=CELL_M,
-    ).similarity
+    found = believed(between, bed=bed, sofa=sofa).fits
     assert found[20, 25] == 1.0
     assert max(found[0, 25], found[40, 25]) < 0.01
 

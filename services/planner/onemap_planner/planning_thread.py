@@ -63,7 +63,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import Bus, CallError, Counters, NoReply, QueryTimeout, RemoteError
 
-KEPT_VIEWS = 4  # of the present object and of waiting ones, which are asked for in turn
+KEPT_VIEWS = 8  # of the present object, its anchors, and waiting ones, which take turns
 
 
 class ViewRequests:
@@ -323,9 +323,13 @@ class PlanningThread:
     def _plan(self, state: PlannerState) -> None:
         """One planning step on a new view of the map."""
         view: PlanningView | None = None
+        anchor_views: tuple[PlanningView, ...] = ()
         stale_reason = ""
         try:
-            view = self._request_view(state)
+            asked = self._request_view(state)
+            anchors = state.search.detail.anchors
+            anchor_views = tuple(self._views.view(SearchViewRequest(name)) for name in anchors)
+            view = asked
         except RemoteError as problem:
             if problem.code in PERMANENT_ERRORS:
                 self._fail_target(state, str(problem), PERMANENT_ERRORS[problem.code])
@@ -361,6 +365,7 @@ class PlanningThread:
             patience_from_s=now.inputs.patience_from_s(now_s),
             camera=now.inputs.camera,
             reached=now.inputs.reached,
+            anchor_views=anchor_views,
             places=self._places.known,
         )
         outcome = step(state, observation, self._params)

@@ -171,9 +171,15 @@ def confirming(name: str) -> str:
     return f"standing before it, making sure that it is {a(name)}"
 
 
-def confirmed(sightings: int) -> str:
-    """That the object was found."""
-    return f"seen in {sightings} images, from near, and the map agrees"
+def confirmed(sightings: int, name: str = "", checks: Sequence[str] = ()) -> str:
+    """That the object was found, and which parts of its description hold, if there is one."""
+    seen = f"seen in {sightings} images, from near, and the map agrees"
+    return f"{a(name)}, {'; '.join(checks)}; {seen}" if checks else seen
+
+
+def found_other(name: str, wrong: Sequence[str]) -> str:
+    """That another object of the name was found: which parts of the description do not hold."""
+    return f"found {a(name)}, but {', '.join(wrong)}"
 
 
 CREEPS_CLOSE_BY = "slowly, past what stands close by"

@@ -364,6 +364,7 @@ class LockstepSimulation:
             detections=tuple(self._detections),
             stale_reason="",
             other_view=self._other_view(state),
+            anchor_views=tuple(self._anchor_view(name) for name in state.search.detail.anchors),
             blocked=self._controller.blocked,
             creeps=self._controller.creeps(self._config.planner.drive),
             places=self._map_places(),
@@ -408,6 +409,9 @@ class LockstepSimulation:
         """The view for a waiting object, if one is due."""
         name = name_to_ask(state)
         return self._changed(self._view_of(name, state), None) if name else None
+
+    def _anchor_view(self, name: str) -> PlanningView:
+        return self._changed(self._newest(SearchViewRequest(name)), None)
 
     def _changed(self, view: AssembledView, value_map: ConfidenceValueMap | None) -> PlanningView:
         """What the method makes of a view of the map."""

@@ -22,6 +22,7 @@ from onemap_planner.world.costmap import (
     with_appeared,
     with_gaps,
 )
+from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import CameraView, Coverage, MapPlaces, Occupancy
@@ -85,7 +86,8 @@ class PlanningContext:
     whole: whether all of the known map is in it, or the part around the way to the goal only;
     appeared: what has just appeared on it; bands: from how far things are looked at;
     consensus: when detector and map agree; reached: the goal at which the robot's own navigation
-    says it stands, None without one; places: of the map, None if it has none.
+    says it stands, None without one; places: of the map, None if it has none;
+    description: of the object, None if nothing is said of it.
     """
 
     pose: Pose2d
@@ -99,6 +101,13 @@ class PlanningContext:
     consensus: Consensus = CONSENSUS
     reached: Pose2d | None = None
     places: MapPlaces | None = None
+    description: Description | None = None
+
+    def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
+        """The map view with the joint belief in the object that is described."""
+        if self.description is None:
+            return map_view
+        return self.description.believed(map_view, drawn=drawn)
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""

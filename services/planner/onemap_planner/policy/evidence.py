@@ -23,7 +23,7 @@ from onemap_planner.policy.memory import (
     TargetMemory,
 )
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
-from onemap_planner.search.state_machine import Confirmed, Event, Search
+from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,
@@ -344,7 +344,7 @@ def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[O
 
     search: before the events.
     """
-    found = [event.candidate for event in events if isinstance(event, Confirmed)]
+    found = [event.candidate for event in events if isinstance(event, Confirmed | Ending)]
     return tuple(
         ObjectFind(
             name=search.target,
@@ -357,6 +357,7 @@ def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[O
             picture=candidate.best_view.picture if candidate.best_view else b"",
         )
         for candidate in found
+        if candidate is not None
     )
 
 

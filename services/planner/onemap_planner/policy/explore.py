@@ -18,6 +18,7 @@ from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
 from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
+from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.goals import (
     SAME_GOAL_M,
     Goal,
@@ -30,8 +31,15 @@ from onemap_planner.policy.goals import (
     select_goal,
     successor,
 )
-from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, GoalComparison, PlannerState
+from onemap_planner.policy.memory import (
+    SETTLE_S,
+    ActiveGoal,
+    GoalComparison,
+    PlannerState,
+    TargetMemory,
+)
 from onemap_planner.policy.outcome import Move, Observation
+from onemap_planner.policy.verify import other_object
 from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.policy.ways import (
     UnreachedPlace,
@@ -76,8 +84,11 @@ def select_candidate(state: PlannerState, context: PlanningContext) -> Candidate
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, the last resorts."""
     memory, now_s = state.memory, state.active_time_s
-    believed = discounted(context.map_view, memory.undetected)
-    candidates = GoalCandidates(find_frontiers(believed, context.costmap), find_regions(believed))
+    seen = discounted(context.map_view, memory.undetected)
+    candidates = GoalCandidates(
+        find_frontiers(context.believed(seen, drawn=True), context.costmap),
+        find_regions(context.believed(seen)),
+    )
     state.give_up_finished()
     ways = _ways_to_unreached(state, context)
     if not ways and not state.crosses_gaps:
@@ -143,7 +154,8 @@ def _options(
     way_out = _way_to_cut_off(state, context)
     if way_out is not None:
         return [way_out]
-    return _not_given_up(state, _region_goals(state, context, remaining_regions(context.map_view)))
+    left = remaining_regions(context.believed(context.map_view))
+    return _not_given_up(state, _region_goals(state, context, left))
 
 
 def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
@@ -205,13 +217,27 @@ def _unconfirmed(
 ) -> list[tuple[ObjectCandidate, float]]:
     """Candidates worth a closer look, with their scores.
 
-    Those seen, but not often enough to be approached; and those that the map does not support,
-    while they are not certainly something else.
+    Those seen, but not often enough to be approached, or of which it cannot be told whether they
+    are as described; and those that the map does not support, while they are not certainly
+    something else.
     """
     seldom = [(c, c.similarity) for c in state.memory.candidates if c.sightings < MIN_SIGHTINGS]
+    seldom += _undecided(state.memory, context)
     often = [c for c in state.memory.disputed if c.sightings >= MIN_SIGHTINGS]
     disputed = likely_disputed(often[:MAX_CANDIDATES_TRIED], context)
     return seldom[:MAX_CANDIDATES_TRIED] + disputed
+
+
+def _undecided(
+    memory: TargetMemory, context: PlanningContext
+) -> list[tuple[ObjectCandidate, float]]:
+    """The candidates that may be as described, with the joint belief in each."""
+    believed = context.believed(context.map_view) if memory.undecided else context.map_view
+    scored = []
+    for candidate in memory.undecided:
+        x, y = believed.indices_of(candidate.surface).T
+        scored.append((candidate, float(np.nan_to_num(believed.similarity[x, y]).max(initial=0.0))))
+    return scored
 
 
 def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
@@ -329,12 +355,25 @@ def reconsider(state: PlannerState, context: PlanningContext) -> Move | None:
     return Move()
 
 
+def settle(state: PlannerState, _: PlanningContext) -> Move | None:
+    """Walk up to an object of the name that is not as described, to say that it is there."""
+    memory = state.memory
+    known = (*memory.candidates, *memory.undecided, *memory.aside)
+    if memory.settles or memory.others or not known or not state.search.details:
+        return None
+    memory.settles, memory.idle_since_s = True, None
+    memory.candidates, memory.undecided, memory.aside = known, (), ()
+    memory.given_up = ()
+    return Move()
+
+
 # What a search without a goal tries, in this order.
 LAST_RESORTS: tuple[Callable[[PlannerState, PlanningContext], Move | None], ...] = (
     wait,
     look_around,
     cross_gaps,
     reconsider,
+    settle,
 )
 
 
@@ -347,7 +386,14 @@ def last_resort(state: PlannerState, context: PlanningContext) -> Move:
 
 
 def give_up(state: PlannerState, context: PlanningContext) -> Move:
-    """The object counts as not found; the reason says what was looked at."""
+    """The object counts as not found; the reason says what was looked at.
+
+    One that is not as described is found as another object.
+    """
+    if state.memory.others:
+        other = state.memory.latest(state.memory.others[0])
+        check = check_find(other, context, state.found_objects)
+        return Move(event=other_object(state, other, check))
     coverage, doubtful = coverage_of(context), _doubtful(state, context)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""
     outcome, reason = SearchState.NOT_FOUND, _covered(state, context, coverage) + named

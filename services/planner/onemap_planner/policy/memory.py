@@ -142,7 +142,9 @@ class TargetMemory:
     the object was put aside. left: the last goals that others were preferred to. doubts:
     viewpoints that did not confirm a candidate. undetected: similar cells in view, without a
     detection. closed_off: places, metres, of candidates that were left because no way led there,
-    once for each time.
+    once for each time. undecided and aside: candidates of which it cannot be told yet whether they
+    are as described, and which are not; others: those that were confirmed all the same; settles:
+    whether the search takes any object of the name, to say that it is another one.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -157,6 +159,10 @@ class TargetMemory:
     doubts: tuple[Doubt, ...] = ()
     undetected: UndetectedViews = field(default_factory=UndetectedViews)
     closed_off: tuple[tuple[float, float, float], ...] = ()
+    undecided: tuple[ObjectCandidate, ...] = ()
+    aside: tuple[ObjectCandidate, ...] = ()
+    others: tuple[ObjectCandidate, ...] = ()
+    settles: bool = False
 
     def copy(self) -> TargetMemory:
         """A memory that changes apart from this one."""
@@ -164,7 +170,8 @@ class TargetMemory:
 
     def latest(self, candidate: ObjectCandidate) -> ObjectCandidate:
         """It as it is known now: on common cells, else within ``MERGE_M``, else as given."""
-        known = self.candidates if candidate.supported else self.disputed
+        named = (*self.candidates, *self.undecided, *self.aside)
+        known = named if candidate.supported else self.disputed
         for other in known:
             if not other.cells.isdisjoint(candidate.cells):
                 return other
@@ -186,6 +193,10 @@ class TargetMemory:
             self.disputed = _without(self.disputed, candidate)
         self.rejected = (*self.rejected, candidate)
         self.idle_since_s = None
+
+    def is_aside(self, candidate: ObjectCandidate) -> bool:
+        """Whether it is known not to be as described."""
+        return any(not each.cells.isdisjoint(candidate.cells) for each in self.aside)
 
     def doubted_from(self, candidate: ObjectCandidate) -> list[Xy]:
         """Viewpoints, metres, from which the candidate was not confirmed."""
@@ -475,6 +486,12 @@ class PlannerState:
         """
         unreached = self.unreached_frontiers
         visited = tuple(xy for xy in self.visited_frontiers if xy not in unreached)
-        self.memory = TargetMemory(reconsidered=True, disputed=doubtful)
+        self.memory = TargetMemory(
+            reconsidered=True,
+            disputed=doubtful,
+            undecided=self.memory.undecided,
+            aside=self.memory.aside,
+            others=self.memory.others,
+        )
         self.visited_frontiers = () if frontiers else visited
         self.unreached_frontiers = ()

@@ -28,7 +28,7 @@ class Observation:
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
     the goal at which its own navigation says it stands, None without one; places: of the map, None
-    if it has none.
+    if it has none; anchor_views: of the anchors of the object's description.
     """
 
     now_s: float
@@ -45,6 +45,7 @@ class Observation:
     patience_from_s: float = float("-inf")
     camera: CameraView = USUAL_CAMERA
     reached: Pose2d | None = None
+    anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces | None = None
 
 

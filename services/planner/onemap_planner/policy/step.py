@@ -42,7 +42,7 @@ from onemap_planner.policy.explore import (
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.object_order import count_turn, revise_order, take_in_view
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
-from onemap_planner.policy.verify import approach, confirm
+from onemap_planner.policy.verify import approach, confirm, sort_out
 from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.search.state_machine import (
     Approaching,
@@ -66,9 +66,10 @@ from onemap_planner.search.state_machine import (
 )
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import CostmapParams
+from onemap_planner.world.description import Description, described
 from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
-from onemap_shared.messages import FailureCode, SearchState
+from onemap_shared.messages import NO_DETAIL, Detail, FailureCode, SearchState
 from onemap_shared.params import Params
 
 
@@ -153,6 +154,7 @@ def step(
         bands=bands,
         reached=observation.reached,
         places=observation.places,
+        description=_description(state.search.detail, observation, context),
     )
     state.appeared = context.appeared
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
@@ -225,6 +227,16 @@ def _context(
     return across_gaps(context) if state.crosses_gaps else context
 
 
+def _description(
+    detail: Detail, observation: Observation, context: PlanningContext
+) -> Description | None:
+    """What is said of the object, on the whole map only; None if nothing is."""
+    if detail == NO_DETAIL or not context.whole:
+        return None
+    views, places = observation.anchor_views, observation.places
+    return described(detail, views, places, context.map_view, context.pose.xy)
+
+
 def _take_in_map(state: PlannerState, observation: Observation, context: PlanningContext) -> None:
     """Take in the new detections; a map that was begun again resets what came from it."""
     known_m2 = known_area_m2(observation.view) if observation.view is not None else 0.0
@@ -240,7 +252,10 @@ def _take_in_map(state: PlannerState, observation: Observation, context: Plannin
     if context.whole:
         state.reopen_changed(context.map_view)
         others = found_under_other_names(state.found_objects, target, state.synonyms)
-        update_memory(state.memory, target, frames, context, others)
+        memory = state.memory
+        memory.candidates = (*memory.candidates, *memory.undecided, *memory.aside)
+        update_memory(memory, target, frames, context, others)
+        sort_out(state, context)
 
 
 def _run_phase(
@@ -279,7 +294,7 @@ def _apply(state: PlannerState, event: Event, observation: Observation) -> None:
     """Take in the event; the next object begins with an empty memory."""
     xy = observation.pose.xy if observation.pose else None
     stamp = EventStamp(observation.now_s, state.active_time_s, xy, observation.odometer_m)
-    if isinstance(event, Confirmed):
+    if isinstance(event, Confirmed | Ending) and event.candidate is not None:
         state.find(event.candidate)
     search = transition(state.search, event, stamp)
     if search.index != state.search.index:

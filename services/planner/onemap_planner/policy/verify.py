@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from onemap_planner.motion.motions import Drive
@@ -13,6 +15,7 @@ from onemap_planner.policy.context import (
     PlanningContext,
 )
 from onemap_planner.policy.evidence import object_probability
+from onemap_planner.policy.find_check import FindCheck, check_find
 from onemap_planner.policy.goals import detection_goals, explain_candidate
 from onemap_planner.policy.memory import (
     DEAD_END_RETURNS,
@@ -30,9 +33,11 @@ from onemap_planner.search.state_machine import (
     CandidateSelected,
     Confirmed,
     Confirming,
+    Ending,
     Event,
     Rejected,
 )
+from onemap_planner.sentences import found_other
 from onemap_planner.world.candidates import (
     CERTAIN,
     MERGE_M,
@@ -40,6 +45,7 @@ from onemap_planner.world.candidates import (
     ObjectCandidate,
 )
 from onemap_planner.world.regions import SIMILAR
+from onemap_shared.messages import SearchState
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
@@ -54,6 +60,8 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
     """
     memory, now_s = state.memory, state.active_time_s
     candidate = memory.latest(phase.candidate)
+    if memory.is_aside(candidate):
+        return Move(event=Rejected())
     viewpoint_xy = memory.next_viewpoint(candidate, context)
     if viewpoint_xy is None:
         if now_s - memory.idle_from_s(now_s) <= SETTLE_S:
@@ -76,9 +84,57 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
 
 
 def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
+    """Confirm the candidate, and check that it is as described."""
+    move = _confirm(state, phase, context)
+    if not isinstance(move.event, Confirmed):
+        return move
+    return replace(move, event=_checked(state, move.event.candidate, context))
+
+
+def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+    """The confirmed candidate is found, set aside, or found as another object of the name."""
+    memory, check = state.memory, check_find(candidate, context, state.found_objects)
+    if check.holds:
+        return Confirmed(candidate, check.told)
+    if memory.settles:
+        return other_object(state, candidate, check)
+    memory.others = (*memory.others, candidate)
+    if candidate.supported:
+        memory.aside = (*memory.aside, candidate)
+        memory.candidates = tuple(c for c in memory.candidates if not memory.is_aside(c))
+    else:
+        memory.reject(candidate)
+    return Rejected()
+
+
+def other_object(state: PlannerState, candidate: ObjectCandidate, check: FindCheck) -> Ending:
+    """The end of a search that found another object of the name than the one described."""
+    reason = found_other(state.search.target, check.wrong)
+    return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=check.told)
+
+
+def sort_out(state: PlannerState, context: PlanningContext) -> None:
+    """Set candidates aside that are not as described, and those that were confirmed in vain.
+
+    Those of which it cannot be told are left to exploration, which looks at them more closely.
+    """
+    memory = state.memory
+    if context.description is None or memory.settles:
+        return
+    sorted_out: dict[bool | None, list[ObjectCandidate]] = {True: [], None: [], False: []}
+    for candidate in memory.candidates:
+        holds = check_find(candidate, context, state.found_objects).holds
+        tried = any(not other.cells.isdisjoint(candidate.cells) for other in memory.others)
+        sorted_out[False if holds is None and tried else holds].append(candidate)
+    memory.candidates, memory.undecided, memory.aside = map(tuple, sorted_out.values())
+
+
+def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
     """Face the candidate and count the new detections that agree."""
     memory, waited_s = state.memory, state.active_time_s - phase.since_s
     candidate = memory.latest(phase.candidate)
+    if memory.is_aside(candidate):
+        return Move(event=Rejected())
     motion = Drive(np.array([context.pose.xy]), candidate.xyz[:2])
     if not candidate.supported:
         return Move(motion, _weigh(memory, phase.candidate, candidate, context, waited_s))

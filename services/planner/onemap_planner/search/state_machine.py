@@ -258,9 +258,10 @@ class Arrived:
 
 @dataclass(frozen=True, slots=True)
 class Confirmed:
-    """Enough new detections agree with the candidate."""
+    """Enough new detections agree with the candidate; checks: what of its description holds."""
 
     candidate: ObjectCandidate
+    checks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,7 +280,8 @@ class Reordered:
 class Ending:
     """The search for the present object, or the drive, ends.
 
-    coverage: what was looked at; candidate: what was found; whole: no other object is searched for.
+    coverage: what was looked at; candidate: what was found; whole: no other object is searched for;
+    checks: which parts of its description hold.
     """
 
     outcome: SearchState
@@ -288,6 +290,7 @@ class Ending:
     coverage: Coverage = NO_COVERAGE
     candidate: ObjectCandidate | None = None
     whole: bool = False
+    checks: tuple[str, ...] = ()
 
 
 CANCELLED = Ending(SearchState.CANCELLED, "cancelled", whole=True)
@@ -349,9 +352,9 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
         case (Approaching(), Arrived(candidate)):
             reason = confirming(search.target)
             return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
-        case (Confirming(), Confirmed(candidate)):
-            reason = confirmed(candidate.sightings)
-            ending = Ending(SearchState.FOUND, reason, candidate=candidate)
+        case (Confirming(), Confirmed(candidate, checks)):
+            reason = confirmed(candidate.sightings, search.target, checks)
+            ending = Ending(SearchState.FOUND, reason, candidate=candidate, checks=checks)
             return _ended(search, ending, stamp)
         case (Approaching() | Confirming(), Rejected()):
             return _set_out(search)
@@ -489,6 +492,7 @@ def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
         frame_ns=view.stamp_ns if view else 0,
         box_px=view.box_px if view else (),
         cells=len(candidate.cells) if candidate else 0,
+        checks=ending.checks,
     )
 
 

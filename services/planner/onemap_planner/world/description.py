@@ -1,0 +1,75 @@
+"""What the map shows of a described object: its anchors, its places, and the belief of all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_planner.world.map_view import MapView, PlanningView, map_view_around, onto
+from onemap_shared.geometry import F64
+from onemap_shared.joint_belief import (
+    JointBelief,
+    Layers,
+    joint_belief,
+    place_weights,
+    with_furniture,
+)
+from onemap_shared.messages import Detail, MapPlaces
+
+
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What is said of the object that is sought, and what the map shows of it.
+
+    anchors: the layers of each other object that is named, on the grid of the map view; places
+    (nx, ny): as of ``place_weights``; joint: None if nothing says where the object is.
+    """
+
+    detail: Detail
+    anchors: Mapping[str, Layers]
+    places: F64
+    joint: JointBelief | None
+
+    def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
+        """The map view with the joint belief as similarity and guidance.
+
+        drawn: with what the anchors alone let expect where nobody looked.
+        """
+        if self.joint is None:
+            return map_view
+        looked = map_view.explored if drawn else None
+        similarity = self.joint.similarity(map_view.similarity, looked)
+        return replace(map_view, similarity=similarity, guidance=self.joint.guidance)
+
+
+def described(
+    detail: Detail,
+    views: Iterable[PlanningView],
+    places: MapPlaces | None,
+    map_view: MapView,
+    robot_xy: tuple[float, float],
+) -> Description | None:
+    """The description on the grid of the map view; None while the view of an anchor is missing.
+
+    views: of the map, for the anchors; places: of the map; robot_xy: metres.
+    """
+    by_name = {view.text: view for view in views}
+    if not by_name.keys() >= set(detail.anchors):
+        return None
+    grid = map_view.grid
+    anchors = {}
+    for name in detail.anchors:
+        shown = map_view_around(by_name[name], np.asarray(robot_xy))
+        anchors[name] = Layers(
+            onto(grid, shown.grid, shown.similarity, np.nan),
+            onto(grid, shown.grid, shown.guidance, np.nan),
+        )
+    in_places = bool(detail.inside or detail.outside)
+    weights = place_weights(detail, with_furniture(places) if places and in_places else None, grid)
+    joint = None
+    if in_places or detail.relations:
+        target = Layers(map_view.similarity, map_view.guidance)
+        joint = joint_belief(target, anchors, detail, places=weights, cell_size_m=grid.cell_size_m)
+    return Description(detail, anchors, weights, joint)
