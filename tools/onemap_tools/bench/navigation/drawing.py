@@ -138,6 +138,8 @@ def draw_openings(
 
     Every object of the episode can still be reached, and with PASSING_M to spare where it could.
     """
+    if not count:
+        return ()
     rng = np.random.default_rng((simulator.seed, 3))
     space = _Space(scene, truth, episode, simulator)
     chosen: dict[int, Opening] = {}  # by the floor of its room
@@ -163,6 +165,8 @@ def draw_zones(
 
     Away from the start; every object can be reached as for openings.
     """
+    if not count:
+        return ()
     rng = np.random.default_rng((simulator.seed, 5))
     space = _Space(scene, truth, episode, simulator)
     rooms = [scene.rooms[int(index)].bounds_m for index in rng.permutation(len(scene.rooms))]
