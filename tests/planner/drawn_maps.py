@@ -11,7 +11,15 @@ from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
+from onemap_shared.messages import (
+    NO_ROOM,
+    Detections,
+    Layer,
+    MapPlaces,
+    Occupancy,
+    Place,
+    SearchView,
+)
 
 CELL_M = 0.1
 NO_POINTS = np.zeros((0, 2))
@@ -98,6 +106,14 @@ def detections_of(
         point_owner=owner.astype(np.int32),
         independent=independent,
     )
+
+
+def places_of(
+    grid: GridSpec, *known: Place, version: int = 0, rooms: tuple[int, ...] = ()
+) -> MapPlaces:
+    """These places on a map without rooms, or in rooms of these ids that have no cells yet."""
+    ids = np.full(grid.shape, NO_ROOM, np.int32)
+    return MapPlaces(version, 0, known, rooms or (NO_ROOM,) * len(known), grid, ids)
 
 
 def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:

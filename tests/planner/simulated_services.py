@@ -17,9 +17,11 @@ from onemap_shared import keys
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
+    MapPlaces,
     MapRevision,
     MapSummary,
     Odometry,
+    PlacesRequest,
     SearchId,
     SearchKind,
     SearchRequest,
@@ -74,6 +76,17 @@ class SimulatedServices:
         """Nothing is tidied up."""
         self.planner._planning_thread.close()
         self.planner_bus.close()
+
+    def serve_places(self, reply: MapPlaces) -> list[int]:
+        """Serve these places; the versions that were told so far."""
+        told: list[int] = []
+
+        def answer(_: PlacesRequest) -> MapPlaces:
+            told.append(reply.version)
+            return reply
+
+        self.mapper.serve(keys.MAP_PLACES, answer)
+        return told
 
     def _view(self, request: SearchViewRequest) -> SearchView:
         self.asked.append(request.text)

@@ -4,36 +4,27 @@ from __future__ import annotations
 
 import threading
 
-import numpy as np
+import pytest
 
 from onemap_shared import keys
-from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind, PlacesRequest
+from onemap_shared.messages import (
+    MapPlaces,
+    Place,
+    PlaceKind,
+    PlacesRequest,
+    SearchRequest,
+)
+from onemap_shared.transport import RemoteError
+from tests.planner.drawn_maps import places_of
 from tests.planner.simulated_services import ROOM, SimulatedServices, moves
 
 FAR = Place("far", PlaceKind.KEEP_OUT, corners_m=((8.0, 8.0), (9.0, 8.0), (9.0, 9.0)))
 KITCHEN = Place("kitchen", PlaceKind.KEEP_OUT, inside_m=(1.0, 1.0))
 
 
-def places(version: int, *known: Place, revision: int = 0) -> MapPlaces:
-    ids = np.full(ROOM.grid.shape, NO_ROOM, np.int32)
-    return MapPlaces(version, revision, known, (NO_ROOM,) * len(known), ROOM.grid, ids)
-
-
 def drives(services: SimulatedServices) -> None:
     services.sent_commands()
     services.until(lambda: any(map(moves, services.sent_commands())))
-
-
-def serve(services: SimulatedServices, reply: MapPlaces) -> list[int]:
-    """Serve these places; the versions that were told so far."""
-    told: list[int] = []
-
-    def answer(_: PlacesRequest) -> MapPlaces:
-        told.append(reply.version)
-        return reply
-
-    services.mapper.serve(keys.MAP_PLACES, answer)
-    return told
 
 
 def test_a_mapper_of_an_earlier_release_has_no_zones(services: SimulatedServices) -> None:
@@ -49,7 +40,7 @@ def test_unknown_zones_stop_the_robot_until_they_are_known(services: SimulatedSe
     services.sent_commands()
     services.until(lambda: "waiting for the keep-out zones" in services.get().reason)
     assert not any(map(moves, services.sent_commands()))
-    told = serve(services, places(3, FAR))
+    told = services.serve_places(places_of(ROOM.grid, FAR, version=3))
     drives(services)
     assert told == [3]
     assert "waiting" not in services.get().reason
@@ -61,7 +52,7 @@ def test_a_zone_stops_the_robot_at_the_next_control_step(services: SimulatedServ
     def slow(_: PlacesRequest) -> MapPlaces:
         if services.places_version:
             drawn.wait(5.0)
-        return places(services.places_version, FAR)
+        return places_of(ROOM.grid, FAR, version=services.places_version)
 
     services.mapper.serve(keys.MAP_PLACES, slow)
     services.start("sofa")
@@ -78,7 +69,34 @@ def test_a_zone_stops_the_robot_at_the_next_control_step(services: SimulatedServ
 
 def test_a_room_is_asked_for_again_where_the_map_changed(services: SimulatedServices) -> None:
     services.places_version = 2
-    told = serve(services, places(2, KITCHEN))
+    told = services.serve_places(places_of(ROOM.grid, KITCHEN, version=2, rooms=(1,)))
     services.start("sofa")
     services.until(lambda: len(told) >= 2)
     assert set(told) == {2}
+
+
+def test_a_room_that_the_map_does_not_show_stops_the_robot(services: SimulatedServices) -> None:
+    services.places_version = 2
+    services.serve_places(places_of(ROOM.grid, KITCHEN, version=2))
+    services.start("sofa")
+    services.until(lambda: "the map shows no room for 'kitchen'" in services.get().reason)
+    assert not any(map(moves, services.sent_commands()))
+
+
+def test_a_place_to_stay_out_of_must_exist(services: SimulatedServices) -> None:
+    services.serve_places(places_of(ROOM.grid, FAR, KITCHEN))
+    told = r"no place 'attic'.*there are 'far', 'kitchen'"
+    with pytest.raises(RemoteError, match=told) as caught:
+        services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), stay_out=("attic",)))
+    assert caught.value.code == "unknown_place"
+    assert services.states.take(0.0) is None
+
+
+def test_a_drive_into_a_zone_is_refused(services: SimulatedServices) -> None:
+    services.serve_places(places_of(ROOM.grid, FAR))
+    with pytest.raises(
+        RemoteError, match=r"\(8.80, 8.20\) lies in the keep-out zone 'far'"
+    ) as caught:
+        services.go_to(8.8, 8.2)
+    assert caught.value.code == "keep_out"
+    services.go_to(7.0, 7.0)

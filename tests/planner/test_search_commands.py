@@ -13,6 +13,7 @@ from onemap_shared.messages import (
     MAX_OBJECTS,
     Detail,
     ObjectResult,
+    Place,
     Relation,
     RelationKind,
     SearchId,
@@ -26,7 +27,8 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import decode, encode
-from tests.planner.simulated_services import SimulatedServices
+from tests.planner.drawn_maps import places_of
+from tests.planner.simulated_services import ROOM, SimulatedServices
 
 
 def test_names_are_checked_before_the_robot_moves(services: SimulatedServices) -> None:
@@ -43,6 +45,8 @@ def test_names_are_checked_before_the_robot_moves(services: SimulatedServices) -
 
 
 def test_a_description_is_checked_and_told(services: SimulatedServices) -> None:
+    nursery = Place("nursery", corners_m=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    services.serve_places(places_of(ROOM.grid, nursery))
     beside = Detail(relations=(Relation(RelationKind.NEXT_TO, ("flurb",)),))
     request = SearchRequest(("sofa",), details=(beside,), stay_out=("nursery",))
     with pytest.raises(RemoteError, match="'flurb'"):

@@ -6,7 +6,9 @@ from __future__ import annotations
 import time
 
 from onemap_planner.inputs import LatestInputs
+from onemap_planner.search.state_machine import Search
 from onemap_planner.sentences import waiting_for
+from onemap_planner.world.keep_out import Zones
 from onemap_shared import keys
 from onemap_shared.messages import MapPlaces, PlaceKind, PlacesRequest
 from onemap_shared.transport import Bus, CallError, NoReply, QueryTimeout
@@ -28,13 +30,18 @@ class FollowedPlaces:
         self.known: MapPlaces | None = None
         self.version: tuple[int, int] | None = None
 
-    def follow(self, inputs: LatestInputs, revision: int) -> str:
+    def follow(self, inputs: LatestInputs, search: Search, revision: int) -> str:
         """Ask for the places if they may have changed; why they are not known, empty if they are.
 
         revision: of the map that the plan is made on: rooms change with it.
         """
+        problem = self._ask(inputs, search, revision)
+        problem = problem or Zones(self.known, search.stay_out).problem()
+        return waiting_for("the keep-out zones", problem) if problem else ""
+
+    def _ask(self, inputs: LatestInputs, search: Search, revision: int) -> str:
         current = self.version == inputs.places_version
-        if current and not (self._rooms_count() and self._is_older(revision)):
+        if current and not (self._rooms_count(search) and self._is_older(revision)):
             return ""
         count, announced = inputs.places_version
         self._asked_s = time.monotonic()
@@ -43,25 +50,22 @@ class FollowedPlaces:
             self.version = count, self.known.version
         except NoReply:
             if announced:
-                return _waiting("the mapper does not answer for them")
+                return "the mapper does not answer for them"
             self.known, self.version = None, inputs.places_version
         except QueryTimeout:
-            return "" if current else _waiting(f"no answer within {TIMEOUT_S:g} s")
+            return "" if current else f"no answer within {TIMEOUT_S:g} s"
         except CallError as problem:
-            return "" if current else _waiting(str(problem))
+            return "" if current else str(problem)
         return ""
 
-    def _rooms_count(self) -> bool:
-        """Whether it matters which cells a room has."""
+    def _rooms_count(self, search: Search) -> bool:
+        """Whether it matters for this search which cells a room has."""
         if self.known is None:
             return True  # in case that the mapper was about to start
         zones = (place for place in self.known.places if place.kind is PlaceKind.KEEP_OUT)
-        return any(zone.inside_m for zone in zones)
+        named = search.stay_out or any(each.inside or each.outside for each in search.details)
+        return bool(named) or any(zone.inside_m for zone in zones)
 
     def _is_older(self, revision: int) -> bool:
         due = time.monotonic() - self._asked_s >= EVERY_S
         return due and (self.known is None or self.known.revision < revision)
-
-
-def _waiting(how: str) -> str:
-    return waiting_for("the keep-out zones", how)

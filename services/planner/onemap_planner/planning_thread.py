@@ -342,7 +342,7 @@ class PlanningThread:
         if self._now().inputs.held:
             return
         if view is not None:
-            stale_reason = self._places.follow(self._now().inputs, view.revision)
+            stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
         other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
         if view is not None and now.inputs.pose is not None:

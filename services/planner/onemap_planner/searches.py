@@ -26,18 +26,24 @@ from onemap_planner.search.state_machine import (
     new_search,
     transition,
 )
+from onemap_planner.sentences import no_place
+from onemap_planner.world.keep_out import Zones
 from onemap_shared import keys
 from onemap_shared.messages import (
+    PlacesRequest,
     SearchId,
+    SearchKind,
     SearchList,
     SearchListRequest,
     SearchRecord,
     SearchRequest,
     SearchState,
     SearchStatus,
+    subject_of,
 )
+from onemap_shared.names import same_name
 from onemap_shared.text_embedding import embed_texts
-from onemap_shared.transport import Bus, RequestRejected
+from onemap_shared.transport import Bus, CallError, NoReply, RequestRejected
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
@@ -148,6 +154,7 @@ class SearchRegistry:
 
 
 EMBED_TIMEOUT_S = 1.5  # for all names of a search; the gateway gives the whole call 3 s
+PLACES_TIMEOUT_S = 0.8  # rooms are cut anew where the map changed
 SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
 LIST_BYTES = MAX_HEADER_BYTES - 1024  # of all searches in a list; the rest is the list itself
 
@@ -182,6 +189,7 @@ class SearchCommands:
         anchors = [name for detail in request.details for name in detail.anchors]
         names = tuple(dict.fromkeys((*request.objects, *anchors)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
+        self._check_places(request)
         _reject_if_late(request, time.monotonic() - began_s)
         search = new_search(
             uuid.uuid4().hex[:12],
@@ -254,6 +262,30 @@ class SearchCommands:
             with suppress(RequestRejected):  # another encoder, perhaps: then names must be equal
                 embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
         return synonyms_of(embeddings)
+
+    def _check_places(self, request: SearchRequest) -> None:
+        """Reject names that no place of the map has, and a drive to where no robot may be."""
+        told = (name for each in request.details for name in (*each.inside, *each.outside))
+        names = dict.fromkeys((*request.stay_out, *told))
+        if not names and request.kind is not SearchKind.GO_TO:
+            return
+        try:
+            places = self._bus.call(keys.MAP_PLACES, PlacesRequest(), PLACES_TIMEOUT_S)
+        except NoReply:  # of an earlier release, perhaps: it has none
+            places = None
+        except CallError as problem:
+            why = f"the places of the map are not known: {problem}"
+            raise RequestRejected("unavailable", why) from problem
+        known = () if places is None else tuple(place.name for place in places.places)
+        for name in names:
+            if not any(same_name(name, other) for other in known):
+                raise RequestRejected("unknown_place", no_place(name, known))
+        if places is not None and request.kind is SearchKind.GO_TO:
+            x_m, y_m = request.place_m
+            zones = Zones(places, request.stay_out)
+            if zone := zones.at((x_m, y_m), 0.0, places.grid.cell_size_m):
+                where = subject_of("", request.place_m)
+                raise RequestRejected("keep_out", f"{where} lies in the keep-out zone {zone!r}")
 
     def _stamp(self) -> EventStamp:
         inputs = self._inputs()

@@ -194,6 +194,24 @@ def creeps_unseen(floor_m: float) -> str:
     return f"slowly, over floor not seen yet: the camera shows {shows}, tilted down or lower more"
 
 
+def leaving_zone(name: str, *, known: bool) -> str:
+    """That the robot leaves the keep-out zone that it stands in; known: it has a way out."""
+    if known:
+        return f"leaving the keep-out zone {name!r} first, by the shortest way"
+    return f"it stands in the keep-out zone {name!r}, and no way out of it is known"
+
+
+def no_place(name: str, known: Sequence[str]) -> str:
+    """That the map has no place of this name, and which ones it has."""
+    which = f"there are {', '.join(map(repr, known))}" if known else "no place has a name"
+    return f"there is no place {name!r} on the map; {which}"
+
+
+def zone_in_the_way(name: str) -> str:
+    """Why the robot cannot go there."""
+    return f"the keep-out zone {name!r} is in the way"
+
+
 def waiting_for(what: str, how: str) -> str:
     """Why the robot waits."""
     return f"waiting for {what}: {how}"

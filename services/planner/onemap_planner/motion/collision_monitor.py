@@ -5,7 +5,8 @@ robot's disc while the command acts for ``reaction_s`` and the robot then brakes
 limits allow. The disc may touch no occupied cell and reach over unknown ones only by
 ``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew, and over the
 blind spot around its start at ``blind_mps``. It may not be where somebody who has just appeared can
-have come by then. A robot that already does, or is, may move so that it does not get worse.
+have come by then. No part of it comes into a keep-out zone. A robot that already does any of this
+may move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -142,7 +143,8 @@ def monitored(
     """
     if previous.speed_mps == command.speed_mps == 0.0:
         return command
-    surroundings = _Surroundings.of(pose, costmap, _reach_m(command, previous, params))
+    reach_m, radius_m = _reach_m(command, previous, params), costmap.params.radius_m
+    here, surroundings = np.array(pose.xy), _Surroundings.of(pose, costmap, reach_m)
     walkers = Walkers.of(pose, costmap, times.map_age_s)
     v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
     limits_mps = (params.unseen_mps, params.blind_mps if len(surroundings.blind) else 0.0)
@@ -154,6 +156,8 @@ def monitored(
         path = stopping_path(wanted, previous, pose, params)
         fastest = max(wanted.speed_mps, previous.speed_mps)
         if not surroundings.allow(path, creeps=fastest <= params.unseen_mps):
+            continue
+        if costmap.keep_out and not costmap.keep_out.allows(here, path, radius_m, reach_m):
             continue
         if not walkers.allow(path, STEP_S):
             continue

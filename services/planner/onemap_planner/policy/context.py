@@ -21,11 +21,13 @@ from onemap_planner.world.costmap import (
     distance_cells,
     with_appeared,
     with_gaps,
+    with_zones,
 )
 from onemap_planner.world.description import Description
+from onemap_planner.world.keep_out import NO_ZONES, Zones
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import CameraView, Coverage, MapPlaces, Occupancy
+from onemap_shared.messages import CameraView, Coverage, Occupancy
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
 # Metres tried when nothing nearer can be reached; success is 1.5 m (paper), and what the map takes
@@ -86,8 +88,8 @@ class PlanningContext:
     whole: whether all of the known map is in it, or the part around the way to the goal only;
     appeared: what has just appeared on it; bands: from how far things are looked at;
     consensus: when detector and map agree; reached: the goal at which the robot's own navigation
-    says it stands, None without one; places: of the map, None if it has none;
-    description: of the object, None if nothing is said of it.
+    says it stands, None without one; zones: that it keeps out of; description: of the object,
+    None if nothing is said of it.
     """
 
     pose: Pose2d
@@ -100,7 +102,7 @@ class PlanningContext:
     bands: Bands = Bands()
     consensus: Consensus = CONSENSUS
     reached: Pose2d | None = None
-    places: MapPlaces | None = None
+    zones: Zones = NO_ZONES
     description: Description | None = None
 
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
@@ -175,6 +177,26 @@ def build_context(
     )
     cost_to_go = _cost_to_go(costmap, pose)
     return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
+
+
+def keeping_out(context: PlanningContext, zones: Zones) -> PlanningContext:
+    """The context of a robot that keeps out of zones."""
+    costmap = with_zones(context.costmap, zones, np.asarray(context.pose.xy))
+    if costmap is context.costmap:
+        return replace(context, zones=zones)
+    cost_to_go = _cost_to_go(costmap, context.pose)
+    return replace(context, zones=zones, costmap=costmap, cost_to_go=cost_to_go)
+
+
+def without_zones(context: PlanningContext) -> PlanningContext:
+    """The context as if there were no keep-out zones: what they keep the robot from."""
+    keep_out, costmap = context.costmap.keep_out, context.costmap
+    if keep_out is None:
+        return context
+    cost = np.where(keep_out.closed, keep_out.opened, costmap.cost)
+    navigable = costmap.navigable | (keep_out.closed & costmap.free & (cost > 0))
+    costmap = replace(costmap, cost=cost, navigable=navigable, keep_out=None)
+    return replace(context, costmap=costmap, cost_to_go=_cost_to_go(costmap, context.pose))
 
 
 def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:

@@ -48,6 +48,7 @@ from onemap_planner.policy.ways import (
     visit_counts,
     ways_to_unreached,
 )
+from onemap_planner.policy.zones import zone_before
 from onemap_planner.search.state_machine import (
     CandidateSelected,
     Destination,
@@ -55,12 +56,13 @@ from onemap_planner.search.state_machine import (
     Exploring,
     without_choice,
 )
+from onemap_planner.sentences import the, zone_in_the_way
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.geometry import F64
-from onemap_shared.messages import Coverage, SearchKind, SearchState
+from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
@@ -396,8 +398,15 @@ def give_up(state: PlannerState, context: PlanningContext) -> Move:
         return Move(event=other_object(state, other, check))
     coverage, doubtful = coverage_of(context), _doubtful(state, context)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""
-    outcome, reason = SearchState.NOT_FOUND, _covered(state, context, coverage) + named
-    return Move(event=Ending(outcome, reason, coverage=coverage))
+    reason = _covered(state, context, coverage) + named
+    zone = zone_before((*_agreed(state), *state.memory.rejected), context)
+    if zone:
+        seen = (
+            f"{the(state.search.target)} may have been seen, but {zone_in_the_way(zone)}; {reason}"
+        )
+        ending = Ending(SearchState.FAILED, seen, FailureCode.UNREACHABLE, coverage)
+        return Move(event=ending)
+    return Move(event=Ending(SearchState.NOT_FOUND, reason, coverage=coverage))
 
 
 def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:

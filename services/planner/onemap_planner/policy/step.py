@@ -29,6 +29,7 @@ from onemap_planner.policy.context import (
     across_gaps,
     build_context,
     creeping_reason,
+    keeping_out,
     with_change,
 )
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
@@ -44,6 +45,7 @@ from onemap_planner.policy.object_order import count_turn, revise_order, take_in
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
 from onemap_planner.policy.verify import approach, confirm, sort_out
 from onemap_planner.policy.ways import drive_to_place
+from onemap_planner.policy.zones import leave_zone
 from onemap_planner.search.state_machine import (
     Approaching,
     Confirmed,
@@ -67,7 +69,8 @@ from onemap_planner.search.state_machine import (
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.description import Description, described
-from onemap_planner.world.map_view import PlanningView, known_area_m2
+from onemap_planner.world.keep_out import Zones
+from onemap_planner.world.map_view import known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import NO_DETAIL, Detail, FailureCode, SearchState
 from onemap_shared.params import Params
@@ -144,23 +147,26 @@ def step(
     turned_rad = wrap_angle(pose.yaw_rad - (state.pose or pose).yaw_rad)
     state.move_to(pose)
     stuck = check_progress(state, observation, params)
-    context = _context(state, pose, view, params, follow_window(state, observation))
+    context = _context(state, pose, observation, params, follow_window(state, observation))
     if not context.whole and not can_follow(state, context):
-        context = _context(state, pose, view, params, None)
+        context = _context(state, pose, observation, params, None)
     bands = Bands(params.explore.approach_farthest_m, observation.camera)
     context = replace(
         context,
         consensus=consensus,
         bands=bands,
         reached=observation.reached,
-        places=observation.places,
         description=_description(state.search.detail, observation, context),
     )
     state.appeared = context.appeared
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
     state.search = replace(state.search, slow=slow)
     _take_in_map(state, observation, context)
-    move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
+    leaving = leave_zone(state, context)
+    if leaving is None:
+        move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
+    else:
+        move, events = leaving, ()
     active = state.memory.active_goal
     goal = active.goal if active else None
     if stuck:
@@ -211,10 +217,12 @@ def _wait_for_inputs(state: PlannerState, observation: Observation) -> None:
 def _context(
     state: PlannerState,
     pose: Pose2d,
-    view: PlanningView,
+    observation: Observation,
     params: PlannerParams,
     window_xy: F64 | None,
 ) -> PlanningContext:
+    view = observation.view
+    assert view is not None
     context = build_context(
         pose,
         view,
@@ -223,6 +231,7 @@ def _context(
         params=params.costmap,
         window_xy=window_xy,
     )
+    context = keeping_out(context, Zones(observation.places, state.search.stay_out))
     context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
     return across_gaps(context) if state.crosses_gaps else context
 

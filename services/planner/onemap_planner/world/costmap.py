@@ -11,7 +11,9 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
+from skimage.graph import MCP_Geometric
 
+from onemap_planner.world.keep_out import KeepOut, Zones
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, onto
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
@@ -20,6 +22,9 @@ from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than any way through N
+LEAVE_FACTOR = (
+    200.0  # out of a keep-out zone: the shortest way, wherever else the robot wants to go
+)
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 
 
@@ -83,7 +88,7 @@ class Costmap:
     unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; blind
     bool: of these, assumed floor around the place where the search began, below the camera's image;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
-    size.
+    size. keep_out: zones that no path enters and that hide nothing; None without any.
     """
 
     grid: GridSpec
@@ -99,6 +104,7 @@ class Costmap:
     blind: Bool
     appeared: Bool
     params: CostmapParams
+    keep_out: KeepOut | None = None
 
     @property
     def passable(self) -> Bool:
@@ -158,6 +164,51 @@ def build_costmap(
         appeared=np.zeros(grid.shape, bool),
         params=params,
     )
+
+
+def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
+    """The costmap without the keep-out zones, and the floor beside them.
+
+    Paths keep ``margin_m`` more from them than from obstacles, since nothing there may be touched.
+    A robot at ``robot_xy`` (2,), metres, that is nearer may leave: no path leads farther in.
+    """
+    params, grid, size = costmap.params, costmap.grid, costmap.grid.cell_size_m
+    pad = int(np.ceil((params.min_clearance_m + params.margin_m) / size)) + 1
+    (x, y), (nx, ny) = grid.origin_cell, grid.shape
+    mask = zones.mask(GridSpec(size, (x - pad, y - pad), (nx + 2 * pad, ny + 2 * pad)))
+    if not mask.any():
+        return costmap
+    cells_xy = grid.centres(np.argwhere(mask) - pad)
+    away_m = (_distance(mask) * size - size / 2)[pad:-pad, pad:-pad] - params.margin_m
+    closed = away_m < params.min_clearance_m
+    cost = np.where(closed, IMPASSABLE, costmap.cost)
+    way_out_m, robot_cell = np.where(closed, np.inf, 0.0), grid.cells(robot_xy)
+    robot = (int(robot_cell[0]), int(robot_cell[1]))
+    if closed[robot]:
+        way_out_m = _ways_out_m(costmap.passable, closed, size)
+        parts, _ = ndimage.label(closed, CONNECTIVITY_8)
+        out = (parts == parts[robot]) & costmap.passable & np.isfinite(way_out_m)
+        out &= way_out_m <= way_out_m[robot]
+        out[robot] = True
+        cost[out] = LEAVE_FACTOR * params.dearest
+    return replace(
+        costmap,
+        navigable=costmap.navigable & ~closed,
+        cost=cost,
+        clearance_m=np.minimum(costmap.clearance_m, away_m).astype(np.float32),
+        crossable=costmap.crossable & (cost > 0),
+        keep_out=KeepOut(grid, cells_xy, closed, way_out_m, costmap.cost),
+    )
+
+
+def _ways_out_m(passable: Bool, closed: Bool, cell_size_m: float) -> F64:
+    """(nx, ny): metres from each closed cell to one that is not, infinity without a way."""
+    ends = np.argwhere(passable & ~closed)
+    if len(ends) == 0:
+        return np.where(closed, np.inf, 0.0)
+    paths = MCP_Geometric(np.where(passable, 1.0, IMPASSABLE), fully_connected=True)
+    lengths, _ = paths.find_costs(ends.tolist())
+    return np.where(closed, lengths * cell_size_m, 0.0)
 
 
 def with_appeared(costmap: Costmap, points_xy: F64) -> Costmap:

@@ -1,0 +1,70 @@
+"""What a robot does about keep-out zones: leave one around it, and say which is in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from onemap_planner.policy.context import PlanningContext, without_zones
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.viewpoints import find_viewpoint
+from onemap_planner.search.state_machine import without_choice
+from onemap_planner.sentences import leaving_zone
+from onemap_planner.world.candidates import ObjectCandidate
+
+WITHIN_M = 0.005  # a robot that reaches less far into a zone has not entered it: rounding
+
+
+def leave_zone(state: PlannerState, context: PlanningContext) -> Move | None:
+    """Drive out of the zone that the robot stands in, by the shortest way; None if it is in none.
+
+    Without a known way out it goes on as usual, where it stands: it may have to look around first.
+    """
+    keep_out, here = context.costmap.keep_out, np.array([context.pose.xy])
+    radius_m = context.params.radius_m
+    if keep_out is None or keep_out.distances_m(here, radius_m)[0] >= radius_m - WITHIN_M:
+        return None
+    name = context.zones.at(context.pose.xy, radius_m, keep_out.grid.cell_size_m)
+    cost_m = np.where(keep_out.closed, np.inf, context.cost_to_go.cost_m)
+    end = np.array(np.unravel_index(int(np.argmin(cost_m)), cost_m.shape))
+    known = bool(np.isfinite(cost_m[tuple(end)]))
+    state.search = replace(without_choice(state.search), slow=leaving_zone(name, known=known))
+    if not known:
+        return None
+    state.memory.active_goal = None
+    end_xy = context.xy_of(end)
+    ahead_xy = 2 * np.asarray(end_xy) - here[0]
+    return Move(context.drive_to(end_xy, (float(ahead_xy[0]), float(ahead_xy[1]))))
+
+
+def zone_before(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> str:
+    """The zone that alone keeps the robot from looking at one of the candidates; empty if none."""
+    opened = without_zones(context)
+    if opened is context:
+        return ""
+    for candidate in candidates:
+        if find_viewpoint(candidate, context) is None:
+            viewpoint_xy = find_viewpoint(candidate, opened)
+            zone = zone_on_way(viewpoint_xy, context) if viewpoint_xy is not None else ""
+            if zone:
+                return zone
+    return ""
+
+
+def zone_on_way(xy: tuple[float, float], context: PlanningContext) -> str:
+    """The zone that a place (metres), or the first of the way to it, lies in; empty if none."""
+    keep_out, opened = context.costmap.keep_out, without_zones(context)
+    cell, size_m = opened.cell_at(xy), opened.costmap.grid.cell_size_m
+    zone = context.zones.at(xy, 0.0, size_m)
+    known = bool(opened.costmap.grid.contains(cell))
+    if zone or keep_out is None or not known:
+        return zone
+    if not np.isfinite(opened.cost_to_go.cost_m[tuple(cell)]):
+        return ""
+    path = opened.cost_to_go.path_to((int(cell[0]), int(cell[1])))
+    closed = path[keep_out.closed[tuple(path.T)]]
+    within_m = context.params.min_clearance_m + context.params.margin_m + size_m
+    return context.zones.at(opened.xy_of(closed[0]), within_m, size_m) if len(closed) else ""
