@@ -33,6 +33,9 @@ PUBLISHED = {
     "geometry_msgs/msg/PoseArray": (
         "af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0"
     ),
+    "nav2_msgs/msg/CostmapFilterInfo": (
+        "61ce391bf7690f76a331c01c9d5ce8ca71e6c99273b9fb75e48380f05c6dfdc8"
+    ),
     "nav_msgs/msg/OccupancyGrid": (
         "8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7"
     ),

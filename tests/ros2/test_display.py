@@ -3,10 +3,12 @@ from __future__ import annotations
 import struct
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from onemap_ros2.cdr import (
     DETECTION_ARRAY,
+    FILTER_INFO,
     GRID,
     MARKER_ARRAY,
     PATH,
@@ -28,17 +30,24 @@ from onemap_ros2.display_messages import (
     similarity_cloud,
     similarity_grid,
 )
+from onemap_shared.grid import GridSpec
 from onemap_shared.keys import (
     MAP_OBJECTS,
+    MAP_PLACES,
     MAP_REVISION,
     MAP_SEARCH_VIEW,
     SEARCH_PATH,
     SEARCH_STATE,
 )
 from onemap_shared.messages import (
+    NO_ROOM,
+    MapPlaces,
     MapRevision,
     ObjectList,
     ObjectListRequest,
+    Place,
+    PlaceKind,
+    PlacesRequest,
     SearchState,
     SearchView,
     SearchViewRequest,
@@ -93,8 +102,9 @@ class Screen:
     def writer(self, name: str) -> FakeWriter:
         return self.network.writers[f"/r1/onemap/{name}", TOPICS[name]]
 
-    def revise(self, objects_version: int) -> None:
-        self.revisions.put(MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version))
+    def revise(self, objects_version: int, places_version: int = 0) -> None:
+        revision = MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version)
+        self.revisions.put(replace(revision, places_version=places_version))
 
 
 def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> None:
@@ -168,6 +178,38 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
     sent = len(screen.writer("markers").sent)
     screen.display.step(30.0)
     assert len(screen.writer("markers").sent) == sent  # nothing is new
+
+
+def test_nav2_gets_the_zones_and_the_places_to_stay_out_of() -> None:
+    screen = Screen()
+    zone = Place("zone", PlaceKind.KEEP_OUT, corners_m=((1.1, 0.1), (1.9, 0.1), (1.9, 0.9)))
+    rug = Place("rug", corners_m=((-1.9, 0.1), (-1.1, 0.1), (-1.1, 0.9)))
+    places = [zone, rug]
+
+    def served(_: PlacesRequest) -> MapPlaces:
+        grid = GridSpec(0.5, (0, 0), (2, 2))
+        ids = np.full(grid.shape, NO_ROOM, np.int32)
+        return MapPlaces(len(places), 1, tuple(places), (NO_ROOM,) * len(places), grid, ids)
+
+    screen.mapper.serve(MAP_PLACES, served)
+    screen.revise(0, 2)
+    screen.display.step(10.0)
+    (mask,) = (decode(data, GRID) for data in screen.writer("keepout_mask").sent)
+    (info,) = (decode(data, FILTER_INFO) for data in screen.writer("keepout_info").sent)
+    x_m, y_m = mask.info.origin.position.x, mask.info.origin.position.y
+    lethal = np.argwhere(mask.data.reshape(mask.info.height, mask.info.width) == 100)[:, ::-1]
+    centres = (lethal + 0.5) * mask.info.resolution + (x_m, y_m)
+    assert {(1.25, 0.25), (1.75, 0.25), (1.75, 0.75)} <= set(map(tuple, centres.tolist()))
+    assert centres.min() > 0.0
+    assert (info.type, info.base, info.multiplier) == (0, 0.0, 1.0)
+    assert info.filter_mask_topic == "/r1/onemap/keepout_mask"
+    screen.display.step(10.1)
+    screen.states.put(replace(status("s1"), stay_out=("Rug",)))
+    screen.display.step(10.2)
+    assert len(screen.writer("keepout_info").sent) == 1
+    mask = decode(screen.writer("keepout_mask").sent[-1], GRID)
+    assert len(screen.writer("keepout_mask").sent) == 2
+    assert np.count_nonzero(mask.data == 100) > len(lethal)
 
 
 def golden(values: bytes) -> bytes:

@@ -29,6 +29,7 @@ TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStampe
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 NAVIGATE = "nav2_msgs/action/NavigateToPose"
 GRID = "nav_msgs/msg/OccupancyGrid"
+FILTER_INFO = "nav2_msgs/msg/CostmapFilterInfo"
 PATH = "nav_msgs/msg/Path"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
 DETECTION_ARRAY = "vision_msgs/msg/Detection3DArray"
@@ -69,6 +70,13 @@ MESSAGES: dict[str, Fields] = {
         "id": "string",
     },
     f"{VISION}/Detection3DArray": {"header": HEADER, "detections": f"{VISION}/Detection3D[]"},
+    FILTER_INFO: {
+        "header": HEADER,
+        "type": "uint8",
+        "filter_mask_topic": "string",
+        "base": "float32",
+        "multiplier": "float32",
+    },
     f"{NAVIGATE}_Goal": {"pose": POSE_STAMPED, "behavior_tree": "string"},
     f"{NAVIGATE}_Result": {"error_code": "uint16", "error_msg": "string"},
     f"{NAVIGATE}_Feedback": {

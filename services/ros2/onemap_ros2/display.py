@@ -12,6 +12,7 @@ import numpy as np
 
 from onemap_ros2.cdr import (
     DETECTION_ARRAY,
+    FILTER_INFO,
     GRID,
     MARKER_ARRAY,
     PATH,
@@ -25,6 +26,8 @@ from onemap_ros2.display_messages import (
     belief_grid,
     detection_array,
     goal_message,
+    keepout_info,
+    keepout_mask,
     marker_array,
     occupancy_grid,
     path_message,
@@ -35,6 +38,7 @@ from onemap_ros2.drive.driver import end_of
 from onemap_ros2.network.interface import RosNetwork
 from onemap_shared.keys import (
     MAP_OBJECTS,
+    MAP_PLACES,
     MAP_REVISION,
     MAP_SEARCH_VIEW,
     SEARCH_PATH,
@@ -44,6 +48,7 @@ from onemap_shared.messages import (
     KeptObject,
     MapRevision,
     ObjectListRequest,
+    PlacesRequest,
     PlannedPath,
     SearchStatus,
     SearchView,
@@ -69,6 +74,8 @@ TOPICS = {
     "markers": MARKER_ARRAY,
     "detections": DETECTION_ARRAY,
     "path": PATH,
+    "keepout_mask": GRID,
+    "keepout_info": FILTER_INFO,
     "goal": POSE_ARRAY,
 }
 QUERY = "query"  # topic with the word whose similarity is shown; empty: the object now sought
@@ -84,7 +91,7 @@ class Display:
         self, bus: Bus, network: RosNetwork, config: Ros2Config, stamp_ns: Callable[[], int]
     ) -> None:
         self._bus, self._config, self._stamp_ns = bus, config, stamp_ns
-        prefix = config.in_namespace("/onemap")
+        prefix = self._prefix = config.in_namespace("/onemap")
         self._writers = {
             name: network.write(f"{prefix}/{name}", ros_type, latched=True)
             for name, ros_type in TOPICS.items()
@@ -103,7 +110,8 @@ class Display:
         self._view_version = 0  # counts what changes a view: revisions and words
         self._view_sent: dict[str, int] = {}  # by topic, the version that it shows
         self._mapped: SearchView | None = None  # that ``map`` shows
-        self._next_map_s = self._next_markers_s = 0.0
+        self._zones: tuple[object, ...] = ()  # that the keep-out mask shows
+        self._next_map_s = self._next_markers_s = self._next_zones_s = 0.0
         self.grids = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="display", daemon=True)
@@ -121,6 +129,8 @@ class Display:
     def step(self, now_s: float) -> None:
         """Publish what is due; ``now_s`` of a monotonic clock."""
         self._take()
+        if self._heard("keepout_mask", "keepout_info"):
+            self._publish_zones(now_s)
         due = [name for name in VIEWS if self._heard(name) and self._outdated(name)]
         if due and now_s >= self._next_map_s:
             self._next_map_s = now_s + MAP_PERIOD_S
@@ -195,6 +205,30 @@ class Display:
             if name != "map" or self._is_new(view):
                 self._writers[name].put(VIEWS[name](view, self._config.map_frame))
         self.grids += 1
+
+    def _publish_zones(self, now_s: float) -> None:
+        """Publish the keep-out zones at once when somebody changed them, else as the map grows."""
+        revision, status = self._revision, self._status
+        if revision is None:
+            return
+        stay_out = status.stay_out if status is not None and status.active else ()
+        zones = (revision.places_version, stay_out, revision.revision)
+        if zones == self._zones or (zones[:2] == self._zones[:2] and now_s < self._next_zones_s):
+            return
+        self._next_zones_s = now_s + MAP_PERIOD_S
+        try:
+            places = self._bus.call(MAP_PLACES, PlacesRequest())
+        except CallError:
+            return  # asked again in the next step
+        if 0 in places.grid.shape:
+            return
+        stamp_ns, frame = self._stamp_ns(), self._config.map_frame
+        mask = keepout_mask(places, stay_out, stamp_ns, frame)
+        info = keepout_info(f"{self._prefix}/keepout_mask", stamp_ns, frame)
+        self._writers["keepout_mask"].put(mask)
+        if not self._zones:
+            self._writers["keepout_info"].put(info)
+        self._zones = zones
 
     def _is_new(self, view: SearchView) -> bool:
         """Whether the map's cells changed: nav2 computes its whole costmap from each message."""

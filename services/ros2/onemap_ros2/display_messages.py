@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from onemap_ros2.cdr import (
     DETECTION_ARRAY,
+    FILTER_INFO,
     GRID,
     MARKER_ARRAY,
     PATH,
@@ -24,7 +25,17 @@ from onemap_ros2.cdr import (
     time_of,
 )
 from onemap_ros2.drive.driver import GoalPose
-from onemap_shared.messages import KeptObject, Layer, Occupancy, PlannedPath, SearchView
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import (
+    KeptObject,
+    Layer,
+    MapPlaces,
+    Occupancy,
+    PlannedPath,
+    SearchView,
+)
+from onemap_shared.names import normalised
+from onemap_shared.places import zones_mask
 
 UNKNOWN, FREE, UNEXPLORED, OCCUPIED = -1, 0, 30, 100  # 30: free, and not looked at well enough
 
@@ -36,7 +47,7 @@ def belief_grid(view: SearchView, frame: str) -> bytes:
     values[free] = UNEXPLORED
     values[free & explored] = FREE
     values[view.occupancy == Occupancy.OCCUPIED] = OCCUPIED
-    return _grid(view, values, frame)
+    return _grid(view.grid, view.stamp_ns, values, frame)
 
 
 def occupancy_grid(view: SearchView, frame: str) -> bytes:
@@ -44,7 +55,7 @@ def occupancy_grid(view: SearchView, frame: str) -> bytes:
     values = np.full(view.grid.shape, UNKNOWN, np.int8)
     values[view.occupancy == Occupancy.FREE] = FREE
     values[view.occupancy == Occupancy.OCCUPIED] = OCCUPIED
-    return _grid(view, values, frame)
+    return _grid(view.grid, view.stamp_ns, values, frame)
 
 
 def similarity_grid(view: SearchView, frame: str) -> bytes:
@@ -52,7 +63,7 @@ def similarity_grid(view: SearchView, frame: str) -> bytes:
     values, scored = np.full(view.grid.shape, UNKNOWN, np.int8), _scored(view)
     percent = np.rint(np.clip(view.similarity[scored], 0.0, 1.0) * 100.0)
     values[scored] = percent.astype(np.int8)
-    return _grid(view, values, frame)
+    return _grid(view.grid, view.stamp_ns, values, frame)
 
 
 FLOAT32 = 7  # of sensor_msgs/PointField
@@ -82,13 +93,39 @@ def _scored(view: SearchView) -> NDArray[np.bool_]:
     return scored & np.isfinite(view.similarity)
 
 
-def _grid(view: SearchView, values: NDArray[np.int8], frame: str) -> bytes:
+def _grid(grid: GridSpec, stamp_ns: int, values: NDArray[np.int8], frame: str) -> bytes:
     """``values`` (nx, ny) as a grid whose rows follow y, the lowest first."""
-    x_m, y_m, *_ = view.grid.bounds_m
-    (width, height), size_m = view.grid.shape, view.grid.cell_size_m
-    origin, made = pose(x_m, y_m), time_of(view.stamp_ns)
-    info = new("nav_msgs/msg/MapMetaData", made, size_m, width, height, origin)
-    return encode(new(GRID, header(view.stamp_ns, frame), info, values.T.ravel()), GRID)
+    x_m, y_m, *_ = grid.bounds_m
+    (width, height), origin, made = grid.shape, pose(x_m, y_m), time_of(stamp_ns)
+    info = new("nav_msgs/msg/MapMetaData", made, grid.cell_size_m, width, height, origin)
+    return encode(new(GRID, header(stamp_ns, frame), info, values.T.ravel()), GRID)
+
+
+AROUND_M = 50.0  # of the map: what a zone covers beyond is in no way of the robot
+KEEP_OUT_FILTER = 0  # of nav2_msgs/CostmapFilterInfo
+
+
+def keepout_mask(places: MapPlaces, stay_out: Iterable[str], stamp_ns: int, frame: str) -> bytes:
+    """What nav2's keep-out filter reads: 100 in a zone and 0 elsewhere.
+
+    It covers the map and the zones around it; of ``stay_out`` the places that the map has.
+    """
+    known = {normalised(place.name) for place in places.places}
+    there = [name for name in stay_out if normalised(name) in known]
+    x0, y0, x1, y1 = places.grid.bounds_m
+    low, high = np.array([x0, y0]), np.array([x1, y1])
+    corners = [corner for place in places.places for corner in place.corners_m]
+    points = np.clip(np.array([low, *corners, high - 1e-6]), low - AROUND_M, high + AROUND_M)
+    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    grid = GridSpec.covering(places.grid.cell_size_m, (x0, y0), (x1, y1))
+    values = np.where(zones_mask(places, grid, there), OCCUPIED, FREE).astype(np.int8)
+    return _grid(grid, stamp_ns, values, frame)
+
+
+def keepout_info(mask_topic: str, stamp_ns: int, frame: str) -> bytes:
+    """What tells nav2's keep-out filter where its mask is, and that it holds costs as they are."""
+    head = header(stamp_ns, frame)
+    return encode(new(FILTER_INFO, head, KEEP_OUT_FILTER, mask_topic, 0.0, 1.0), FILTER_INFO)
 
 
 MARKER, VECTOR = "visualization_msgs/msg/Marker", "geometry_msgs/msg/Vector3"
