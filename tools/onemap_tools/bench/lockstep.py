@@ -273,6 +273,8 @@ class LockstepSimulation:
         for candidate in (*memory.candidates, *memory.disputed):
             if not candidate.cells.isdisjoint(found.cells):
                 memory.reject(candidate)
+                other = replace(candidate, supported=not candidate.supported)
+                memory.rejected = (*memory.rejected, other)  # whatever the map says of it
         stamp = EventStamp(self.now_s, before.active_time_s, self.xy, self.odometer_m)
         search = new_search(before.search.search_id, before.search.objects, stamp, 0)
         return self._run(replace(before, search=search, memory=memory), limit_s)

@@ -224,22 +224,21 @@ def search_legs(
 ) -> tuple[ObjectResult, ...]:
     """The true result of the search, under the phrase.
 
-    plain: for the noun alone; while what it claims is another one, it goes on without that one,
-    as often as there are others, and each time has a result of its own.
+    plain: for the noun alone; while what it claims is another one, it goes on without that one
+    until the time is over, and each time has a result of its own.
     """
+    legs: tuple[ObjectResult, ...] = ()
+    end_s = simulation.now_s + limit_s
     details = () if plain else (described.detail,)
     search = simulation.search((described.noun,), limit_s, details=details)
-    others = sum(thing.category == described.noun for thing in scene.objects) - 1
-    legs: tuple[ObjectResult, ...] = ()
-    while results := true_results(search.results, simulation.ends):
-        legs = (*legs, replace(results[0], name=described.phrase))
-        wrong = results[0].outcome is SearchState.FOUND and not described.is_meant(
-            scene, results[0].position_m
-        )
-        if not (plain and wrong) or len(legs) > others:
-            break
-        search = simulation.search_on(limit_s)
-    return legs
+    while True:
+        results = true_results(search.results, simulation.ends)
+        (result, *_) = (*results, not_sought(described.phrase))
+        legs = (*legs, replace(result, name=described.phrase))
+        claimed = result.outcome is SearchState.FOUND
+        if not (plain and claimed) or described.is_meant(scene, result.position_m):
+            return legs
+        search = simulation.search_on(end_s - simulation.now_s)
 
 
 def true_results(
