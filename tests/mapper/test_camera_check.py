@@ -14,6 +14,7 @@ from onemap_mapper.frame.camera_check import (
     FloorMonitor,
     FloorState,
     LevelSurface,
+    diagnosis_due,
     lowest_level_surface,
 )
 from onemap_mapper.frame.cloud import PointCloud
@@ -158,10 +159,11 @@ AHEAD = CameraPose2D(0.0, 0.0, 0.0)
 GOOD = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
 
 
-def fed(*depths: DepthDiagnostics, every_s: float = 0.2) -> MapperTelemetry:
+def fed(*depths: DepthDiagnostics | None, every_s: float = 0.2) -> MapperTelemetry:
     telemetry = MapperTelemetry()
     for k, depth in enumerate(depths):
-        telemetry.record_fused(now_s=k * every_s, update_ms=7.0, depth=depth)
+        now_s = k * every_s
+        telemetry.record_fused(now_s=now_s, update_ms=7.0, stamp_ns=int(now_s * 1e9), depth=depth)
     return telemetry
 
 
@@ -204,5 +206,18 @@ def test_silence_and_rejected_frames_are_reported() -> None:
     telemetry.record_rejected("another encoder")
     assert telemetry.problem(0.1) == "another encoder"
     assert not telemetry.ready(0.1)
-    telemetry.record_fused(now_s=0.2, update_ms=1.0, depth=GOOD)
+    telemetry.record_fused(now_s=0.2, update_ms=1.0, stamp_ns=1, depth=GOOD)
     assert telemetry.ready(0.3)
+
+
+def test_a_frame_a_second_is_diagnosed_whatever_the_clock_does() -> None:
+    diagnosed: list[int] = []
+    for stamp_ms in (0, 200, 900, 1000, 1900, 2000, 100, 900, 1100):
+        if diagnosis_due(stamp_ms * 10**6, diagnosed[-1] * 10**6 if diagnosed else None):
+            diagnosed.append(stamp_ms)
+    assert diagnosed == [0, 1000, 2000, 100, 1100]
+    telemetry = fed(DepthDiagnostics(0.0, 0.0, AHEAD), None, None)
+    assert "all zero" in telemetry.problem(0.5)
+    assert telemetry.diagnosed_ns == 0
+    telemetry.reset_floor()
+    assert diagnosis_due(1, telemetry.diagnosed_ns)

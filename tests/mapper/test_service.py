@@ -280,12 +280,12 @@ def test_a_frame_of_before_is_not_fused_into_another_map(
     rig.feed(sofa_ahead(0))
     rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
 
-    def interrupted(*arguments: Any) -> FrameUpdate:
+    def interrupted(*arguments: Any, **options: Any) -> FrameUpdate:
         if loads:
             rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
         else:
             rig.client.call(keys.MAP_CLEAR, MapClear())
-        return compute_update(*arguments)
+        return compute_update(*arguments, **options)
 
     with monkeypatch.context() as patched:
         patched.setattr("onemap_mapper.service.compute_update", interrupted)

@@ -49,14 +49,20 @@ class MapperTelemetry:
     late: int = 0
     rejection: str = ""  # why the newest frame was rejected, empty if it was fused
     update_ms: float = 0.0
-    depth: DepthDiagnostics | None = None
+    depth: DepthDiagnostics | None = None  # the newest, of the frame of this stamp
+    diagnosed_ns: int | None = None
     _floor: FloorMonitor = field(default_factory=FloorMonitor)
     _fused: RateMeter = field(default_factory=RateMeter)
 
-    def record_fused(self, *, now_s: float, update_ms: float, depth: DepthDiagnostics) -> None:
-        """Count a frame that went into the map."""
-        self.rejection, self.update_ms, self.depth = "", update_ms, depth
+    def record_fused(
+        self, *, now_s: float, update_ms: float, stamp_ns: int, depth: DepthDiagnostics | None
+    ) -> None:
+        """Count a frame that went into the map; depth: None if it was not diagnosed."""
+        self.rejection, self.update_ms = "", update_ms
         self._fused = self._fused.with_event(now_s)
+        if depth is None:
+            return
+        self.depth, self.diagnosed_ns = depth, stamp_ns
         if depth.surface is not None:
             self._floor = self._floor.with_surface(depth.surface, depth.viewpoint, now_s)
 
@@ -67,7 +73,7 @@ class MapperTelemetry:
 
     def reset_floor(self) -> None:
         """Drop all readings of the floor: a new map may have another frame."""
-        self._floor = FloorMonitor()
+        self._floor, self.diagnosed_ns = FloorMonitor(), None
 
     def rate_hz(self, now_s: float) -> float:
         """Frames fused per second."""

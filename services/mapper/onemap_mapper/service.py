@@ -19,6 +19,7 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame.camera_check import diagnosis_due
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.places.keeper import PlaceKeeper
 from onemap_mapper.query.replies import (
@@ -315,7 +316,8 @@ class Mapper:
             if len(self._robots) > 1 and (problem := robot.origin_problem(field, history)):
                 raise FieldRejected(problem)
             belief.check_pose(field.T_map_camera)
-            update = compute_update(field, belief.params)
+            diagnose = diagnosis_due(field.stamp_ns, robot.telemetry.diagnosed_ns)
+            update = compute_update(field, belief.params, diagnose=diagnose)
             self._fuse_update(robot, update, belief, started_s)
         except (FieldRejected, GridTooLarge) as problem:
             robot.telemetry.record_rejected(str(problem))
@@ -393,7 +395,10 @@ class Mapper:
             robot.camera = (update.camera,)
             now_s = time.monotonic()
             robot.telemetry.record_fused(
-                now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
+                now_s=now_s,
+                update_ms=(now_s - started_s) * 1e3,
+                stamp_ns=update.stamp_ns,
+                depth=update.depth,
             )
             tracing.stage("fuse", update.stamp_ns, now_s - started_s)
             self._announce()

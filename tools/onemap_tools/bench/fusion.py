@@ -11,6 +11,7 @@ import torch
 
 from onemap_mapper import jit
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.camera_check import diagnosis_due
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
@@ -58,11 +59,13 @@ def _fuse(options: FusionBench, params: MapParams) -> tuple[BeliefMap, F64]:
     """The map, and per frame the milliseconds of its update, of fusing it, and of the processor."""
     rng, belief = np.random.default_rng(options.seed), BeliefMap(params)
     times = np.zeros((options.frames + WARM_UP, 3))
-    now_s = wall_clock(params.torch_device)
+    now_s, diagnosed_ns = wall_clock(params.torch_device), None
     for sequence in range(len(times)):
         field = simulated_field(sequence, rng)
         started, cpu_started = now_s(), time.process_time()
-        update = compute_update(field, params)
+        diagnose = diagnosis_due(field.stamp_ns, diagnosed_ns)  # as the mapper does
+        update = compute_update(field, params, diagnose=diagnose)
+        diagnosed_ns = field.stamp_ns if diagnose else diagnosed_ns
         observed = now_s()
         belief.fuse(update)
         ended = now_s()

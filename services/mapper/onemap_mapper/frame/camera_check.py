@@ -399,6 +399,17 @@ class DepthDiagnostics:
         return ""
 
 
+DIAGNOSIS_PERIOD_NS = 10**9  # of a robot's clock: the mounting changes no faster
+
+
+def diagnosis_due(stamp_ns: int, last_ns: int | None) -> bool:
+    """Whether a frame is to be diagnosed, by its stamp and that of the last one that was.
+
+    A clock that was set back does not stop diagnoses.
+    """
+    return last_ns is None or abs(stamp_ns - last_ns) >= DIAGNOSIS_PERIOD_NS
+
+
 def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
     """The diagnostics of one depth image."""
     step = max(1, cloud.depth_m.shape[0] // COUNTED_ROWS)

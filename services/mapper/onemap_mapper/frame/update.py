@@ -31,7 +31,7 @@ class FrameUpdate:
     """The observation of one frame, per cell, on the device of the map, ready to be fused.
 
     cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32; heights
-    (n, LEVELS) float32: shares of confidence by level of height.
+    (n, LEVELS) float32: shares of confidence by level of height; depth is None if not diagnosed.
     """
 
     sequence: int
@@ -44,7 +44,7 @@ class FrameUpdate:
     confidence: Tensor
     heights: Tensor
     occupancy: OccupancyUpdate
-    depth: DepthDiagnostics
+    depth: DepthDiagnostics | None
     camera: CameraView
 
     @property
@@ -54,7 +54,7 @@ class FrameUpdate:
         return position
 
 
-def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
+def compute_update(field: FeatureField, params: MapParams, *, diagnose: bool = True) -> FrameUpdate:
     """Project, blur and diagnose a field: the expensive half of fusing a frame."""
     dimension, device = field.features.shape[2], params.torch_device
     depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)  # 0 = no return
@@ -84,7 +84,7 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         confidence=confidence,
         heights=cell_heights(cloud, variance, cells, params),
         occupancy=occupancy_update(cloud, params),
-        depth=diagnose_depth(seen),
+        depth=diagnose_depth(seen) if diagnose else None,
         camera=camera_view(field),
     )
 
