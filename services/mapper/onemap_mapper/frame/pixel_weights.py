@@ -46,53 +46,44 @@ class Interpolation(NamedTuple):
 
 @compiled
 def locate(
-    depth_m: F32, confidence: F32, pixel_to_ray: F32, pose: F32, limits: FeatureLimits
-) -> tuple[I32, I32]:
-    """World cells ix, iy (H, W) int32 of the pixels; ix ``NOT_USED`` where they carry no feature.
+    depth_m: F32, variance: F32, pixel_to_ray: F32, pose: F32, limits: FeatureLimits
+) -> tuple[I32, I32, F32, CellBox]:
+    """World cells ix, iy (H, W) int32 of the pixels, their confidence (H, W), and the cells' box.
 
-    confidence (H, W): 1 / variance, 0 = do not use; pixel_to_ray: of ``Intrinsics``; pose (3, 4)
-    float32: T_map_camera's upper rows.
+    ix is ``NOT_USED`` where they carry no feature. variance (H, W): infinity = do not use;
+    pixel_to_ray: of ``Intrinsics``; pose (3, 4) float32: T_map_camera's upper rows.
     """
     height, width = depth_m.shape
     ix = np.empty((height, width), np.int32)
     iy = np.empty((height, width), np.int32)
+    confidence = np.empty((height, width), np.float32)
     from_left, from_top, fx, fy = pixel_to_ray
     r00, r01, r02, tx = pose[0]
     r10, r11, r12, ty = pose[1]
     r20, r21, r22, tz = pose[2]
-    size = limits.cell_size_m
+    size, most = limits.cell_size_m, np.int32(2**31 - 1)
+    low_x, low_y, high_x, high_y = most, most, NOT_USED, NOT_USED
     columns = np.empty(width, np.float32)
     for j in range(width):
         columns[j] = np.float32(j) + from_left
     for i in range(height):
         row = np.float32(i) + from_top
         for j in range(width):
-            d = depth_m[i, j]
+            d, share = depth_m[i, j], np.float32(1) / variance[i, j]
             x = columns[j] * d / fx
             y = row * d / fy
-            ix[i, j] = np.int32(np.floor((x * r00 + y * r01 + d * r02 + tx) / size))
-            iy[i, j] = np.int32(np.floor((x * r10 + y * r11 + d * r12 + ty) / size))
+            cell_x = np.int32(np.floor((x * r00 + y * r01 + d * r02 + tx) / size))
+            cell_y = np.int32(np.floor((x * r10 + y * r11 + d * r12 + ty) / size))
             z = x * r20 + y * r21 + d * r22 + tz
             near = (d > 0) & (d <= limits.farthest_m)
-            if not (near & (confidence[i, j] > 0) & (z <= limits.highest_m)):
-                ix[i, j] = NOT_USED
-    return ix, iy
-
-
-@compiled
-def extent(ix: I32, iy: I32) -> CellBox:
-    """The box of the cells of ``locate``."""
-    most = np.int32(2**31 - 1)
-    low_x, low_y, high_x, high_y = most, most, NOT_USED, NOT_USED
-    every_x, every_y = ix.ravel(), iy.ravel()  # one loop over a line is made with vectors
-    for k in range(len(every_x)):
-        x, y = every_x[k], every_y[k]
-        used = x != NOT_USED
-        low_x = min(low_x, x if used else most)
-        low_y = min(low_y, y if used else most)
-        high_x = max(high_x, x)
-        high_y = max(high_y, y if used else NOT_USED)
-    return CellBox(low_x, low_y, high_x, high_y)
+            used = near & (share > 0) & (z <= limits.highest_m)
+            ix[i, j] = cell_x if used else NOT_USED
+            iy[i, j], confidence[i, j] = cell_y, share
+            low_x = min(low_x, cell_x if used else most)
+            low_y = min(low_y, cell_y if used else most)
+            high_x = max(high_x, cell_x if used else NOT_USED)
+            high_y = max(high_y, cell_y if used else NOT_USED)
+    return ix, iy, confidence, CellBox(low_x, low_y, high_x, high_y)
 
 
 @compiled
@@ -105,7 +96,7 @@ def gather(
 ) -> tuple[I64, F32, I64, I64, F32]:
     """The rows of W: (cells, confidence, starts, patches, values) of ``CellWeights``.
 
-    cells, confidence, box: of ``locate`` and ``extent``, with at least one used pixel.
+    cells, confidence, box: of ``locate``, with at least one used pixel.
     """
     top, left, down, right = interpolation
     area = (box.high_x - box.low_x + 1) * (box.high_y - box.low_y + 1)

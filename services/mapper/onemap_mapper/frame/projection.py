@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
@@ -161,6 +162,7 @@ def _scatter(
     return starts, patches.flatten(), values.flatten().clamp_(min=0.0)
 
 
+@lru_cache(maxsize=8)  # of an image's rows and columns; not to be written
 def interpolation(pixels: int, patches: int) -> tuple[I64, F32]:
     """Per pixel the patch before it (int64) and the fraction towards the next (float32).
 
@@ -188,27 +190,27 @@ def project_compiled(
     of one patch in a cell summed.
     """
     check_size(1, patch_shape)  # before arrays of its size are made
-    confidence = np.divide(np.float32(1), variance, dtype=np.float32)
+    variance = np.ascontiguousarray(variance).view()
+    variance.flags.writeable = False  # as it comes from the bus: each kind is compiled anew
     limits = pixel_weights.FeatureLimits(
         np.float32(params.max_feature_range_m),
         np.float32(params.max_feature_height_m),
         np.float32(params.cell_size_m),
     )
-    cells = pixel_weights.locate(
+    ix, iy, confidence, box = pixel_weights.locate(
         np.ascontiguousarray(depth_m),
-        confidence,
+        variance,
         intrinsics.pixel_to_ray,
         T_map_camera[:3].astype(np.float32),
         limits,
     )
-    box = pixel_weights.extent(*cells)
     low_x, low_y, high_x, high_y = box
     if low_x > high_x:
         return _nothing()
     GridSpec(params.cell_size_m, (low_x, low_y), (high_x - low_x + 1, high_y - low_y + 1))
     (top, down), (left, right) = map(interpolation, depth_m.shape, patch_shape)
     between = pixel_weights.Interpolation(top, left, down, right)
-    rows = pixel_weights.gather(cells, confidence, box, between, patch_shape)
+    rows = pixel_weights.gather((ix, iy), confidence, box, between, patch_shape)
     check_size(len(rows[0]), patch_shape)
     return CellWeights(*map(torch.from_numpy, rows))
 
