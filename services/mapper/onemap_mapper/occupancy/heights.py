@@ -36,11 +36,8 @@ MIN_SHARE = 0.7  # of what counts lies in the answer; the rest are stray pixels 
 
 
 class HeightLimits(NamedTuple):
-    """Rows of sums; first world cell of a box; edge of a cell, farthest depth, greatest height."""
+    """Edge of a cell, farthest depth, greatest height, metres."""
 
-    rows: int
-    x: int
-    y: int
     cell_size_m: float
     farthest_m: np.float32
     highest_m: np.float32
@@ -48,30 +45,37 @@ class HeightLimits(NamedTuple):
 
 @compiled
 def height_sums(
-    planes: tuple[F32, F32, F32, F32], variance: F32, row_of: I64, limits: HeightLimits
+    planes: tuple[F32, F32, F32, F32], variance: F32, cells: I64, limits: HeightLimits
 ) -> F32:
-    """Sums (rows, LEVELS) float32 of the confidence of pixels, 1 / variance (H, W).
+    """Sums (n, LEVELS) float32 in cells (n, 2), n > 0, of the confidence of pixels.
 
-    planes: depth, x, y, z (H, W); row_of (nx, ny): the row of each cell of the box, rows = none.
+    planes: depth, x, y, z (H, W); the confidence is 1 / variance (H, W).
     """
     depths, xs, ys, zs = planes
-    sums = np.zeros((limits.rows, LEVELS), np.float32)
-    for i in range(depths.shape[0]):
-        for j in range(depths.shape[1]):
+    low_x, low_y = np.int32(cells[:, 0].min()), np.int32(cells[:, 1].min())
+    shape = cells[:, 0].max() - low_x + 1, cells[:, 1].max() - low_y + 1
+    row_of = np.full(shape, -1, np.int32)
+    for row in range(len(cells)):
+        row_of[cells[row, 0] - low_x, cells[row, 1] - low_y] = row
+    sums = np.zeros((len(cells), LEVELS), np.float32)
+    width = depths.shape[1]
+    x, y, level = np.empty(width, np.int32), np.empty(width, np.int32), np.empty(width, np.int32)
+    for i in range(len(depths)):
+        for j in range(width):  # a loop of its own, made with vectors
             depth, z = depths[i, j], zs[i, j]
-            near = (depth > 0) & (depth <= limits.farthest_m)
-            if not (near & (z <= limits.highest_m) & (variance[i, j] < np.inf)):
+            used = (depth > 0) & (depth <= limits.farthest_m) & (z <= limits.highest_m)
+            used &= variance[i, j] < np.inf
+            column = np.int32(np.floor(np.float64(xs[i, j]) / limits.cell_size_m)) - low_x
+            x[j] = column if used else np.int32(-1)
+            y[j] = np.int32(np.floor(np.float64(ys[i, j]) / limits.cell_size_m)) - low_y
+            above = np.int32(np.floor((np.float64(z) - LOWEST_M) / THICKNESS_M)) + np.int32(1)
+            level[j] = min(max(above, np.int32(0)), np.int32(LEVELS - 1))
+        for j in range(width):
+            if x[j] < 0 or y[j] < 0 or x[j] >= row_of.shape[0] or y[j] >= row_of.shape[1]:
                 continue
-            ix = int(np.floor(np.float64(xs[i, j]) / limits.cell_size_m)) - limits.x
-            iy = int(np.floor(np.float64(ys[i, j]) / limits.cell_size_m)) - limits.y
-            if ix < 0 or iy < 0 or ix >= row_of.shape[0] or iy >= row_of.shape[1]:
-                continue
-            row = row_of[ix, iy]
-            if row == limits.rows:
-                continue
-            above = np.float64(z) - LOWEST_M
-            level = min(max(int(np.floor(above / THICKNESS_M)) + 1, 0), LEVELS - 1)
-            sums[row, level] += np.float32(1) / variance[i, j]
+            row = row_of[x[j], y[j]]
+            if row >= 0:
+                sums[row, level[j]] += np.float32(1) / variance[i, j]
     return sums
 
 
@@ -82,20 +86,17 @@ def cell_heights(cloud: PointCloud, variance: Tensor, cells: Tensor, params: Map
     pixel falls into the cell. The host learns the bounds of the cells.
     """
     count, device = len(cells), cells.device
-    sums = torch.zeros((count + 1, LEVELS), device=device)  # the last one: no cell
     if count == 0:
-        return sums[:-1]
+        return torch.zeros((0, LEVELS), device=device)
+    if jit.usable(wanted=params.compiled, device=device):
+        far_high = map(np.float32, (params.max_feature_range_m, params.max_feature_height_m))
+        limits = HeightLimits(params.cell_size_m, *far_high)
+        found = height_sums(cloud.arrays(), variance.numpy(), cells.numpy(), limits)
+        return _shares(torch.from_numpy(found), torch.from_numpy(found.sum(axis=1, keepdims=True)))
     low, high = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)])).tolist()
     nx, ny = (top - bottom + 1 for bottom, top in zip(low, high, strict=True))
     row_of = torch.full((nx * ny + 1,), count, device=device)
     row_of[(cells[:, 0] - low[0]) * ny + cells[:, 1] - low[1]] = torch.arange(count, device=device)
-    if jit.usable(wanted=params.compiled, device=device):
-        far_high = map(np.float32, (params.max_feature_range_m, params.max_feature_height_m))
-        limits = HeightLimits(count, low[0], low[1], params.cell_size_m, *far_high)
-        table = row_of[:-1].view(nx, ny).numpy()
-        found = height_sums(cloud.arrays(), variance.numpy(), table, limits)
-        sums, total = torch.from_numpy(found), torch.from_numpy(found.sum(axis=1, keepdims=True))
-        return torch.where(total > 0, sums / total, 0.0)
     used = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
     used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
     points, confidence = cloud.points(used), variance[used].reciprocal()
@@ -104,9 +105,14 @@ def cell_heights(cloud: PointCloud, variance: Tensor, cells: Tensor, params: Map
     x, y = place[:, 0] - low[0], place[:, 1] - low[1]
     inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
     row = row_of[torch.where(inside, x * ny + y, nx * ny)]
+    sums = torch.zeros((count + 1, LEVELS), device=device)  # the last one: no cell
     sums.view(-1).index_add_(0, row * LEVELS + level.clamp(0, LEVELS - 1), confidence)
-    total = sums[:-1].sum(dim=1, keepdim=True)
-    return torch.where(total > 0, sums[:-1] / total, 0.0)
+    return _shares(sums[:-1], sums[:-1].sum(dim=1, keepdim=True))
+
+
+def _shares(sums: Tensor, total: Tensor) -> Tensor:
+    """Sums (n, LEVELS) by their total (n, 1); zero where that is zero."""
+    return torch.where(total > 0, sums / total, 0.0)
 
 
 def surroundings(regions: Bool, cells: I64) -> I64:
