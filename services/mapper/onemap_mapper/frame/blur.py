@@ -19,7 +19,7 @@ from onemap_mapper import jit
 from onemap_mapper.frame.projection import sparse_matmul
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_shared.geometry import F32, I64
+from onemap_shared.geometry import F32, I32, I64, Bool
 
 # Smaller weights are left out: the results change by less than a thousandth of the largest value,
 # and cells of negligible weight do not count as observed.
@@ -29,10 +29,9 @@ MIN_SIGMA_CELLS = 0.15  # narrower: a neighbour's weight is below 1e-9
 
 
 class BlurShape(NamedTuple):
-    """How many cells to each side a weight may lie, and the window goes; edge of a cell in metres,
-    standard deviation in cells per metre of distance."""
+    """How many cells to each side the window goes; edge of a cell in metres, standard deviation in
+    cells per metre of distance."""
 
-    reach_cells: int
     half_width: int
     cell_size_m: np.float32
     sigma_per_m: np.float32
@@ -41,9 +40,9 @@ class BlurShape(NamedTuple):
 @compiled
 def blur_rows(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I64, I64, I64, F32]:
     """(cells, starts, sources, values) of ``BlurKernel`` from observed cells (n, 2), n > 0."""
-    reach_cells, half_width, size_m, sigma_per_m = shape
+    half_width, size_m, sigma_per_m = shape
     least_sigma, least_weight = np.float32(MIN_SIGMA_CELLS), np.float32(MIN_WEIGHT)
-    row_of, low_x, low_y, near = _window(cells, reach_cells)
+    row_of, low_x, low_y, near, reach_cells = _window(cells, camera_xy_m, shape)
     most = len(cells) * (2 * reach_cells + 1) ** 2
     targets = np.empty((most, 2), np.int64)
     starts = np.empty(most, np.int64)
@@ -78,18 +77,26 @@ def blur_rows(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I64, I64,
 
 
 @compiled
-def _window(cells: I64, reach: int) -> tuple[I64, int, int, I64]:
-    """Over the observed cells and their surroundings: rows or -1, its corner, what is in reach."""
-    low_x = cells[:, 0].min() - reach
-    low_y = cells[:, 1].min() - reach
-    shape = (cells[:, 0].max() - low_x + reach + 1, cells[:, 1].max() - low_y + reach + 1)
-    row_of = np.full(shape, -1, np.int32)
-    near = np.zeros(shape, np.bool_)
+def _window(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I32, int, int, Bool, int]:
+    """Over the observed cells and their surroundings: rows or -1, its corner, what is in reach.
+
+    And the reach: how many cells to each side a weight of at least ``MIN_WEIGHT`` may lie.
+    """
+    half_width, size_m, sigma_per_m = shape
+    low_x, high_x = cells[:, 0].min(), cells[:, 0].max()
+    low_y, high_y = cells[:, 1].min(), cells[:, 1].max()
+    x, y = camera_xy_m[0] / size_m, camera_xy_m[1] / size_m
+    corner = max(x - low_x, high_x - x) ** 2 + max(y - low_y, high_y - y) ** 2
+    farthest_m = size_m * (np.sqrt(corner) + 1.5 * half_width)
+    reach = min(half_width, int(np.ceil(CUTOFF_SIGMAS * sigma_per_m * farthest_m)))
+    low_x, low_y = low_x - reach, low_y - reach
+    row_of = np.full((high_x - low_x + reach + 1, high_y - low_y + reach + 1), -1, np.int32)
+    near = np.zeros(row_of.shape, np.bool_)
     for row in range(len(cells)):
         x, y = cells[row, 0] - low_x, cells[row, 1] - low_y
         row_of[x, y] = row
         near[x - reach : x + reach + 1, y - reach : y + reach + 1] = True
-    return row_of, low_x, low_y, near
+    return row_of, low_x, low_y, near, reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,17 +120,16 @@ def blur_kernel(
     params: MapParams,
 ) -> BlurKernel:
     """The kernel over the observed cells (n, 2) int64 of a camera at ``camera_xy_m``."""
-    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
-    reach_cells = _reach_cells(cells, camera, params)
     if jit.usable(wanted=params.compiled, device=cells.device) and len(cells):
         shape = BlurShape(
-            reach_cells,
             params.blur_half_width_cells,
             np.float32(params.cell_size_m),
             np.float32(_sigma_per_m(params)),
         )
-        rows = blur_rows(cells.numpy(), camera.numpy(), shape)
+        rows = blur_rows(cells.numpy(), np.array(camera_xy_m, np.float32), shape)
         return BlurKernel(*map(torch.from_numpy, rows))
+    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
+    reach_cells = _reach_cells(cells, camera, params)
     reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
     steps = torch.cartesian_prod(reach, reach)
     targets = cells[:, None] + steps  # (n, k, 2)
