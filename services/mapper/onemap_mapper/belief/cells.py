@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
+from typing import Any
 
 import numpy as np
 import torch
@@ -31,9 +32,10 @@ from onemap_mapper.belief.features import (
     seeds,
 )
 from onemap_mapper.belief.view_log import ONE_VIEW, Views
+from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F32, I64, Bool
+from onemap_shared.geometry import F32, F64, I64, Bool
 
 TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
 
@@ -64,6 +66,44 @@ EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
 def searched_row(robot: int) -> int:
     """The row of the confidences that holds 1 / sigma_E^2 of a robot, if there are so many."""
     return SEARCHED if robot == 0 else EXPLORED + robot
+
+
+@compiled
+def fuse_slots(
+    held: tuple[F64, F32, I64, I64],
+    frame: tuple[I64, F32, F32],
+    counts_for: F32,
+    most: float,
+    revision: int,
+) -> tuple[F32, I64]:
+    """Fuse all of an observation but its features, as ``CellStore.fuse`` does in torch.
+
+    held: confidences (rows, slots), heights, and when slots and groups of them changed; frame:
+    distinct slots (n,), confidence (n,), heights (n, LEVELS), or (0, LEVELS): not known; counts_for
+    (rows,): how often; most: as ``max_prior``. Returns the gains (n,) and ``seeds`` (n,).
+    """
+    (confidence, heights, changed_at, group_changed_at), (slots, new, shares) = held, frame
+    K, seed = np.empty(len(slots), np.float32), np.empty(len(slots), np.int64)
+    bits = confidence[0].view(np.int64)
+    for k in range(len(slots)):
+        slot = slots[k]
+        K[k] = np.float64(new[k]) / max(min(confidence[0, slot], most) + new[k], TINY)
+        seed[k] = (bits[slot] ^ (bits[slot] >> 32)) & 0xFFFFFFFF
+        if len(shares):
+            for level in range(LEVELS):
+                before = heights[slot, level]
+                after = before + K[k] * (shares[k, level] - before)
+                heights[slot, level] = max(after, np.float32(0))
+        for row in range(len(counts_for)):
+            if counts_for[row] > 0:
+                confidence[row, slot] += counts_for[row] * new[k]
+        changed_at[slot] = group_changed_at[slot // GROUP] = revision
+    return K, seed
+
+
+def _arrays(tensors: tuple[Tensor, ...]) -> Any:
+    """Tensors of the host as contiguous arrays, for compiled code; held ones share their memory."""
+    return tuple(tensor.contiguous().numpy() for tensor in tensors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,33 +273,46 @@ class CellStore:
         (n, LEVELS): its shares of height, None if they are not known.
         """
         slots = to_device(slots, self._device)
-        known = self._confidence[0, slots].clamp(max=self.max_prior)
-        K = gain(known, confidence).float()
-        self._move(slots, features, K)
+        searched = self._searched_row(views.robot)
+        counts_for = ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored))
+        if self._compiled:
+            by_row = np.zeros(len(self._confidence), np.float32)
+            by_row[[row for row, _ in counts_for]] = [times for _, times in counts_for]
+            held = self._confidence, self._heights, self._changed_at, self._group_changed_at
+            shares = self._heights[:0] if heights is None else heights
+            frame = slots, confidence, shares
+            K, seed = map(
+                torch.from_numpy,
+                fuse_slots(_arrays(held), _arrays(frame), by_row, float(self.max_prior), revision),
+            )
+            self._move(slots, features, K, seed)
+            return
+        before = self._confidence[0, slots]
+        K = gain(before.clamp(max=self.max_prior), confidence).float()
+        self._move(slots, features, K, seeds(before))
         if heights is not None:
             self._move_heights(slots, heights, K)
-        searched = self._searched_row(views.robot)
-        for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
+        for row, times in counts_for:
             if times > 0:
                 self._confidence[row, slots] += times * confidence
         self._set_changed(slots, revision)
 
-    def _move(self, slots: Tensor, features: Tensor, K: Tensor) -> None:
+    def _move(self, slots: Tensor, features: Tensor, K: Tensor, seed: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
-        seed = seeds(self._confidence[0, slots])
+        half = self._dtype == torch.float16
+        if self._compiled and (HALF or not half):
+            at, *parts = _arrays((slots, features, K, seed))
+            for block in np.unique(at // BLOCK).tolist():
+                if half:
+                    bits = self._blocks[block].view(torch.int16).numpy().view(np.uint16)
+                    fuse_half_rows(bits, block * BLOCK, at, *parts)
+                else:
+                    fuse_rows(self._blocks[block].numpy(), block * BLOCK, at, *parts[:2])
+            return
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            if self._compiled and self._dtype == torch.float32:
-                parts = (table, within, features, chosen, K)
-                fuse_rows(*(part.contiguous().numpy() for part in parts))
-            elif self._compiled and HALF:
-                bits = table.view(torch.int16).numpy().view(np.uint16)
-                parts = (within, features, chosen, K, seed)
-                fuse_half_rows(bits, *(part.contiguous().numpy() for part in parts))
-            else:
-                mean = fused(table[within].float(), features[chosen], K[chosen])
-                half = self._dtype == torch.float16
-                table[within] = rounded(mean, seed[chosen]) if half else mean
+            mean = fused(table[within].float(), features[chosen], K[chosen])
+            table[within] = rounded(mean, seed[chosen]) if half else mean
 
     def _move_heights(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
         known = self._heights[slots]
@@ -277,8 +330,9 @@ class CellStore:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
         slots = to_device(slots, self._device)
         parts = self._sums_of(share)
-        K = gain(self._confidence[0, slots], parts[0]).float()
-        self._move(slots, share.features.to(self._device).float(), K)
+        before = self._confidence[0, slots]
+        K = gain(before, parts[0]).float()
+        self._move(slots, share.features.to(self._device).float(), K, seeds(before))
         self._move_heights(slots, to_device(share.heights, self._device), K)
         for row, part in enumerate(parts):
             self._confidence[row, slots] += part

@@ -30,14 +30,17 @@ GREATEST = np.finfo(np.float32).max
 
 
 @compiled
-def fuse_rows(table: F32, rows: I64, features: F32, chosen: I64, K: F32) -> None:
-    """Move table[rows[k]] (., D) float32 by K[chosen[k]] towards features[chosen[k]].
+def fuse_rows(table: F32, first: int, slots: I64, features: F32, K: F32) -> None:
+    """Move the slots (n,) of which a table (k, D) float32 holds those from ``first`` on.
 
-    As ``torch.lerp``: from whichever end is nearer, so that 0 and 1 give the ends themselves.
+    By K (n,) towards features (n, D). As ``torch.lerp``: from whichever end is nearer, so that 0
+    and 1 give the ends themselves.
     """
-    for k in range(len(rows)):
-        share = K[chosen[k]]
-        row, new = table[rows[k]], features[chosen[k]]
+    for k in range(len(slots)):
+        at, share = slots[k] - first, K[k]
+        if at < 0 or at >= len(table):
+            continue
+        row, new = table[at], features[k]
         if share < 0.5:
             for channel in range(len(row)):
                 row[channel] += share * (new[channel] - row[channel])
@@ -124,16 +127,18 @@ def half_products(table_bits: U16, vector: F32, out: F32) -> None:
 
 @compiled
 def fuse_half_rows(  # noqa: PLR0917 (compiled code takes no keywords)
-    table_bits: U16, rows: I64, features: F32, chosen: I64, K: F32, seed: I64
+    table_bits: U16, first: int, slots: I64, features: F32, K: F32, seed: I64
 ) -> None:
-    """Move table[rows[k]] (., D) as ``fuse_rows``, rounded as ``rounded`` does.
+    """Move slots as ``fuse_rows``, rounded as ``rounded`` does by seed (n,).
 
-    table_bits: the float16 table's bits; features (n, D), chosen (k,), K (n,), seed (n,).
+    table_bits: the float16 table's bits.
     """
-    for k in range(len(rows)):
-        share = K[chosen[k]]
-        row, new = table_bits[rows[k]], features[chosen[k]]
-        start = np.uint32(seed[chosen[k]])
+    for k in range(len(slots)):
+        at, share = slots[k] - first, K[k]
+        if at < 0 or at >= len(table_bits):
+            continue
+        row, new = table_bits[at], features[k]
+        start = np.uint32(seed[k])
         near, rest = share < np.float32(0.5), np.float32(1) - share
         for channel in range(len(row)):
             old = _half_value(row[channel])
