@@ -64,14 +64,15 @@ def compute_update(field: FeatureField, params: MapParams, *, diagnose: bool = T
     )
     if jit.usable(wanted=params.compiled, device=device):
         cloud, weights = seen, _weights_on_host(field, depth_m, params)
-        variance = torch.tensor(field.variance[::n, ::n])
+        variance = torch.from_numpy(field.variance[::n, ::n].copy())
+        patches = torch.tensor(field.features, dtype=torch.float32)
     else:
         variance = torch.tensor(field.variance, device=device)
         cloud, weights = _on_device(field, variance, params)
         cloud, variance = cloud.strided(n, n), variance[::n, ::n]
-    patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
+        patches = torch.tensor(field.features, device=device).float()
     cells, features, confidence = _blurred(
-        weights, cell_features(weights, patches), field.T_map_camera, params
+        weights, cell_features(weights, patches.view(-1, dimension)), field.T_map_camera, params
     )
     return FrameUpdate(
         sequence=field.sequence,
