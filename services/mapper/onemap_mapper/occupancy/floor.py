@@ -130,6 +130,22 @@ def seen_places(  # noqa: PLR0917
     return places
 
 
+@compiled
+def blind_places(x: F32, y: F32, floor: Bool, camera: F32, shares: F32) -> F32:
+    """Places (n, 2) as ``_blind``, at shares (k,) of the way; x, y: from the camera (3,)."""
+    columns, last = floor.shape[1], len(floor) - 1
+    side = columns // BLIND_SIDE
+    places = np.empty((columns * len(shares), 2), np.float32)
+    filled = 0
+    for j in range(columns):
+        if np.all(floor[last, max(j - side, 0) : j + side + 1]):
+            for share in shares:
+                places[filled, 0] = x[last, j] * share + camera[0]
+                places[filled, 1] = y[last, j] * share + camera[1]
+                filled += 1
+    return places[:filled]
+
+
 @dataclass(frozen=True, slots=True)
 class FloorPoints:
     """Places (n, 2) float32 in metres: ``seen`` floor, ``drops`` where floor is missing.
@@ -180,16 +196,19 @@ def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
         floor, edge = map(torch.from_numpy, floor_and_edges(*arrays))
     else:
         floor, edge = _floor_and_edges(image, valid, params.occupancy_range_m)
-    feet = _riser_feet(image, valid)
-    floor &= feet == 0
-    low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
-    before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
-    drops = [
-        _crossings(image, edge, before),
-        _crossings(image, valid & low, torch.zeros_like(image.z)),
-        _before_risers(image, feet),
-        *_missing(image, valid, floor, params.cell_size_m),
-    ]
+    below = valid & (image.z < -DROP_MIN_DEPTH_M / 2)
+    drops = [floor.new_zeros((0, 2), dtype=torch.float32)]
+    if below.any():  # else there is neither an edge nor a riser
+        feet = _riser_feet(image, valid, below)
+        floor &= feet == 0
+        low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
+        before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
+        drops += [
+            _crossings(image, edge, before),
+            _crossings(image, valid & low, torch.zeros_like(image.z)),
+            _before_risers(image, feet),
+        ]
+    drops += _missing(image, valid, floor, params.cell_size_m)
     count = ceil(FLOOR_GAP_M / params.cell_size_m)
     shares, narrow = np.arange(1, count) / count, params.cell_size_m
     if use_compiled:
@@ -199,9 +218,12 @@ def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
         ratios = shares.astype(np.float32)
         places = seen_places(x, y, seen_floor, camera, ratios, np.float32(narrow))
         seen = torch.from_numpy(places)
+        shares_of_way = _shares(BLIND_SAMPLES, image).numpy()
+        blind = torch.from_numpy(blind_places(x, y, seen_floor, camera, shares_of_way))
     else:
         seen = torch.cat([image.in_map(image.xy(floor)), *_between(image, floor, shares, narrow)])
-    return FloorPoints(seen, torch.cat(drops), _blind(image, floor))
+        blind = _blind(image, floor)
+    return FloorPoints(seen, torch.cat(drops), blind)
 
 
 def _floor_and_edges(image: _Image, valid: Tensor, farthest_m: float) -> tuple[Tensor, Tensor]:
@@ -232,16 +254,16 @@ def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
     return (nearest < none) & (image.z < middle)
 
 
-def _riser_feet(image: _Image, valid: Tensor) -> Tensor:
+def _riser_feet(image: _Image, valid: Tensor, low: Tensor) -> Tensor:
     """(rows, columns): how many rows below a riser's pixel there is one at its foot; 0: no riser.
 
+    low: pixels below the floor, at least one.
     A riser is the upper part of a wall below the floor, and the rim above it. What goes on to rise
     is the foot of something that stands on floor which an error of the pitch lowers.
     """
     window = max(2, len(valid) // RISER_ROWS)
     feet = torch.zeros_like(image.depth, dtype=torch.int64)
-    low = valid & (image.z < -DROP_MIN_DEPTH_M / 2)
-    if len(valid) <= window or not low.any():
+    if len(valid) <= window:
         return feet
     columns = torch.nonzero(low.any(dim=0)).squeeze(1)
     depth, x, y, z = (plane[:, columns] for plane in (image.depth, image.x, image.y, image.z))

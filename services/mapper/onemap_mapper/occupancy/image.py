@@ -72,6 +72,9 @@ def few_alike(depth_m: F32) -> Bool:
     return few
 
 
+Places = tuple[F32, F32, F32, F32, F32]  # (n, 2 or 3) each: obstacles, low, drops, floor, blind
+
+
 class ObstacleLimits(NamedTuple):
     """Height error per metre of z-depth; then metres: up to where there is floor, the heights of
     obstacles, and how far they are seen."""
@@ -125,7 +128,7 @@ def every_point(planes: tuple[F32, F32, F32, F32], stride: int) -> F32:
 
 
 @compiled
-def bounds_of(places_m: F32) -> tuple[float, float, float, float]:
+def _bounds_of(places_m: F32) -> tuple[float, float, float, float]:
     """The least and greatest x and y of places (n, 2 or 3): low x, low y, high x, high y.
 
     Infinite where there are none, the low ones above the high ones.
@@ -140,8 +143,8 @@ def bounds_of(places_m: F32) -> tuple[float, float, float, float]:
 
 
 @compiled
-def reached_bounds(camera: F32, ends: F32) -> tuple[float, float, float, float]:
-    """``bounds_of`` the camera (3,) and the ends (m, 3) of rays, no further than they clear."""
+def _reached_bounds(camera: F32, ends: F32) -> tuple[float, float, float, float]:
+    """``_bounds_of`` the camera (3,) and the ends (m, 3) of rays, no further than they clear."""
     range_m = np.float32(CLEARING_RANGE_M)
     low_x = high_x = camera[0]
     low_y = high_y = camera[1]
@@ -152,6 +155,17 @@ def reached_bounds(camera: F32, ends: F32) -> tuple[float, float, float, float]:
         x, y = camera[0] + x * share, camera[1] + y * share
         low_x, low_y = min(low_x, x), min(low_y, y)
         high_x, high_y = max(high_x, x), max(high_y, y)
+    return low_x, low_y, high_x, high_y
+
+
+@compiled
+def bounds_of_all(camera: F32, ends: F32, places: Places) -> tuple[float, float, float, float]:
+    """The bounds of what rays from camera (3,) to ends (m, 3) clear, and of places."""
+    low_x, low_y, high_x, high_y = _reached_bounds(camera, ends)
+    for each in places:
+        left, below, right, above = _bounds_of(each)
+        low_x, low_y = min(low_x, left), min(low_y, below)
+        high_x, high_y = max(high_x, right), max(high_y, above)
     return low_x, low_y, high_x, high_y
 
 
@@ -172,14 +186,14 @@ class VoxelGrid(NamedTuple):
 @compiled
 def _voxel(x: Any, y: Any, height: Any, grid: VoxelGrid) -> tuple[int, int, int]:
     """Indices of a point's voxel: of its cell in float64, of its level in float32."""
-    i = int(np.floor(np.float64(x) / grid.cell_size_m)) - grid.x
-    j = int(np.floor(np.float64(y) / grid.cell_size_m)) - grid.y
-    level = int((height - grid.lowest_m) / grid.thickness_m)
-    return i, j, min(level, grid.levels - 1)
+    i = np.int32(np.floor(np.float64(x) / grid.cell_size_m)) - np.int32(grid.x)
+    j = np.int32(np.floor(np.float64(y) / grid.cell_size_m)) - np.int32(grid.y)
+    level = np.int32((height - grid.lowest_m) / grid.thickness_m)
+    return i, j, min(level, np.int32(grid.levels - 1))
 
 
 @compiled
-def count_points(points: F32, grid: VoxelGrid) -> I32:
+def _count_points(points: F32, grid: VoxelGrid) -> I32:
     """How many of the points (n, 3) lie in each voxel (nx, ny, levels), int32."""
     counts = np.zeros((grid.nx, grid.ny, grid.levels), np.int32)
     for k in range(len(points)):
@@ -189,38 +203,52 @@ def count_points(points: F32, grid: VoxelGrid) -> I32:
 
 
 @compiled
-def mark_rays(camera: F32, ends: F32, distances: F32, grid: VoxelGrid) -> Bool:
+def _mark_rays(camera: F32, ends: F32, distances: F32, grid: VoxelGrid) -> Bool:
     """The voxels (nx, ny, levels) in the free space along the rays from camera (3,) to ends (m, 3).
 
     Sampled at ascending distances (k,); not in the last cell before the end, because depth noise
     moves a surface across cell borders.
     """
-    crossed = np.zeros((grid.nx, grid.ny, grid.levels), np.bool_)
-    margin = np.float32(grid.cell_size_m)
+    crossed = np.zeros(grid.nx * grid.ny * grid.levels, np.bool_)
+    margin, voxels = np.float32(grid.cell_size_m), np.empty(len(distances), np.int32)
     for k in range(len(ends)):
         x, y, z = ends[k, 0] - camera[0], ends[k, 1] - camera[1], ends[k, 2] - camera[2]
         length = np.sqrt(x * x + y * y + z * z)
         scale = max(length, np.float32(1e-6))
         x, y, z = x / scale, y / scale, z / scale
-        for distance in distances:
-            if distance > length - margin:
-                break
+        samples = np.searchsorted(distances, length - margin, "right")
+        for sample in range(samples):  # a loop of its own, made with vectors
+            distance = distances[sample]
             height = camera[2] + z * distance
-            if height >= grid.highest_m or height < grid.lowest_m:
-                continue
+            inside = (height < grid.highest_m) & (height >= grid.lowest_m)
             i, j, level = _voxel(camera[0] + x * distance, camera[1] + y * distance, height, grid)
-            crossed[i, j, level] = True
-    return crossed
+            voxel = np.int32((i * np.int32(grid.ny) + j) * np.int32(grid.levels) + level)
+            voxels[sample] = voxel if inside else np.int32(-1)
+        for voxel in voxels[:samples]:
+            if voxel >= 0:
+                crossed[voxel] = True
+    return crossed.reshape((grid.nx, grid.ny, grid.levels))
 
 
 @compiled
-def count_places(places_m: F32, grid: VoxelGrid) -> I32:
+def _count_places(places_m: F32, grid: VoxelGrid) -> I32:
     """How many of the places (n, 2 or 3) lie in each cell (nx, ny), int32."""
     counts = np.zeros((grid.nx, grid.ny), np.int32)
     for k in range(len(places_m)):
         i, j, _ = _voxel(places_m[k, 0], places_m[k, 1], grid.lowest_m, grid)
         counts[i, j] += 1
     return counts
+
+
+@compiled
+def voxels_and_counts(
+    camera: F32, ends: F32, distances: F32, places: Places, grid: VoxelGrid
+) -> tuple[tuple[I32, Bool], tuple[I32, I32, I32, I32]]:
+    """Voxels and counts of ``evidence_of``, from rays to ends (m, 3) and places."""
+    obstacles, low, drops, seen, blind = places
+    voxels = _count_points(obstacles, grid), _mark_rays(camera, ends, distances, grid)
+    low_drops = _count_places(low, grid), _count_places(drops, grid)
+    return voxels, (*low_drops, _count_places(seen, grid), _count_places(blind, grid))
 
 
 def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
@@ -249,12 +277,9 @@ def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
     values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
     obstacles, low = obstacle_points(planes, ObstacleLimits(*map(np.float32, values)))
     floor = floor_points(cloud, params)
-    places = (low, *(each.numpy() for each in (floor.drops, floor.seen, floor.blind)))
-    bounds = np.array([reached_bounds(camera, rays), *map(bounds_of, (obstacles, *places))])
-    (low_x, low_y), (high_x, high_y) = (
-        bounds[:, :2].min(axis=0).tolist(),
-        bounds[:, 2:].max(axis=0).tolist(),
-    )
+    drops, seen, blind = (each.numpy() for each in (floor.drops, floor.seen, floor.blind))
+    places = obstacles, low, drops, seen, blind
+    low_x, low_y, high_x, high_y = bounds_of_all(camera, rays, places)
     box = GridSpec.covering(params.cell_size_m, (low_x, low_y), (high_x, high_y))
     lowest_m, thickness_m, highest_m = map(
         np.float32, (heights[0], params.voxel_height_m, heights[1])
@@ -268,11 +293,9 @@ def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
         thickness_m,
         highest_m,
     )
-    voxels = count_points(obstacles, grid), mark_rays(camera, rays, ray_distances_m(params), grid)
-    below, drops, seen, blind = (count_places(each, grid) for each in places)
-    return OccupancyUpdate.of_arrays(
-        *evidence_of(voxels, (below, drops, seen, blind), box.origin_cell)
-    )
+    distances_m = ray_distances_m(params)
+    voxels, counts = voxels_and_counts(camera, rays, distances_m, places, grid)
+    return OccupancyUpdate.of_arrays(*evidence_of(voxels, counts, box.origin_cell))
 
 
 def ray_distances_m(params: MapParams) -> F32:
@@ -346,7 +369,7 @@ def _evidence(
 
 
 def _ray_samples(camera: Tensor, ends: Tensor, params: MapParams) -> Tensor:
-    """Points (n, 3) in free space along rays, as ``mark_rays``."""
+    """Points (n, 3) in free space along rays, as ``_mark_rays``."""
     rays = ends - camera
     length_m = lengths(rays)
     distances_m = torch.from_numpy(ray_distances_m(params)).to(camera.device)
