@@ -31,14 +31,30 @@ class ChannelParams(Params):
     )
 
 
-class MiniParams(ChannelParams):
-    """The encoder that ships with OneMap."""
+class ShippedParams(ChannelParams):
+    """What the encoders that ship with OneMap have in common."""
+
+    folder: Path = Field(
+        default=SHIPPED,
+        description="Weights and words of mini; another folder holds one's own training.",
+    )
+
+
+class MiniParams(ShippedParams):
+    """The encoder of the simulator."""
 
     backend: Literal["mini"] = Field(
         default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
     )
-    folder: Path = Field(
-        default=SHIPPED, description="Weights and words; another folder holds one's own training."
+
+
+class PhotoParams(ShippedParams):
+    """``mini`` with a second opinion for photographs."""
+
+    backend: Literal["photo"] = Field(
+        default="photo",
+        description="Chooses this encoder: mini and a classifier of photographs, for a camera "
+        "without a GPU; it ships with OneMap.",
     )
 
 
@@ -98,7 +114,7 @@ class RadioParams(TorchEncoderParams):
 
 
 TorchParams = OpenClipConvNextParams | Tipsv2Params | RadioParams
-EncoderParams = Annotated[MiniParams | TorchParams, Field(discriminator="backend")]
+EncoderParams = Annotated[MiniParams | PhotoParams | TorchParams, Field(discriminator="backend")]
 
 COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
 OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"

@@ -18,9 +18,11 @@ from onemap_perception.config import (
     OpenClipConvNextParams,
     OpenVocabularyParams,
     PatchesParams,
+    PhotoParams,
     PluginParams,
     RadioParams,
     RoutedParams,
+    ShippedParams,
     Tipsv2Params,
     TorchParams,
 )
@@ -28,6 +30,7 @@ from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.mini import MiniEncoder
+from onemap_perception.encoders.photo import PhotoEncoder
 from onemap_perception.encoders.projected import ProjectedEncoder, embed_words
 from onemap_perception.encoders.protocol import Encoder, ImageEncoder
 from onemap_perception.errors import BackendError
@@ -49,7 +52,7 @@ def make_encoder(params: EncoderParams) -> ImageEncoder:
     if params.channels == 0:
         return encoder
     # The words of the basis are embedded by one that refuses none of them.
-    words_by = MiniEncoder(params, raw=True) if isinstance(params, MiniParams) else encoder
+    words_by = MiniEncoder(params, raw=True) if isinstance(params, ShippedParams) else encoder
     return with_channels(encoder, params.channels, words_by)
 
 
@@ -65,6 +68,8 @@ def with_channels(encoder: ImageEncoder, channels: int, words_by: Encoder) -> Im
 def _make_encoder(params: EncoderParams) -> ImageEncoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
+    if isinstance(params, PhotoParams):
+        return PhotoEncoder(params)
     path = locate(params.model)
     from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
@@ -104,7 +109,7 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
 def _patch_detector(encoder: Encoder) -> Detector:
     if len(encoder.embed_text(("chair",)).neutral) == 0:
         raise BackendError(
-            "the detector patches needs an encoder with calibrated scores (mini); choose "
+            "the detector patches needs an encoder with calibrated scores (mini, photo); choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
     return PatchDetector(encoder.encoder_id)

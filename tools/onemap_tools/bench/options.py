@@ -116,7 +116,7 @@ class PerceptionBench(Options):
     ] = False
     backend: Annotated[
         list[str] | None,
-        Option(help="With random weights: mini, openclip_convnext, tipsv2; default: all."),
+        Option(help="With random weights: mini, photo, openclip_convnext, tipsv2; default: all."),
     ] = None
     architecture: Annotated[str, Option(help="Of openclip_convnext with random weights.")] = (
         "convnext_large_d_320"  # the paper's

@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.config import EncoderParams, MiniParams, PerceptionConfig
+from onemap_perception.config import (
+    EncoderParams,
+    MiniParams,
+    PerceptionConfig,
+    PhotoParams,
+    ShippedParams,
+)
 from onemap_perception.encoders.images import fitted_size, pixel_values, resized
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
@@ -31,7 +37,7 @@ from onemap_shared.geometry import F16, F32, U8
 from onemap_tools.bench.machine import machine_facts, parse_size, peak_process_bytes, spread_ms
 from onemap_tools.bench.options import PerceptionBench
 
-BACKENDS = ("mini", "openclip_convnext", "tipsv2")  # that need no download
+BACKENDS = ("mini", "photo", "openclip_convnext", "tipsv2")  # that need no download
 WARM_UP = 5  # frames that are not counted: first allocations, and what cuDNN tries out
 
 
@@ -45,7 +51,7 @@ class MeasuredEncoder:
 
 
 def run(options: PerceptionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
-    """Backends with random weights (mini: with its own), or the encoder of a configuration."""
+    """Backends with random weights (mini, photo: their own), or the configured encoder."""
     if options.threads is not None:
         torch.set_num_threads(options.threads)
     size_px = parse_size(options.size)
@@ -57,11 +63,11 @@ def run(options: PerceptionBench, _tell: Callable[[str], None]) -> dict[str, Any
         makers += [
             (backend, device, partial(random_encoder, backend, device, options.architecture))
             for backend in options.backend or BACKENDS
-            for device in (["cpu"] if backend == "mini" else devices)
+            for device in (["cpu"] if backend in ("mini", "photo") else devices)
         ]
     else:
         config = load(options.config, "perception", PerceptionConfig)[2].encoder
-        device = "cpu" if isinstance(config, MiniParams) else config.device
+        device = "cpu" if isinstance(config, ShippedParams) else config.device
         makers.append((config.backend, device, partial(configured_encoder, config)))
     results = []
     for backend, device, make in makers:
@@ -95,6 +101,8 @@ def random_encoder(backend: str, device: str, architecture: str) -> MeasuredEnco
     match backend:
         case "mini":
             return configured_encoder(MiniParams())
+        case "photo":
+            return configured_encoder(PhotoParams())
         case "openclip_convnext":
             with optional_import("open_clip", OPEN_CLIP, backend=backend):
                 from open_clip.model import CLIP

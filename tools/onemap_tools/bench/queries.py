@@ -12,7 +12,7 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import TextQuery, text_query
-from onemap_perception.config import SHIPPED, MiniParams, PerceptionConfig
+from onemap_perception.config import SHIPPED, PerceptionConfig, ShippedParams
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
@@ -95,7 +95,7 @@ def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
     config = load(options.config, "perception", PerceptionConfig)[2].encoder
     try:
         encoder = raw = make_encoder(config)
-        if isinstance(config, MiniParams):
+        if isinstance(config, ShippedParams):
             raw = MiniEncoder(config, raw=True)
             raw = with_channels(raw, config.channels, raw) if config.channels else raw
     except BackendError as problem:

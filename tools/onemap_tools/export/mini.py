@@ -48,7 +48,7 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
         names=("rgb", "features"),
         dynamic_axes={"rgb": {0: "H", 1: "W"}, "features": {0: "h", 1: "w"}},
     )
-    _store_weights_as_half(model)
+    store_weights_as_half(model)
     onnx.checker.check_model(model, full_check=True)
     onnx.save(model, str(path))
     return path
@@ -76,7 +76,7 @@ def write_embedding_table(vocabulary: Vocabulary, embed: EmbedTexts, folder: Pat
     return path
 
 
-def _store_weights_as_half(model: onnx.ModelProto) -> None:
+def store_weights_as_half(model: onnx.ModelProto) -> None:
     """Store large float32 weights as float16 and cast them back when the file is loaded."""
     graph = model.graph
     casts = []

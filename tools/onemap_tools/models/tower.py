@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config import EncoderParams, MiniParams, RadioParams
+from onemap_perception.config import EncoderParams, RadioParams, ShippedParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import (
     CAMERA_PX,
@@ -37,8 +37,10 @@ def export_encoder(
     (width, height). Raises CliError if the encoder cannot be exported or the file disagrees; no
     file is left then.
     """
-    if isinstance(config, MiniParams):
-        raise CliError("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_USAGE_ERROR)
+    if isinstance(config, ShippedParams):
+        raise CliError(
+            f"The encoder {config.backend} runs in onnxruntime already", EXIT_USAGE_ERROR
+        )
     if isinstance(config, RadioParams):
         raise CliError(
             "RADIO runs code from its model folder, which OneMap cannot export", EXIT_USAGE_ERROR

@@ -14,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from onemap_perception.config import SHIPPED, MiniParams
+from onemap_perception.config import SHIPPED, ShippedParams
 from onemap_perception.encoders.images import fitted_size, mean_feature, resized
 from onemap_perception.errors import BackendError
 from onemap_perception.onnx import open_session
@@ -38,14 +38,14 @@ CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 n
 class MiniEncoder:
     """Implements ``Encoder``. Raises BackendError when its files are missing or damaged.
 
-    raw: see ``QueryEncoder``.
+    raw: see ``QueryEncoder``. text: its words.
     """
 
-    def __init__(self, params: MiniParams, *, raw: bool = False) -> None:
+    def __init__(self, params: ShippedParams, *, raw: bool = False) -> None:
         path = params.folder / NETWORK_FILE
         self._session = _open(path)
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
-        self._text = _load_text(params.folder, raw=raw)
+        self.text = _load_text(params.folder, raw=raw)
 
     @property
     def encoder_id(self) -> str:
@@ -72,17 +72,22 @@ class MiniEncoder:
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
-        return self._text.queries(texts, encoder_id=self._id, text_space=TEXT_SPACE)
+        return self.text.queries(texts, encoder_id=self._id, text_space=TEXT_SPACE)
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
         """See ``Encoder``: asked as a word that names no class, with the mean of the patches.
 
         The words that are like it do not compete, the others do.
         """
-        size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=CROP_SIDE_PX, stride=STRIDE)
-        features = self.encode(resized(rgb, size))
+        features = self.encode(crop_of(rgb))
         vector = mean_feature(features, np.ones(features.shape[:2], np.float32))
-        return self._text.vector_query(vector, encoder_id=self._id, text_space=TEXT_SPACE)
+        return self.text.vector_query(vector, encoder_id=self._id, text_space=TEXT_SPACE)
+
+
+def crop_of(rgb: U8) -> U8:
+    """A picture (H, W, 3) of one thing at the size that things have in an image."""
+    size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=CROP_SIDE_PX, stride=STRIDE)
+    return resized(rgb, size)
 
 
 def input_size(width: int, height: int, limit_px: int) -> tuple[int, int]:

@@ -1,0 +1,152 @@
+"""The encoder ``photo``: ``mini`` and a second opinion by a classifier of photographs.
+
+An ImageNet classifier (EfficientNet-Lite0) is applied at every position (class activation: Zhou
+et al., "Learning Deep Features for Discriminative Localization", 2016). Its probabilities of
+household names weight the names' embeddings (ConSE: Norouzi et al., "Zero-Shot Learning by Convex
+Combination of Semantic Embeddings", 2014), whose sum is the shorter the less certain it is. The
+classifier knows no walls, floors and ceilings, which ``mini`` tells well: there it has no say.
+Nothing is trained. See photo/MODEL_CARD.md.
+"""
+# Touches files: weights, names.
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from onemap_perception.config import SHIPPED, PhotoParams
+from onemap_perception.encoders.images import mean_feature, resized
+from onemap_perception.encoders.mini import TEXT_SPACE, MiniEncoder, crop_of
+from onemap_perception.errors import BackendError
+from onemap_perception.onnx import open_session
+from onemap_perception.text.embeddings import scores
+from onemap_perception.text.queries import QueryEncoder
+from onemap_perception.text.vocabulary import load_calibration, load_table, load_vocabulary
+from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages import TextEmbeddings, expect
+
+FOLDER = Path(__file__).parents[1] / "photo"
+NETWORK_FILE = "photo.onnx"
+NAMES_FILE = "names.json"
+SHA256 = "a455d9d2f1fa328773329ce9005ce0d9bf49874ae8b4ca82cf2b707df1f57a29"
+STRIDE = 16  # pixels from one position of the classifier to the next
+INPUT_WIDTH_PX = 640  # wider images are reduced to this
+WEIGHT = np.float32(2)  # of the second opinion, where it is certain
+SURFACES = ("wall", "floor", "ceiling")
+
+
+class PhotoEncoder:
+    """Implements ``ImageEncoder``. Raises BackendError when its files are missing or damaged.
+
+    folder: of the classifier.
+    """
+
+    def __init__(self, params: PhotoParams, folder: Path = FOLDER) -> None:
+        self._mini = MiniEncoder(params)
+        self._text = self._mini.text
+        self._surfaces = self._text.queries(SURFACES, encoder_id="", text_space=TEXT_SPACE)
+        self._session = open_classifier(folder)
+        self._targets = name_embeddings(household_names(folder), params.folder)
+        self._id = f"photo-{SHA256[:8]}-{self._mini.encoder_id}"
+
+    @property
+    def encoder_id(self) -> str:
+        """``photo-``, the first digits of the classifier's SHA-256, and the id of ``mini``."""
+        return self._id
+
+    @property
+    def text_space(self) -> str:
+        """That of ``mini``."""
+        return TEXT_SPACE
+
+    def encode(self, rgb: U8) -> F16:
+        """See ``Encoder``; the patches are those of ``mini``."""
+        expect(rgb, "rgb", np.uint8, (None, None, 3))
+        features = self._mini.encode(rgb).astype(np.float32)
+        rows, columns, channels = features.shape
+        opinion = self._opinion(rgb, rows, columns)
+        surface = scores(features.reshape(-1, channels), self._surfaces).sum(axis=1)
+        weights = WEIGHT * (1 - surface).reshape(rows, columns, 1)
+        summed = features + weights * opinion
+        unit: F16 = (summed / np.linalg.norm(summed, axis=-1, keepdims=True)).astype(np.float16)
+        return unit
+
+    def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+        """See ``Encoder``."""
+        return self._text.queries(texts, encoder_id=self._id, text_space=TEXT_SPACE)
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        """See ``ImageEncoder``; as that of ``mini``."""
+        features = self.encode(crop_of(rgb))
+        vector = mean_feature(features, np.ones(features.shape[:2], np.float32))
+        return self._text.vector_query(vector, encoder_id=self._id, text_space=TEXT_SPACE)
+
+    def _opinion(self, rgb: U8, rows: int, columns: int) -> F32:
+        """The classifier's mean embedding (rows, columns, D) of an image, of length 0 to 1."""
+        scale = min(1.0, INPUT_WIDTH_PX / rgb.shape[1])
+        size = tuple(max(round(side * scale), 1) for side in (rgb.shape[1], rgb.shape[0]))
+        image = np.ascontiguousarray(resized(rgb, size))
+        try:
+            shares: F32 = self._session.run(["shares"], {"rgb": image})[0]
+        except Exception as problem:  # onnxruntime's errors share no other base class
+            raise BackendError(f"onnxruntime failed on a {size} image: {problem}") from problem
+        return at_patches(shares @ self._targets, size, rows, columns)
+
+
+def at_patches(values: F32, size: tuple[int, int], rows: int, columns: int) -> F32:
+    """Values (h, w, C) of the classifier's positions, interpolated at an image's patches.
+
+    size: of the image, (width, height) in pixels. Position i lies at pixel ``STRIDE`` * i, on
+    which its convolutions are centred. Returns (rows, columns, C).
+    """
+    for axis, (count, pixels) in enumerate(((rows, size[1]), (columns, size[0]))):
+        place = ((np.arange(count) + 0.5) * pixels / count - 0.5) / STRIDE
+        place = np.clip(place, 0, values.shape[axis] - 1)
+        before = place.astype(int)
+        after = np.minimum(before + 1, values.shape[axis] - 1)
+        share = (place - before).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (-1, 1))
+        values = values.take(before, axis) * (1 - share) + values.take(after, axis) * share
+    return values
+
+
+def household_names(folder: Path = FOLDER) -> dict[str, dict[str, int]]:
+    """By everyday word: ImageNet's names that mean it, with their numbers, in the order of the
+    classifier's outputs. Raises BackendError."""
+    path = folder / NAMES_FILE
+    try:
+        names: dict[str, dict[str, int]] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        raise BackendError(f"cannot read {path}: {problem}; reinstall OneMap") from problem
+    return names
+
+
+def name_embeddings(names: Mapping[str, Mapping[str, int]], mini: Path) -> F32:
+    """Of each output of the classifier, as queries for its everyday word are embedded: (N, D).
+
+    mini: the folder whose classes the words may name.
+    """
+    text = QueryEncoder(
+        load_vocabulary(mini), load_table(SHIPPED), load_calibration(mini), raw=True
+    )
+    rows = text.queries(tuple(names), encoder_id="", text_space=TEXT_SPACE).embeddings
+    return np.repeat(rows, [len(each) for each in names.values()], axis=0)
+
+
+def open_classifier(folder: Path) -> Any:
+    """Its session; BackendError unless the weights are those that are pinned here."""
+    path = folder / NETWORK_FILE
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as problem:
+        raise BackendError(f"the classifier {path} is missing: reinstall OneMap") from problem
+    if digest != SHA256:
+        raise BackendError(
+            f"the classifier {path} is damaged: its SHA-256 is {digest[:12]}..., not "
+            f"{SHA256[:12]}...; reinstall OneMap"
+        )
+    return open_session(path, threads=1)  # the other cores run other services

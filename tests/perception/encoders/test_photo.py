@@ -1,0 +1,116 @@
+"""The encoder of photographs: its features, its files, and what it sees in photographs."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_perception.config import SHIPPED, MiniParams, PhotoParams
+from onemap_perception.encoders.images import decoded
+from onemap_perception.encoders.mini import MiniEncoder
+from onemap_perception.encoders.photo import (
+    FOLDER,
+    NAMES_FILE,
+    NETWORK_FILE,
+    STRIDE,
+    PhotoEncoder,
+    at_patches,
+    household_names,
+)
+from onemap_perception.errors import BackendError
+from onemap_perception.text.embeddings import scores
+from onemap_perception.text.vocabulary import load_table
+from onemap_shared.geometry import U8
+
+PHOTOGRAPHS = Path(__file__).parents[4] / "shared" / "data" / "rgbd_study"
+
+
+@pytest.fixture(scope="module")
+def encoder() -> PhotoEncoder:
+    return PhotoEncoder(PhotoParams())
+
+
+@pytest.fixture(scope="module")
+def mini() -> MiniEncoder:
+    return MiniEncoder(MiniParams())
+
+
+@pytest.mark.parametrize(("height", "width"), [(240, 320), (480, 640), (61, 50), (1, 1)])
+def test_patches_and_words_are_those_of_mini(
+    encoder: PhotoEncoder, mini: MiniEncoder, height: int, width: int
+) -> None:
+    image = np.random.default_rng(0).integers(0, 256, (height, width, 3), dtype=np.uint8)
+    features = encoder.encode(image)
+    assert features.shape == mini.encode(image).shape
+    assert features.dtype == np.float16
+    norms = np.linalg.norm(features.astype(np.float32), axis=-1)
+    np.testing.assert_allclose(norms, 1, atol=2e-3)
+    assert encoder.text_space == mini.text_space
+    assert encoder.encoder_id != mini.encoder_id
+    ours, theirs = encoder.embed_text(["sofa"]), mini.embed_text(["sofa"])
+    np.testing.assert_array_equal(ours.embeddings, theirs.embeddings)
+    assert ours.encoder_id == encoder.embed_image(image).encoder_id == encoder.encoder_id
+
+
+def test_positions_are_interpolated_where_their_convolutions_are_centred() -> None:
+    rows, columns, size = 6, 8, (64, 48)
+    y, x = np.mgrid[0:3, 0:4].astype(np.float32) * STRIDE  # pixel of each position
+    at_y, at_x = np.moveaxis(at_patches(np.stack([y, x], axis=-1), size, rows, columns), -1, 0)
+    np.testing.assert_allclose(at_x[0], np.clip(np.arange(8) * 8 + 3.5, 0, 48), atol=1e-4)
+    np.testing.assert_allclose(at_y[:, 0], np.clip(np.arange(6) * 8 + 3.5, 0, 32), atol=1e-4)
+
+
+def test_damaged_or_missing_files_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    shutil.copytree(FOLDER, tmp_path / "photo")
+    weights = tmp_path / "photo" / NETWORK_FILE
+    weights.write_bytes(weights.read_bytes()[:-1])
+    with pytest.raises(BackendError, match=r"is damaged: its SHA-256 is .* reinstall OneMap"):
+        PhotoEncoder(PhotoParams(), tmp_path / "photo")
+    weights.unlink()
+    with pytest.raises(BackendError, match=r"photo\.onnx is missing: reinstall OneMap"):
+        PhotoEncoder(PhotoParams(), tmp_path / "photo")
+    shutil.copy(FOLDER / NETWORK_FILE, weights)
+    (tmp_path / "photo" / NAMES_FILE).write_text("{", encoding="utf-8")
+    with pytest.raises(BackendError, match=r"cannot read .*names"):
+        PhotoEncoder(PhotoParams(), tmp_path / "photo")
+
+
+def test_every_household_name_has_an_embedding_that_ships() -> None:
+    words = load_table(SHIPPED).words
+    assert set(household_names()) <= set(words)
+
+
+def photograph(number: int) -> U8:
+    path = PHOTOGRAPHS / f"frame-{number:06d}.color.png"
+    if not path.exists():
+        pytest.skip(f"{path} is not there: the photographs lie beside the repository")
+    return decoded(path.read_bytes())
+
+
+Box = tuple[slice, slice]  # rows and columns of patches
+WHOLE: Box = np.s_[:, :]
+
+
+def mean_score(encoder: PhotoEncoder | MiniEncoder, image: U8, word: str, box: Box) -> float:
+    features = encoder.encode(image).astype(np.float32)[box]
+    return float(scores(features.reshape(-1, 384), encoder.embed_text([word])).mean())
+
+
+@pytest.mark.parametrize(
+    ("number", "word", "patches"),
+    [
+        (422, "printer", np.s_[18:22, 21:25]),
+        (422, "chair", np.s_[19:25, 2:6]),
+        (0, "sofa", np.s_[14:24, 12:26]),
+    ],
+)
+def test_a_thing_in_a_photograph_scores_higher_than_with_mini(
+    encoder: PhotoEncoder, mini: MiniEncoder, number: int, word: str, patches: Box
+) -> None:
+    image = photograph(number)
+    ours = mean_score(encoder, image, word, patches)
+    assert ours > mean_score(mini, image, word, patches)
+    assert ours > 3 * mean_score(encoder, image, word, WHOLE)
