@@ -150,9 +150,9 @@ def test_a_zone_in_the_way_is_named() -> None:
     room = in_plan(world, box(0.1, 4.8, 5.0, 7.9, "bedroom"))
     over = run(world, start(world, "bed"), room)
     (result,) = over.state.search.results
-    assert result.outcome is not SearchState.FOUND
+    assert result.reason_code is FailureCode.UNREACHABLE
     assert reach_m(np.array(over.trace), room) == 0.0
-    assert "'bedroom'" in result.reason
+    assert "the keep-out zone 'bedroom' is in the way" in result.reason
 
 
 def test_a_drive_across_a_zone_goes_around_it_or_fails() -> None:

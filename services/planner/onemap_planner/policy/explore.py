@@ -439,6 +439,8 @@ def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) 
     text = f"searched everything reachable: {area_m2:.0f} m² explored"
     if coverage.unreachable_m2 >= LEAST_NAMED_M2:
         text += f", {coverage.unreachable_m2:.0f} m² of floor seen that no way leads to"
+    if context.costmap.keep_out is not None:
+        text += f", not into {', '.join(map(repr, context.zones.names))}"
     if not coverage.best_match_m:
         return f"{text}; the map has no features"
     x, y = coverage.best_match_m

@@ -70,6 +70,11 @@ class Zones:
     places: MapPlaces | None = None
     stay_out: tuple[str, ...] = ()
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all zones."""
+        return self.stay_out if self.places is None else zone_names(self.places, self.stay_out)
+
     def mask(self, grid: GridSpec) -> Bool:
         """Cells (nx, ny) of a grid that a zone covers, also in part."""
         if self.places is None:
@@ -82,7 +87,7 @@ class Zones:
             return ""
         (x0, y0), (x1, y1) = np.subtract(xy, within_m).tolist(), np.add(xy, within_m).tolist()
         grid = GridSpec.covering(cell_size_m, (x0, y0), (x1, y1))
-        for name in zone_names(self.places, self.stay_out):
+        for name in self.names:
             if place_mask(self.places, name, grid, in_part=True).any():
                 return name
         return ""
@@ -94,8 +99,7 @@ class Zones:
             if self.places is None
             else tuple(zip(self.places.places, self.places.rooms, strict=True))
         )
-        names = self.stay_out if self.places is None else zone_names(self.places, self.stay_out)
-        for name in names:
+        for name in self.names:
             found = [(place, room) for place, room in known if same_name(place.name, name)]
             if not found:
                 return f"there is no place {name!r} any more"
