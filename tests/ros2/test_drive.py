@@ -110,11 +110,12 @@ def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry
         replace(VOICE, search="").goal(NOW),
         replace(VOICE, path=None).goal(NOW),
         PlannerVoice().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).goal(NOW),
+        VOICE.with_places(VOICE.places_version + 1).goal(NOW),
         VOICE.goal(replace(NOW, now_s=10.0 + MAX_COMMAND_AGE_S + 0.01)),
         VOICE.with_command(late.now_s).goal(late),
         VOICE.goal(replace(NOW, fresh=False)),
         VOICE.goal(replace(NOW, pose=None)),
-    ] == [None] * 10
+    ] == [None] * 11
 
 
 class Ride:

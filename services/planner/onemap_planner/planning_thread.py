@@ -385,10 +385,13 @@ class PlanningThread:
     def _publish(
         self, state: PlannerState, decision: Decision | None, result: PlanningResult
     ) -> None:
-        """Replace the result and publish the path; without a decision the old plan ages."""
-        if decision is not None:
+        """Replace the result and publish the path; without a decision the old plan ages.
+
+        A plan that was overtaken by a change of the places is none.
+        """
+        if decision is not None and self._places.version == self._now().inputs.places_version:
             now_s, search_id = time.monotonic(), state.search.search_id
-            offered, version = decision.goal_candidates, self._places.version or (0, 0)
+            offered, version = decision.goal_candidates, self._places.version
             result = replace(
                 result,
                 plan=Plan(search_id, decision.motion, decision.costmap, now_s, version),

@@ -31,6 +31,7 @@ from onemap_ros2.topic_watch import SILENT_S, TopicWatch
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.keys import (
     ALL_HEARTBEATS,
+    MAP_REVISION,
     ROBOT_CMD_VEL,
     ROBOT_ODOMETRY,
     ROBOT_RGBD,
@@ -80,6 +81,7 @@ class Ros2Worker:
         self._gate = CommandGate()
         self._paths = bus.subscribe(SEARCH_PATH)
         self._states = bus.subscribe(SEARCH_STATE)
+        self._revisions = bus.subscribe(MAP_REVISION)
         self._voice = PlannerVoice()
         self._driver: Driver = DRIVERS[config.drive](network, config, LOG.info)
         self._control = SearchControl(bus, network, config)
@@ -168,6 +170,9 @@ class Ros2Worker:
     def _listen(self, now_s: float) -> PlannerVoice:
         """What the planner says; the state of its search first."""
         status, path = self._states.take(0.0), self._paths.take(0.0)
+        revision = self._revisions.take(0.0)
+        if revision is not None:
+            self._voice = self._voice.with_places(revision.places_version)
         if status is not None:
             self._voice = self._voice.with_status(status)
         self._control.step(status)

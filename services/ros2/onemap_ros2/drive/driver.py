@@ -109,13 +109,21 @@ def encoded_pose(goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
 class PlannerVoice:
     """The planner's newest messages, with their times of arrival in seconds.
 
-    path: of this search; None before its first. search: the id of the active one, empty without.
+    path: of this search, and made with the newest places; None before the first. search: the id of
+    the active one, empty without. places_version: of the newest places of the map.
     """
 
     path: PlannedPath | None = None
     path_s: float = NEVER
     command_s: float = NEVER
     search: str = ""
+    places_version: int = 0
+
+    def with_places(self, version: int) -> PlannerVoice:
+        """After the version of the places came: a plan does not know the zones of another one."""
+        if version == self.places_version:
+            return self
+        return replace(self, places_version=version, path=None, path_s=NEVER)
 
     def with_path(self, path: PlannedPath, now_s: float) -> PlannerVoice:
         """After a plan came; one to rest counts from the second on.

@@ -1,0 +1,76 @@
+"""A zone that is drawn across the way of a driving robot: real processes, the true trajectory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.geometry import F64
+from onemap_shared.messages import Odometry, Place, PlaceId, PlaceKind, PlannedPath, SearchRequest
+from onemap_simulator.config import SimulatorConfig
+from tests.end_to_end.system import System
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+AHEAD_M, HALF_M = 1.5, 0.25  # to the middle of the zone along the way, and half its side
+LEAST_M = 0.9  # from the robot to the zone: room to stop when it hears of it
+AFTERWARDS_M = 1.5  # that the robot still drives
+
+
+def ahead_of(path: PlannedPath, robot_xy: F64) -> F64 | None:
+    """A point (2,) on the way that is not too near, metres; None if the way is too short."""
+    points = path.points_m.astype(np.float64)
+    if path.motion != "drive" or len(points) < 2:
+        return None
+    along = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
+    point = np.array([np.interp(AHEAD_M, along, points[:, axis]) for axis in (0, 1)])
+    near = np.abs(point - robot_xy).max() - HALF_M < LEAST_M
+    return None if along[-1] < AHEAD_M or near else point
+
+
+def xy_of(message: Odometry) -> F64:
+    return message.T_map_body[:2, 3]
+
+
+def outside_m(xy: F64, middle: F64) -> float:
+    """Metres from a point to the square around ``middle``."""
+    return float(np.linalg.norm(np.maximum(np.abs(xy - middle) - HALF_M, 0.0)))
+
+
+def test_a_zone_across_the_way_is_not_entered(system: System) -> None:
+    monitor, paths, driven = system.monitor, list[PlannedPath](), list[Odometry]()
+    monitor._threads += [
+        monitor._follow(keys.SEARCH_PATH, paths.append),
+        monitor._follow(keys.ROBOT_ODOMETRY, driven.append),
+    ]
+    place: list[F64] = []
+
+    def drives_far() -> bool:
+        if not paths or not driven or abs(driven[-1].linear_mps) < 0.2:
+            return False
+        point = ahead_of(paths[-1], xy_of(driven[-1]))
+        place.extend([] if point is None else [point])
+        return point is not None
+
+    monitor.bus.call(
+        keys.SEARCH_START, SearchRequest(("toilet", "bicycle", "guitar"), patience_s=60.0), 60.0
+    )
+    system.until(drives_far, "the robot drives along a way of 1.5 m", 240.0)
+    x, y = place[0].tolist()
+    corners = [(x - HALF_M, y - HALF_M), (x + HALF_M, y - HALF_M), (x + HALF_M, y + HALF_M)]
+    corners.append((x - HALF_M, y + HALF_M))
+    drawn = Place("wet floor", PlaceKind.KEEP_OUT, corners_m=tuple(corners))
+    monitor.bus.call(keys.MAP_NAME_PLACE, drawn, 60.0)
+    first = len(driven)
+
+    def driven_on() -> bool:
+        points = np.array([xy_of(each) for each in driven[first:]]).reshape(-1, 2)
+        way_m = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+        over = monitor.search is not None and not monitor.search.active
+        return bool(way_m >= AFTERWARDS_M) or over
+
+    system.until(driven_on, "the robot drives on, around the zone", 240.0)
+    radius_m = SimulatorConfig().robot.radius_m
+    nearest_m = min(outside_m(xy_of(each), place[0]) for each in driven)
+    assert nearest_m >= radius_m
+    monitor.bus.call(keys.MAP_FORGET_PLACE, PlaceId("wet floor"), 60.0)
