@@ -21,9 +21,16 @@ from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage.snapshot import merge_into, take
+from onemap_shared.geometry import F32
 from onemap_shared.messages import (
+    NO_ROOM,
+    Detail,
+    MapPlaces,
     MapVerdict,
     Occupancy,
+    Place,
+    Relation,
+    RelationKind,
     SimilarityReply,
     SimilarityRequest,
     Verdict,
@@ -66,6 +73,37 @@ def test_regions_are_ranked_and_name_their_map(belief: BeliefMap) -> None:
     assert (reply.revision, reply.stamp_ns) == (belief.revision, belief.history().stamp_ns)
     assert reply.encoder_id == "encoder-a"
     assert reply.scores_grid.shape == (0, 0)
+
+
+BESIDE_CUP = Detail(relations=(Relation(RelationKind.NEXT_TO, ("cup",)),))
+
+
+@pytest.mark.parametrize(("cup", "found"), [(SOFA, True), (CUP, False)])
+def test_a_thing_scores_by_its_anchor_too(belief: BeliefMap, cup: F32, found: bool) -> None:
+    """The cup is where the sofa is, or nowhere."""
+    scored = MapScores(belief).of([query("sofa", SOFA), query("cup", cup)])
+    reply = similarity_reply(scored, request=SimilarityRequest("sofa", detail=BESIDE_CUP))
+    occupancy, layers = scored.version.occupancy_grid(), scored.version.layers()
+    coverage = floor_coverage(occupancy, layers, reply.grid, robot_xy_m=(), area=None)
+    reply = judged(reply, SimilarityRequest("sofa"), coverage, scored, found_score=0.5)
+    assert (reply.best_score > 0.8) is found
+    assert (reply.verdict.verdict is Verdict.FOUND) is found
+
+
+def test_places_limit_what_is_found(belief: BeliefMap) -> None:
+    scored = MapScores(belief).of([query("sofa", SOFA)])
+    plain = similarity_reply(scored, request=SimilarityRequest("sofa"))
+    (x_m, y_m), ids = plain.centres_m[0].tolist(), np.full(plain.grid.shape, NO_ROOM, np.int32)
+    here = ((x_m - 1, y_m - 1), (x_m + 1, y_m - 1), (x_m + 1, y_m + 1), (x_m - 1, y_m + 1))
+    corner = Place("corner", corners_m=here)
+    places = MapPlaces(1, 1, (corner,), (NO_ROOM,), plain.grid, ids)
+
+    def best(detail: Detail) -> float:
+        request = SimilarityRequest("sofa", detail=detail)
+        return similarity_reply(scored, request=request, places=places).best_score
+
+    assert best(Detail(inside=("corner",))) == pytest.approx(plain.best_score)
+    assert best(Detail(outside=("corner",))) < 0.1
 
 
 def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> None:

@@ -48,7 +48,9 @@ from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
+from onemap_shared.joint_belief import with_furniture
 from onemap_shared.messages import (
+    NO_DETAIL,
     FeatureField,
     ImageSimilarityRequest,
     MapClear,
@@ -57,6 +59,7 @@ from onemap_shared.messages import (
     MapFile,
     MapRooms,
     MapSummary,
+    PlacesRequest,
     PoseGraph,
     SearchReset,
     SearchView,
@@ -170,7 +173,8 @@ class Mapper:
     def similarity(self, robot: MapRobot, request: SimilarityRequest) -> SimilarityReply:
         """Ranked regions for a text."""
         self._require_content()
-        queries = [robot.queries.of_text(text) for text in (request.text, *request.negatives)]
+        texts = (request.text, *request.negatives, *request.detail.anchors)
+        queries = [robot.queries.of_text(text) for text in texts]
         return self._scoring.submit(self._similarity, robot, request, queries).result()
 
     def image_similarity(self, robot: MapRobot, request: ImageSimilarityRequest) -> SimilarityReply:
@@ -179,15 +183,18 @@ class Mapper:
         It is not announced as answered: a recording could not ask it again without the picture.
         """
         self._require_content()
-        query = robot.queries.of_image(request.image)
-        reply = self._scoring.submit(self._answer, robot, request.query, [query]).result()
+        queries = [robot.queries.of_image(request.image)]
+        queries += [robot.queries.of_text(name) for name in request.query.detail.anchors]
+        reply = self._scoring.submit(self._answer, robot, request.query, queries).result()
         return replace(reply, calibrated=False)
 
     def _similarity(
         self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
+        """Announced as answered, unless a recording could not ask it again: without places."""
         reply = self._answer(robot, request, queries)
-        robot.answered.put(answered(request, reply))
+        if request.detail == NO_DETAIL:
+            robot.answered.put(answered(request, reply))
         return reply
 
     def _answer(
@@ -197,7 +204,10 @@ class Mapper:
         scored = session.scores.of(queries, robot.number)
         if scored.version.count == 0:
             raise _empty()
-        reply = similarity_reply(scored, request=request)
+        detail, places = request.detail, None
+        if detail.inside or detail.outside:
+            places = with_furniture(self._places.list_places(PlacesRequest()))
+        reply = similarity_reply(scored, request=request, places=places)
         coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
         return judged(reply, request, coverage, scored, self._config.found_score)

@@ -56,6 +56,21 @@ class Detail(Message):
     inside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
     outside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
 
+    def of(self, name: str) -> str:
+        """An object of this name, so described, in words: "lamp next to a bed"."""
+        words = [self.colour, name]
+        for relation in self.relations:
+            kind = str(relation.kind).replace("_", " ")
+            words += [kind, " and ".join(map(_indefinite, relation.anchors))]
+        for where, names in (("in", self.inside), ("not in", self.outside)):
+            words += [f"{where} the {' or the '.join(names)}"] if names else []
+        return " ".join(filter(None, words))
+
+    @property
+    def located(self) -> bool:
+        """Whether it says anything of where the object is."""
+        return bool(self.relations or self.inside or self.outside)
+
     @property
     def anchors(self) -> tuple[str, ...]:
         """The names of all other objects, each once."""
@@ -63,3 +78,7 @@ class Detail(Message):
 
 
 NO_DETAIL = Detail()
+
+
+def _indefinite(name: str) -> str:
+    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"

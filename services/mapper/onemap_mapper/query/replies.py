@@ -20,12 +20,16 @@ from onemap_mapper.query.regions import (
     scoring_at_least,
 )
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
-from onemap_mapper.query.similarity import TextQuery, against, ranks
+from onemap_mapper.query.similarity import CellScores, TextQuery, against, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
+from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_weights
 from onemap_shared.messages import (
     NO_VIEW,
+    RANKS,
     AnsweredQuery,
+    Detail,
+    MapPlaces,
     MapRevision,
     MapSummary,
     SearchView,
@@ -40,15 +44,23 @@ NO_GRID: F32 = np.zeros((0, 0), np.float32)
 NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 
 
-def similarity_reply(scored: ScoredVersion, *, request: SimilarityRequest) -> SimilarityReply:
+def similarity_reply(
+    scored: ScoredVersion, *, request: SimilarityRequest, places: MapPlaces | None = None
+) -> SimilarityReply:
     """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
-    scored: a map that is not empty, with the scores of the text, then those of its negatives.
+    scored: a map that is not empty, with the scores of the text, then those of its negatives and
+    of the anchors of its detail. places: of the map, if the detail names any.
     The verdict is left to ``judged``.
     """
-    version, (own, *negatives) = scored.version, scored.texts
+    version, (own, *others) = scored.version, scored.texts
+    negatives, anchors = others[: len(request.negatives)], others[len(request.negatives) :]
     query = own.query
     grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
+    if request.detail.located:
+        grid_scores = _described(
+            version, grid_scores, (own, *anchors), detail=request.detail, places=places
+        )
     if (inside := area_mask(version.grid, request.area_m)) is not None:
         grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
     regions = _regions_of(version, grid_scores, request, calibrated=query.calibrated)
@@ -79,6 +91,32 @@ def similarity_reply(scored: ScoredVersion, *, request: SimilarityRequest) -> Si
         best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
         calibrated=query.calibrated,
     )
+
+
+def _described(
+    version: MapVersion,
+    scores: F32,
+    texts: Sequence[CellScores],
+    *,
+    detail: Detail,
+    places: MapPlaces | None,
+) -> F32:
+    """The scores (nx, ny) of the first text, joined with the belief in places and anchors."""
+    target, *others = (_layers(version, text) for text in texts)
+    joint = joint_belief(
+        target,
+        dict(zip(detail.anchors, others, strict=True)),
+        detail,
+        places=place_weights(detail, places, version.grid),
+        cell_size_m=version.grid.cell_size_m,
+    )
+    return joint.similarity(scores)
+
+
+def _layers(version: MapVersion, text: CellScores) -> Layers:
+    """What the map says of an object, by rank if its scores are no probabilities."""
+    rank = version.to_grid((ranks(text.cosines) - np.float32(1.0)) / np.float32(RANKS - 1))
+    return Layers(version.to_grid(text.scores) if text.query.calibrated else by_rank(rank), rank)
 
 
 def _regions_of(

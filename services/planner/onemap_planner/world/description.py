@@ -69,7 +69,7 @@ def described(
     in_places = bool(detail.inside or detail.outside)
     weights = place_weights(detail, with_furniture(places) if places and in_places else None, grid)
     joint = None
-    if in_places or detail.relations:
+    if detail.located:
         target = Layers(map_view.similarity, map_view.guidance)
         joint = joint_belief(target, anchors, detail, places=weights, cell_size_m=grid.cell_size_m)
     return Description(detail, anchors, weights, joint)
