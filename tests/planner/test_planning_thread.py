@@ -9,10 +9,13 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
+    Detail,
     KeptObject,
     MapRevision,
     ObjectFind,
     Odometry,
+    Relation,
+    RelationKind,
     SearchId,
     SearchOrder,
     SearchRequest,
@@ -21,6 +24,7 @@ from onemap_shared.messages import (
     SearchViewRequest,
     VelocityCommand,
 )
+from onemap_shared.transport import RequestRejected
 from tests.planner.drawn_maps import search_view_of
 from tests.planner.one_room import candidate
 from tests.planner.simulated_services import ROOM, SimulatedServices, confirm, moves
@@ -49,6 +53,22 @@ def test_a_slow_mapper_does_not_hold_up_commands(services: SimulatedServices) ->
     assert not release.is_set()
     assert any(map(moves, sent))  # the last plan is still young
     release.set()
+
+
+def test_the_map_is_asked_about_the_anchors_too(services: SimulatedServices) -> None:
+    beside = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
+    services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), details=(beside,)))
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert {"sofa", "bed"} <= set(services.asked)
+    assert services.get().subject == "'sofa next to a bed'"
+
+    def without_bed(request: SearchViewRequest) -> SearchView:
+        if request.text == "bed":
+            raise RequestRejected("internal", "it is away")
+        return search_view_of(ROOM, request.text)
+
+    services.answer = without_bed
+    services.until(lambda: services.get().reason == "waiting for the map: it is away")
 
 
 def test_a_missing_mapper_is_waited_for(services: SimulatedServices) -> None:

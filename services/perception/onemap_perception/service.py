@@ -307,9 +307,9 @@ class Perception:
         if not status.target:
             self._target, self._followed = None, None
             self._telemetry.text_problem = self._telemetry.detector_failure = ""
-        elif (status.target, status.objects) != self._followed:
-            self._followed = (status.target, status.objects)
-            self._target = self._resolve_target(status.target, status.objects)
+        elif (status.target, status.named) != self._followed:
+            self._followed = (status.target, status.named)
+            self._target = self._resolve_target(status.target, status.named)
 
     def _log_refused(self) -> None:
         """One line for each message that could not be decoded, with the reason."""

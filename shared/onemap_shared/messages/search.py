@@ -19,7 +19,7 @@ from onemap_shared.messages.checks import (
     numbers,
     within,
 )
-from onemap_shared.messages.details import Detail
+from onemap_shared.messages.details import NO_DETAIL, Detail
 from onemap_shared.messages.places import MAX_PLACES
 
 MAX_GOAL_OPTIONS = 5  # of one choice: the best, and the chosen one
@@ -331,6 +331,16 @@ class SearchStatus(Message):
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
 
     @property
+    def named(self) -> tuple[str, ...]:
+        """The objects, and the anchors of what is said of the present one."""
+        return (*self.objects, *self.detail.anchors)
+
+    @property
+    def detail(self) -> Detail:
+        """What is said of the object now searched for, beside its name."""
+        return self.details[self.index] if self.target and self.details else NO_DETAIL
+
+    @property
     def reason_code(self) -> FailureCode:
         """Why the search failed: that of the last object that did; none unless it failed."""
         codes = [result.reason_code for result in self.results if result.reason_code]
@@ -338,8 +348,8 @@ class SearchStatus(Message):
 
     @property
     def subject(self) -> str:
-        """What the search is for, in words: the present object or the place."""
-        return subject_of(self.target, self.place_m)
+        """What the search is for, in words: the present object as described, or the place."""
+        return subject_of(self.detail.of(self.target), self.place_m)
 
 
 @dataclass(frozen=True, slots=True)

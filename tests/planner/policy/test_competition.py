@@ -127,7 +127,9 @@ def test_frames_with_another_name_there_are_counted(
     map_view = map_view_where(dict.fromkeys(BED, 0.9), {})
     frame = message(**seen)
     own: tuple[Sighting, ...] = sightings_of("sofa", frame, map_view, seen_from=(0, 0))
-    (after,) = count_contradictions((candidate(BED),), frame, own, target="sofa", map_view=map_view)
+    (after,) = count_contradictions(
+        (candidate(BED),), frame, own, names=("sofa",), map_view=map_view
+    )
     assert after.contradictions == contradictions
 
 

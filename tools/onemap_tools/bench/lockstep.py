@@ -336,7 +336,8 @@ class LockstepSimulation:
         self._seen_s = frame.stamp_ns * 1e-9 - START_S
         if not search.target:
             return
-        target = make_target(self._perception.encoder, search.target, search.objects)
+        names = (*search.objects, *search.detail.anchors)
+        target = make_target(self._perception.encoder, search.target, names)
         detections = detect_in_frame(self._perception.detector, target, frame, field.features)
         self._detections.append(detections)
         if self._method.value_map is not None and target.queries is not None:

@@ -6,7 +6,7 @@ found before compete too: a bed that was confirmed is not found again as a sofa.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from math import dist
 
@@ -174,25 +174,38 @@ def _take_in(
     A detector that reads the map's features says nothing that the map does not know: what the map
     does not support is kept of an independent one only.
     """
-    seen = sightings_of(
-        target,
-        detections,
-        context.map_view,
-        seen_from=context.pose.xy,
-        consensus=context.consensus,
-    )
+    seen = _seen(target, detections, context.map_view, context)
+    _take_in_anchors(memory, detections, context)
     supported = [s for s in seen if s.supported and not _is_rejected(s, memory)]
     memory.candidates = count_contradictions(
         merge_sightings(memory.candidates, supported),
         detections,
         supported,
-        target=target,
+        names=(target, *memory.anchors),
         map_view=context.map_view,
     )
     detected = [sighting.cells for sighting in seen]
     memory.undetected = with_frame(memory.undetected, context, detected)
     if detections.independent:
         memory.disputed = _disputed(memory, seen, context)
+
+
+def _seen(
+    name: str, detections: Detections, map_view: MapView, context: PlanningContext
+) -> tuple[Sighting, ...]:
+    place, consensus = context.pose.xy, context.consensus
+    return sightings_of(name, detections, map_view, seen_from=place, consensus=consensus)
+
+
+def _take_in_anchors(
+    memory: TargetMemory, detections: Detections, context: PlanningContext
+) -> None:
+    """Take in what a frame shows of the other things that the target's description names."""
+    for name, layers in context.description.anchors.items() if context.description else ():
+        shown = replace(context.map_view, similarity=layers.similarity)
+        shown = replace(shown, margin=np.full_like(shown.margin, np.inf))
+        seen = [s for s in _seen(name, detections, shown, context) if s.supported]
+        memory.anchors[name] = merge_sightings(memory.anchors.get(name, ()), seen)
 
 
 def _disputed(
@@ -301,18 +314,19 @@ def count_contradictions(
     detections: Detections,
     sightings: Sequence[Sighting],
     *,
-    target: str,
+    names: Collection[str],
     map_view: MapView,
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates, with the frames counted in which another name was detected there.
 
+    names: of the target, and of what it may stand on.
     A frame with a sighting of the candidate, among ``sightings``, is not counted: the other
     detection lies on the object or before it.
     """
     others = [
         map_view.world_cells(map_view.grid.cells(_points(detections, index)))
         for index, name in enumerate(detections.names)
-        if not same_name(name, target)
+        if not any(same_name(name, own) for own in names)
     ]
     return tuple(
         replace(candidate, contradictions=candidate.contradictions + 1)

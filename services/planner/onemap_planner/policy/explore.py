@@ -394,7 +394,7 @@ def give_up(state: PlannerState, context: PlanningContext) -> Move:
     """
     if state.memory.others:
         other = state.memory.latest(state.memory.others[0])
-        check = check_find(other, context, state.found_objects)
+        check = check_find(other, context, state.memory, state.found_objects)
         return Move(event=other_object(state, other, check))
     coverage, doubtful = coverage_of(context), _doubtful(state, context)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""

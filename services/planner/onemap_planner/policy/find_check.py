@@ -6,16 +6,16 @@ Where it does not, and floor around the object was not seen yet, it cannot be to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.memory import FoundObject
+from onemap_planner.policy.memory import FoundObject, TargetMemory
 from onemap_planner.sentences import a, the
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.colours import has_colour
 from onemap_planner.world.description import Description
 from onemap_planner.world.frontiers import area_in_view
@@ -27,6 +27,7 @@ from onemap_shared.names import same_name
 
 HOLDS = 0.5  # of the kernel, or of a place's weight
 ANCHOR_FOUND = 0.5  # similarity from which cells count as the anchor; SIMILAR is right in a quarter
+SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
 
@@ -47,17 +48,27 @@ AS_DESCRIBED = FindCheck()
 
 
 def check_find(
-    candidate: ObjectCandidate, context: PlanningContext, found_objects: Sequence[FoundObject]
+    candidate: ObjectCandidate,
+    context: PlanningContext,
+    memory: TargetMemory,
+    found_objects: Sequence[FoundObject] = (),
 ) -> FindCheck:
-    """The check of a candidate; what the map shows of anchors counts, and what was found."""
+    """The check of a candidate.
+
+    An anchor is where the map shows it clearly, where it was detected and where it was found.
+    """
     description = context.description
     if description is None:
         return AS_DESCRIBED
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
         return FindCheck(None)
+    anchors = {
+        name: _anchor_cells(name, description, context.map_view, memory, found_objects)
+        for name in description.detail.anchors
+    }
     parts = [
-        _relation(relation, cells, description, context.map_view, found_objects)
+        _relation(relation, candidate, anchors, context.map_view, memory)
         for relation in description.detail.relations
     ]
     parts += _places(cells, description)
@@ -72,34 +83,51 @@ def check_find(
 
 def _relation(
     relation: Relation,
-    cells: I64,
-    description: Description,
+    candidate: ObjectCandidate,
+    anchors: Mapping[str, I64],
     map_view: MapView,
-    found_objects: Sequence[FoundObject],
+    memory: TargetMemory,
 ) -> FindCheck:
-    anchors = [
-        _anchor_cells(name, description, map_view, found_objects) for name in relation.anchors
-    ]
-    away_m = np.array([_distance_m(cells, anchor, map_view) for anchor in anchors])
-    if (kernel(relation.kind, away_m) >= HOLDS).all():
+    cells = map_view.indices_of(candidate.surface)
+    away_m = np.array([_distance_m(cells, anchors[name], map_view) for name in relation.anchors])
+    near = bool((kernel(relation.kind, away_m) >= HOLDS).all())
+    if near and _at_height(relation, candidate, memory):
         return FindCheck(True, (_holding(relation, float(away_m.max())),))
-    hidden = _unseen_m2(cells, map_view, REACH_M[relation.kind] + FADE_M) >= UNSEEN_M2
+    hidden = not near and _unseen_m2(cells, map_view, REACH_M[relation.kind] + FADE_M) >= UNSEEN_M2
     wrong = f"not {_words(relation.kind)} {' and '.join(map(a, relation.anchors))}"
     return FindCheck(None, (), (f"perhaps {wrong}",)) if hidden else FindCheck(False, (), (wrong,))
+
+
+def _at_height(relation: Relation, candidate: ObjectCandidate, memory: TargetMemory) -> bool:
+    """Whether it is as high as what lies on, or under, the anchor that is nearest.
+
+    The middle of what was seen of one is compared with that of the other, whose sides and legs are
+    seen too: what lies on it is higher. True if the anchor was not detected.
+    """
+    seen = _detected(relation.anchors[0], memory)
+    if relation.kind not in (RelationKind.ON, RelationKind.UNDER) or not seen:
+        return True
+    nearest = min(seen, key=lambda anchor: anchor.distance_m(candidate.xyz))
+    above_m = candidate.xyz[2] - nearest.xyz[2]
+    return above_m >= -SLACK_M if relation.kind is RelationKind.ON else above_m <= SLACK_M
+
+
+def _detected(name: str, memory: TargetMemory) -> list[ObjectCandidate]:
+    return [c for c in memory.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS]
 
 
 def _anchor_cells(
     name: str,
     description: Description,
     map_view: MapView,
+    memory: TargetMemory,
     found_objects: Sequence[FoundObject],
 ) -> I64:
-    """Cells (K, 2) where the map shows the anchor clearly, and where it was found."""
+    """Cells (K, 2) of the anchor."""
     similar = np.nan_to_num(description.anchors[name].similarity, nan=0.0) >= ANCHOR_FOUND
-    found = [
-        map_view.indices_of(each.cells) for each in found_objects if same_name(each.name, name)
-    ]
-    return np.vstack([np.argwhere(similar), *found])
+    known = [anchor.surface for anchor in _detected(name, memory)]
+    known += [each.cells for each in found_objects if same_name(each.name, name)]
+    return np.vstack([np.argwhere(similar), *map(map_view.indices_of, known)])
 
 
 def _distance_m(cells: I64, anchor: I64, map_view: MapView) -> float:

@@ -144,7 +144,8 @@ class TargetMemory:
     detection. closed_off: places, metres, of candidates that were left because no way led there,
     once for each time. undecided and aside: candidates of which it cannot be told yet whether they
     are as described, and which are not; others: those that were confirmed all the same; settles:
-    whether the search takes any object of the name, to say that it is another one.
+    whether the search takes any object of the name, to say that it is another one. anchors:
+    candidates of the other things that its description names, by name.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -163,10 +164,11 @@ class TargetMemory:
     aside: tuple[ObjectCandidate, ...] = ()
     others: tuple[ObjectCandidate, ...] = ()
     settles: bool = False
+    anchors: dict[str, tuple[ObjectCandidate, ...]] = field(default_factory=dict)
 
     def copy(self) -> TargetMemory:
         """A memory that changes apart from this one."""
-        return replace(self)
+        return replace(self, anchors=dict(self.anchors))
 
     def latest(self, candidate: ObjectCandidate) -> ObjectCandidate:
         """It as it is known now: on common cells, else within ``MERGE_M``, else as given."""
@@ -492,6 +494,7 @@ class PlannerState:
             undecided=self.memory.undecided,
             aside=self.memory.aside,
             others=self.memory.others,
+            anchors=self.memory.anchors,
         )
         self.visited_frontiers = () if frontiers else visited
         self.unreached_frontiers = ()

@@ -93,7 +93,8 @@ def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) ->
 
 def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
     """The confirmed candidate is found, set aside, or found as another object of the name."""
-    memory, check = state.memory, check_find(candidate, context, state.found_objects)
+    memory = state.memory
+    check = check_find(candidate, context, memory, state.found_objects)
     if check.holds:
         return Confirmed(candidate, check.told)
     if memory.settles:
@@ -123,7 +124,7 @@ def sort_out(state: PlannerState, context: PlanningContext) -> None:
         return
     sorted_out: dict[bool | None, list[ObjectCandidate]] = {True: [], None: [], False: []}
     for candidate in memory.candidates:
-        holds = check_find(candidate, context, state.found_objects).holds
+        holds = check_find(candidate, context, memory, state.found_objects).holds
         tried = any(not other.cells.isdisjoint(candidate.cells) for other in memory.others)
         sorted_out[False if holds is None and tried else holds].append(candidate)
     memory.candidates, memory.undecided, memory.aside = map(tuple, sorted_out.values())

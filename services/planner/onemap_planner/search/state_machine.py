@@ -201,8 +201,13 @@ class Search:
 
     @property
     def subject(self) -> str:
-        """What the search is for, in words: the present object or the place."""
-        return subject_of(self.target, self.destination.xy if self.destination else ())
+        """What the search is for, in words: the present object as described, or the place."""
+        return subject_of(self.described, self.destination.xy if self.destination else ())
+
+    @property
+    def described(self) -> str:
+        """The object now searched for with what is said of it, in words; empty as ``target``."""
+        return self.detail.of(self.target)
 
 
 @dataclass(frozen=True, slots=True)
@@ -459,7 +464,7 @@ def _start(stamp: EventStamp) -> TargetStart:
 
 
 def _starting(search: Search) -> str:
-    return asking(search.target or search.subject)
+    return asking(search.described or search.subject)
 
 
 def _wire_state(phase: Phase) -> SearchState:
@@ -535,14 +540,14 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
 def _set_out(search: Search) -> Search:
     search, destination = without_choice(search), search.destination
     if destination is None:
-        return replace(search, phase=Exploring(), reason=looking_for(search.target))
+        return replace(search, phase=Exploring(), reason=looking_for(search.described))
     look = destination.kind is SearchKind.LOOK_AT
     reason = driving(search.subject, look=look)
     return replace(search, phase=Driving(destination), reason=reason)
 
 
 def _look_around(search: Search, before: str = "", *, seen_rad: float = 0.0) -> Search:
-    reason = before + looking_around(search.target or search.subject)
+    reason = before + looking_around(search.described or search.subject)
     return replace(without_choice(search), phase=LookingAround(seen_rad), reason=reason)
 
 

@@ -1,0 +1,138 @@
+"""The check of a find: distances and heights of its anchors, its place, its colour."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.find_check import FindCheck, check_find
+from onemap_planner.policy.memory import FoundObject, TargetMemory
+from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
+from onemap_planner.world.description import described
+from onemap_shared.messages import (
+    NO_ROOM,
+    Detail,
+    MapPlaces,
+    Occupancy,
+    Place,
+    Relation,
+    RelationKind,
+)
+from tests.planner.one_room import POSE, ROOM, candidate, context
+
+NEXT_TO, ON, UNDER = RelationKind.NEXT_TO, RelationKind.ON, RelationKind.UNDER
+
+
+def related(kind: RelationKind) -> Detail:
+    return Detail(relations=(Relation(kind, ("bed",)),))
+
+
+def seen_in_room(detail: Detail, places: MapPlaces | None = None) -> PlanningContext:
+    """The room, in which a bed shows from (2, 2) to (3, 3)."""
+    here = context()
+    bed = np.full(ROOM.grid.shape, 0.05, np.float32)
+    bed[20:30, 20:30] = 0.9
+    views = [replace(ROOM, text=name, similarity=bed) for name in detail.anchors]
+    return replace(here, description=described(detail, views, places, here.map_view, POSE.xy))
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        (1.45, FindCheck(True, ("0.6 m from the bed",))),
+        (1.05, FindCheck(True, ("1.0 m from the bed",))),
+        (0.65, FindCheck(False, (), ("not next to a bed",))),
+    ],
+)
+def test_a_lamp_is_next_to_the_bed_within_a_metre(x: float, expected: FindCheck) -> None:
+    lamp = candidate(x, 2.45)
+    assert check_find(lamp, seen_in_room(related(NEXT_TO)), TargetMemory()) == expected
+
+
+def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
+    here, lamp = seen_in_room(related(NEXT_TO)), candidate(0.65, 2.45)
+    found = FoundObject("bed", frozenset({(6, 33)}))
+    assert check_find(lamp, here, TargetMemory(), [found]).told == ("0.9 m from the bed",)
+    map_view = here.map_view
+    occupancy, explored = map_view.occupancy.copy(), map_view.explored.copy()
+    x, y = map_view.indices_of(frozenset({(x, y) for x in range(5, 12) for y in range(28, 34)})).T
+    occupancy[x, y], explored[x, y] = Occupancy.UNKNOWN, False
+    here = replace(here, map_view=replace(map_view, occupancy=occupancy, explored=explored))
+    check = check_find(lamp, here, TargetMemory())
+    assert (check.holds, check.wrong) == (None, ("perhaps not next to a bed",))
+
+
+@pytest.mark.parametrize(
+    ("kind", "z", "holds"),
+    [(ON, 0.7, True), (ON, 0.1, False), (UNDER, 0.1, True), (UNDER, 0.7, False)],
+)
+def test_heights_tell_on_from_under(kind: RelationKind, z: float, holds: bool) -> None:
+    bed = replace(candidate(2.45, 2.45), xyz=(2.45, 2.45, 0.4))
+    lamp = replace(candidate(2.25, 2.25), xyz=(2.25, 2.25, z))
+    memory = TargetMemory(anchors={"bed": (bed,)})
+    check = check_find(lamp, seen_in_room(related(kind)), memory)
+    assert check.holds is holds
+    assert (check.told, check.wrong) == (
+        ((f"{kind} the bed",), ()) if holds else ((), (f"not {kind} a bed",))
+    )
+
+
+@pytest.mark.parametrize(
+    ("detail", "x", "expected"),
+    [
+        (Detail(inside=("den",)), 1.0, FindCheck(True, ("in the den",))),
+        (Detail(inside=("den",)), 3.0, FindCheck(False, (), ("not in the den",))),
+        (Detail(outside=("den",)), 1.0, FindCheck(False, (), ("in the den",))),
+        (Detail(outside=("den",)), 3.0, FindCheck(True, ("not in the den",))),
+    ],
+)
+def test_a_place_holds_it_or_not(detail: Detail, x: float, expected: FindCheck) -> None:
+    den = Place("den", corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0)))
+    ids = np.full(ROOM.grid.shape, NO_ROOM, np.int32)
+    places = MapPlaces(1, 1, (den,), (NO_ROOM,), ROOM.grid, ids)
+    here = seen_in_room(detail, places)
+    assert check_find(candidate(x, 2.0), here, TargetMemory()) == expected
+
+
+RGB = {
+    **{"black": (20, 20, 22), "grey": (120, 122, 125), "white": (235, 235, 230)},
+    **{"brown": (110, 70, 40), "red": (190, 30, 35), "orange": (240, 140, 30)},
+    **{"yellow": (230, 210, 60), "green": (40, 130, 60), "blue": (40, 70, 170)},
+    **{"purple": (120, 50, 160), "pink": (240, 150, 190)},
+}
+
+
+def pictured(rgb: tuple[int, int, int], wall: int = 200, side: int = 30) -> ObjectCandidate:
+    """A candidate in a picture of a wall; with a rim of the wall in its box."""
+    image = np.full((60, 80, 3), wall, np.uint8)
+    image[20 : 20 + side, 30 : 30 + side] = rgb
+    data = io.BytesIO()
+    Image.fromarray(image).save(data, "JPEG", quality=90)
+    view = PictureOfObject(0.9, 1, (28.0, 18.0, 32.0 + side, 22.0 + side), data.getvalue())
+    return replace(candidate(1.0, 2.0), best_view=view)
+
+
+@pytest.mark.parametrize("colour", RGB)
+def test_a_colour_is_that_of_its_own_pixels(colour: str) -> None:
+    here = seen_in_room(Detail(colour=colour))
+    thing = pictured(RGB[colour])
+    assert check_find(thing, here, TargetMemory()) == FindCheck(True, (colour,))
+    assert here.believed(here.map_view, drawn=True) is here.map_view  # it says nothing of where
+    other = pictured(RGB["green" if colour in ("red", "pink", "orange") else "red"])
+    assert check_find(other, here, TargetMemory()) == FindCheck(False, (), (f"not {colour}",))
+
+
+def test_what_is_too_dark_or_too_far_is_not_judged() -> None:
+    here = seen_in_room(Detail(colour="red"))
+    dark, far = pictured((30, 30, 30), wall=35), pictured((30, 30, 30), side=4)
+    assert check_find(dark, here, TargetMemory()).told == ("colour not checked: too dark",)
+    assert check_find(far, here, TargetMemory()).holds is None
+    unseen = candidate(1.0, 2.0)
+    assert check_find(unseen, here, TargetMemory()).told == (
+        "colour not checked: there is no picture",
+    )
