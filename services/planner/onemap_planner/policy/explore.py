@@ -62,7 +62,7 @@ from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.geometry import F64
-from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
+from onemap_shared.messages import NO_DETAIL, Coverage, FailureCode, SearchKind, SearchState
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
@@ -361,7 +361,7 @@ def settle(state: PlannerState, _: PlanningContext) -> Move | None:
     """Walk up to an object of the name that is not as described, to say that it is there."""
     memory = state.memory
     known = (*memory.candidates, *memory.undecided, *memory.aside)
-    if memory.settles or memory.others or not known or not state.search.details:
+    if memory.settles or memory.others or not known or state.search.detail == NO_DETAIL:
         return None
     memory.settles, memory.idle_since_s = True, None
     memory.candidates, memory.undecided, memory.aside = known, (), ()
