@@ -23,7 +23,8 @@ from onemap_shared.messages import (
     Relation,
     RelationKind,
 )
-from tests.planner.one_room import POSE, ROOM, candidate, context
+from tests.planner.drawn_maps import detections_of
+from tests.planner.one_room import POSE, ROOM, candidate, context, having_seen, planner_state
 
 NEXT_TO, ON, UNDER = RelationKind.NEXT_TO, RelationKind.ON, RelationKind.UNDER
 
@@ -80,6 +81,16 @@ def test_heights_tell_on_from_under(kind: RelationKind, z: float, holds: bool) -
     assert (check.told, check.wrong) == (
         ((f"{kind} the bed",), ()) if holds else ((), (f"not {kind} a bed",))
     )
+
+
+def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
+    here, state = seen_in_room(related(NEXT_TO)), planner_state()
+    frame = detections_of({"bed": [(2.45, 2.45, 0.4), (2.55, 2.45, 0.4)]})
+    after = having_seen(state, (frame, frame, frame), here)
+    (bed,) = after.memory.anchors["bed"]
+    assert bed.sightings == 3
+    assert after.landmarks(here).where((2.0, 2.0)) == "near the bed"
+    assert state.memory.anchors == {}
 
 
 @pytest.mark.parametrize(

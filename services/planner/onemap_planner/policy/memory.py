@@ -24,7 +24,12 @@ from onemap_planner.policy.goals import (
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import Search
 from onemap_planner.sentences import Landmarks
-from onemap_planner.world.candidates import MERGE_M, VIEWS_PER_VIEWPOINT, ObjectCandidate
+from onemap_planner.world.candidates import (
+    MERGE_M,
+    MIN_SIGHTINGS,
+    VIEWS_PER_VIEWPOINT,
+    ObjectCandidate,
+)
 from onemap_planner.world.costmap import NOTHING, Appeared
 from onemap_planner.world.map_view import MapView, WorldCells
 from onemap_planner.world.regions import LikelyPlace, UndetectedViews
@@ -408,9 +413,14 @@ class PlannerState:
         self.found_objects = (*self.found_objects, found)[-MAX_FOUND_OBJECTS:]
 
     def landmarks(self, context: PlanningContext) -> Landmarks:
-        """By what places are described now: the robot and what was found."""
+        """By what places are described now: the robot, what was found, and the anchors seen."""
         pose, size_m = context.pose, context.map_view.grid.cell_size_m
-        things = []
+        things = [
+            (name, anchor.xyz[:2])
+            for name, seen in self.memory.anchors.items()
+            for anchor in seen
+            if anchor.sightings >= MIN_SIGHTINGS
+        ]
         for found in self.found_objects:
             x, y = (np.mean(sorted(found.cells), axis=0) + 0.5) * size_m
             things.append((found.name, (float(x), float(y))))
