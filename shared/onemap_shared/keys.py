@@ -199,7 +199,7 @@ ROLES: Mapping[str, Access] = {
     "gateway": Access(
         names=("gateway",),
         subscribes=WATCHED,
-        calls=(*QUERIES, *FILES, *OBJECTS, *PLACES, *SEARCHES),
+        calls=(EMBED_TEXT, *QUERIES, *FILES, *OBJECTS, *PLACES, *SEARCHES),
     ),
     # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
     "tools": Access(

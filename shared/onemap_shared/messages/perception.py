@@ -142,6 +142,8 @@ class TextEmbeddings(Message):
         neutral_mask: (N, M) 1 where neutral word m competes with text n (synonyms do not).
         temperature: factor of the cosine in the softmax.
         floor: a best score below this means "not here"; 0: not measured for this encoder.
+        stands_for: names of the encoder's classes that are nearest to each text, the nearest
+            first; a class's own name alone for a name of it. Empty: the encoder has no classes.
     """
 
     encoder_id: str
@@ -152,6 +154,7 @@ class TextEmbeddings(Message):
     neutral_mask: Annotated[U8, Shape("N", "M")]
     temperature: float
     floor: Share = 0.0
+    stands_for: tuple[tuple[str, ...], ...] = ()
 
     def only(self, rows: I64) -> TextEmbeddings:
         """The texts of these rows (K,)."""
@@ -160,6 +163,7 @@ class TextEmbeddings(Message):
             texts=tuple(self.texts[row] for row in rows),
             embeddings=self.embeddings[rows],
             neutral_mask=self.neutral_mask[rows],
+            stands_for=tuple(self.stands_for[row] for row in rows) if self.stands_for else (),
         )
 
     def same_meaning(self) -> Bool:

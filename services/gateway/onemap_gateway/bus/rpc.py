@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import anyio
 from anyio import CapacityLimiter, to_thread
 
+from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.transport import Bus, QueryTimeout
 
@@ -22,6 +23,8 @@ MAX_CONCURRENT_CALLS = 4
 
 def served_by(procedure: Procedure[Any, Any]) -> str:
     """The service that answers a procedure which the gateway calls."""
+    if procedure is keys.EMBED_TEXT:
+        return "perception"
     return "planner" if procedure.key.startswith("search/") else "mapper"
 
 

@@ -19,9 +19,10 @@ from onemap_perception.text.vocabulary import (
     Vocabulary,
     named_words,
 )
-from onemap_shared.geometry import F32, U8
+from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.names import normalised
+from onemap_shared.sentence import is_description
 
 MAX_SUGGESTIONS = 3  # words suggested for an unknown one
 SIMILAR_SPELLING = 0.75  # share of letters in common: one typing error in a word of five letters
@@ -72,7 +73,11 @@ class QueryEncoder:
         if not self._raw:
             self._refuse_unlike(rows)
         queries = [
-            self._foreign_query(rows[text]) if index is None else self._class_query(index)
+            self._foreign_query(text, rows[text]) if index is None else self._class_query(index)
+            for text, index in pairs
+        ]
+        nearest = [
+            self._nearest(rows[text]).tolist() if index is None else [index]
             for text, index in pairs
         ]
         return TextEmbeddings(
@@ -84,6 +89,7 @@ class QueryEncoder:
             neutral_mask=np.stack([mask for _, mask in queries]),
             temperature=self._calibration.temperature,
             floor=self._calibration.floor,
+            stands_for=tuple(tuple(self._vocabulary.names[i] for i in each) for each in nearest),
         )
 
     def vector_query(self, vector: F32, *, encoder_id: str, text_space: str) -> TextEmbeddings:
@@ -115,9 +121,19 @@ class QueryEncoder:
         competes[index] = 0
         return self._classes[index], competes
 
-    def _foreign_query(self, embedding: F32) -> tuple[F32, U8]:
-        """The same of a text that names no class, from its own embedding (D,)."""
-        return self._expand(embedding), self._mask(embedding)
+    def _foreign_query(self, text: str, embedding: F32) -> tuple[F32, U8]:
+        """The same of a text that names no class, from its own embedding (D,).
+
+        The classes that a description stands for do not compete with it, though none is near.
+        """
+        mask = self._mask(embedding)
+        if is_description(text):
+            mask[self._nearest(embedding)] = 0
+        return self._expand(embedding), mask
+
+    def _nearest(self, embedding: F32) -> I64:
+        """Indices (3,) of the classes that are most like an embedding (D,), the nearest first."""
+        return np.argsort(-(self._classes @ embedding), kind="stable")[:MAX_SUGGESTIONS]
 
     def _refuse_unlike(self, rows: Mapping[str, F32]) -> None:
         """UnknownWordError about the texts, with embeddings (D,), that are misspelt or unlike
