@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from types import TracebackType
@@ -41,6 +41,7 @@ from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimit
 MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
 QueryEvent = QueryResult | QueryInterrupted
+Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class QueryOptions:
     negatives: tuple[str, ...] = ()
     area_m: tuple[float, float, float, float] | None = None
 
-    def body(self, asked: str | Sequence[str] | bytes) -> dict[str, Any]:
+    def body(self, asked: Sought | Sequence[Sought] | bytes) -> dict[str, Any]:
         """The body of a request for a text, for several, or for what a PNG or JPEG shows.
 
         What is not asked for is left out, for older gateways.
@@ -63,6 +64,8 @@ class QueryOptions:
         body: dict[str, Any]
         if isinstance(asked, bytes):
             body = {"image": b64encode(asked).decode()}
+        elif isinstance(asked, Mapping):
+            body = dict(asked)
         else:
             body = {"text": asked} if isinstance(asked, str) else {"texts": [*asked]}
         body["max_regions"] = self.max_regions
@@ -170,7 +173,7 @@ class Client:
 
     def query(
         self,
-        text: str,
+        text: Sought,
         max_regions: int = 5,
         *,
         negatives: Sequence[str] = (),
@@ -178,6 +181,8 @@ class Client:
     ) -> QueryResult:
         """Where is it? Whether it is on the map, and regions that look like it, best first.
 
+        text: a name, a sentence as "the lamp next to the bed", or its parts as
+        ``{"text": "lamp", "near": "bed"}``; the answer says how it was ``understood``.
         negatives: what it must not be; area_m: x_min, y_min, x_max, y_max, only there.
         """
         body = QueryOptions(max_regions, tuple(negatives), area_m).body(text)
@@ -189,14 +194,14 @@ class Client:
         return self._connection.fetch(QueryResult.of, "POST", QUERIES, options.body(image))
 
     def query_all(
-        self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
+        self, texts: Sequence[Sought], options: QueryOptions = NO_OPTIONS
     ) -> tuple[QueryResult, ...]:
         """Where are they? The answers to several texts, in their order."""
         body = options.body(tuple(texts))
         return self._connection.fetch(QueryListReply.of, "POST", QUERIES, body).answers
 
     def follow_queries(
-        self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
+        self, texts: Sequence[Sought], options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """Standing queries: the answer to each text, and again whenever it changes, without end."""
         body = options.body(tuple(texts))
@@ -210,17 +215,19 @@ class Client:
 
     def search(
         self,
-        objects: str | Sequence[str],
+        objects: Sought | Sequence[Sought],
         *,
         any_order: bool = False,
         limits: SearchLimits = NO_LIMITS,
     ) -> RemoteSearch:
         """Go and find: one object, or several, one after the other.
 
+        Each is a name, a sentence, or its parts, as in ``query``.
+
         any_order: the robot takes the cheapest order by what its map shows, and revises it; the
         results are in the order of ``objects`` all the same.
         """
-        names = [objects] if isinstance(objects, str) else [*objects]
+        names = [objects] if isinstance(objects, str | Mapping) else [*objects]
         order = {"order": "any"} if any_order else {}  # an older gateway knows no order
         return self.searches.start({"objects": names, **order}, limits)
 

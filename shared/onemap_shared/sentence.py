@@ -11,9 +11,9 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from onemap_shared.messages import Detail, Relation, RelationKind, check_text
+from onemap_shared.messages import Detail, Relation, RelationKind, SearchRequest, check_text
 from onemap_shared.messages.details import NEXT_TO_M, NO_DETAIL
 from onemap_shared.names import ARTICLES, normalised
 
@@ -75,9 +75,9 @@ WORDS = sorted(
     reverse=True,
 )
 # What joins clauses, then the words of one: "and" between two things belongs to their names.
-CLAUSE = re.compile(
-    rf"(?:^|[\s,;]+)(?:(?P<joint>and|but|or)\s+)?(?P<words>{'|'.join(WORDS)})(?=\s|$)", re.I
-)
+CLAUSE_HEAD = rf"(?:(and|but|or)\s+)?({'|'.join(WORDS)})(?=\s|$)"
+CLAUSE = re.compile(rf"(?:^|[\s,;]+){CLAUSE_HEAD}", re.I)
+SENTENCE_COMMA = re.compile(rf"\s*,\s*(?!{CLAUSE_HEAD})", re.I)
 PART_OF = {each: part for part, words in CLAUSES.items() for each in words}
 LISTED = re.compile(r"\s*,\s*(?:(?:and|or)\s+)?|\s+(?:and|or)\s+", re.I)
 Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase
@@ -157,15 +157,32 @@ def parse(
     return Sentence(_thing(thing), detail, stay_out)
 
 
+def listed_sentences(text: str) -> list[str]:
+    """The sentences between the commas that do not begin a clause."""
+    return SENTENCE_COMMA.sub("\n", " ".join(text.split())).split("\n")
+
+
+def search_for(sentences: Sequence[Sentence], patience_s: float, **options: Any) -> SearchRequest:
+    """The search for what these describe, in this order; options: fields of the request."""
+    details = tuple(each.detail for each in sentences)
+    return SearchRequest(
+        tuple(each.name for each in sentences),
+        patience_s,
+        details=details if any(each != NO_DETAIL for each in details) else (),
+        stay_out=tuple(dict.fromkeys(place for each in sentences for place in each.stay_out)),
+        **options,
+    )
+
+
 def _split(text: str) -> tuple[str, list[Clause]]:
     """The noun phrase of a sentence and its clauses."""
     found = [] if is_description(text) else list(CLAUSE.finditer(text))
     starts = [each.start() for each in found] + [len(text)]
     clauses: list[Clause] = []
     for clause, end in zip(found, starts[1:], strict=True):
-        words, phrase = clause["words"], text[clause.end() : end].strip(" ,;")
+        joint, words, phrase = clause[1], clause[2], text[clause.end() : end].strip(" ,;")
         part = PART_OF.get(" ".join(words.lower().split()), "")
-        either = (clause["joint"] or "").lower() == "or"
+        either = (joint or "").lower() == "or"
         if not part or (either and not part == clauses[-1][0] == "in"):
             raise _not_understood(f"{'or ' if either else ''}{words} {phrase}".strip())
         clauses.append((part, words, phrase))
@@ -260,6 +277,25 @@ def in_words(
     said = [f"{detail.colour} {_bare(name)}".strip(), *map(_relation_in_words, detail.relations)]
     out = [f"staying out of {listed(stay_out, 'and')}"] if stay_out else []
     return ", ".join([*said, *(where or ["anywhere"]), *out])
+
+
+def all_in_words(
+    sentences: Sequence[Sentence],
+    places: Collection[str] | None = None,
+    stands_for: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> str:
+    """How several were understood; stands_for: names for which a description stands, by its text.
+
+    The robot stays out of the places of all of them at once, so these come last.
+    """
+    out = tuple(dict.fromkeys(place for each in sentences for place in each.stay_out))
+    said = []
+    for number, each in enumerate(sentences, 1):
+        names = " or ".join(stands_for.get(each.name, ()))
+        name = f"{each.name} ({names})" if names else each.name
+        last = number == len(sentences)
+        said.append(in_words(name, each.detail, out if last else (), places=places))
+    return "; ".join(said)
 
 
 def _relation_in_words(relation: Relation) -> str:

@@ -161,6 +161,13 @@ def map_rooms() -> m.MapRooms:
     return m.MapRooms(7, 5, GRID, ids, (m.RoomChange((0,), (0, 3)),))
 
 
+def map_places(*names: str) -> m.MapPlaces:
+    """Rooms with these names, around the point (0, 0)."""
+    places = tuple(m.Place(name, inside_m=(0.0, 0.0)) for name in names)
+    rooms = map_rooms()
+    return m.MapPlaces(1, 7, places, (0,) * len(names), rooms.grid, rooms.ids)
+
+
 def saved_map(name: str) -> m.SavedMap:
     return m.SavedMap(name, 2048, STAMP_NS, "fake-1", "fake", 0.1, 315, 7)
 
@@ -210,6 +217,8 @@ class FakeMapper:
     merged: list[m.MapMerge] = field(default_factory=list)
     loaded: list[str] = field(default_factory=list)
     cleared: int = 0
+    places: tuple[str, ...] = ("Kitchen", "Ada's den")
+    asked_places: int = 0
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
@@ -224,9 +233,14 @@ class FakeMapper:
         serve(keys.MAP_MERGE, self._merge)
         serve(keys.MAP_CLEAR, self._clear)
         serve(keys.MAP_ROOMS, lambda _: map_rooms())
+        serve(keys.MAP_PLACES, self._places)
         serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
         serve(keys.MAP_OBJECT, self._object)
         serve(keys.MAP_FORGET, self._forget)
+
+    def _places(self, _request: m.PlacesRequest) -> m.MapPlaces:
+        self.asked_places += 1
+        return map_places(*self.places)
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
@@ -363,7 +377,12 @@ class FakePlanner:
         self.requests.append(request)
         status = search("s1", objects=request.objects)
         self.status = replace(
-            status, kind=request.kind, place_m=request.place_m, order=request.order
+            status,
+            kind=request.kind,
+            place_m=request.place_m,
+            order=request.order,
+            details=request.details,
+            stay_out=request.stay_out,
         )
         self._publisher.put(self.status)
         return self.status

@@ -169,6 +169,27 @@ def test_a_search_is_started_followed_and_stopped(
     ]
 
 
+def test_an_agent_gives_the_parts_of_what_it_seeks(
+    worker: GatewayWorker, planner: FakePlanner, mapper: FakeMapper
+) -> None:
+    lamp = {"text": "sofa", "near": "bed", "not_in": "hall"}
+    where, started, refused = played(
+        worker,
+        "move",
+        ("where_is", {"object": lamp}),
+        ("start_search", {"objects": [lamp, "kettle on the table"], **BUDGET}),
+        ("where_is", {"object": "sofa behind the bed"}),
+    )
+    said = "sofa, within 1 m of a bed, not in the hall (as soon as one is known)"
+    assert text(where).startswith(f"Understood as: {said}.")
+    assert f"Understood as: {said}; kettle, on a table, anywhere." in text(started)
+    (request,) = planner.requests
+    assert request.details[0] == mapper.asked[-1].detail
+    assert [each.anchors for each in request.details] == [("bed",), ("table",)]
+    assert refused.is_error
+    assert "'behind the bed' is not understood" in text(refused)
+
+
 SEARCH = {"objects": ["sofa"], **BUDGET}
 
 

@@ -37,6 +37,7 @@ BODIES: dict[str, object] = {
     "/v1/map.png": {"image": EXAMPLE_PNG},
     "/mcp": {"jsonrpc": "2.0", "id": 1, "method": "tools/list"},
 }
+PARAMETERS = {"/v1/words": {"text": "lamp in the hall"}}
 ENDLESS = {"/v1/queries/events"}  # a stream, which says itself what is missing
 WITHOUT_SERVICES = {"/v1/robots", "/healthz", "/v1/status", "/metrics", "/mcp"}
 
@@ -72,7 +73,9 @@ def test_no_route_hangs_when_no_service_answers(
             if path in ENDLESS:
                 continue
             address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
-            answer = client.request(method, address, json=BODIES.get(path))
+            answer = client.request(
+                method, address, json=BODIES.get(path), params=PARAMETERS.get(path)
+            )
             if path in WITHOUT_SERVICES:
                 assert answer.status_code == 200, path
                 continue

@@ -179,7 +179,7 @@ def listen(
     router: MemoryRouter, texts: list[str], scenario: Callable[[GatewayContext, Events], Any]
 ) -> None:
     with gateway_on(router) as gateway:
-        events = query_events(gateway, QueryRequest(texts=texts))
+        events = query_events(gateway, QueryRequest.model_validate({"texts": texts}))
         anyio.run(scenario, gateway, events)
 
 

@@ -28,8 +28,16 @@ from onemap_gateway.bus.live_state import newest
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_error
-from onemap_gateway.http.routes.queries import answer
-from onemap_gateway.http.schemas import Limit, ObjectName, RequestModel, SearchStart
+from onemap_gateway.http.routes.queries import answers
+from onemap_gateway.http.routes.searches import start
+from onemap_gateway.http.schemas import (
+    DescribedObject,
+    Limit,
+    ObjectName,
+    QueryRequest,
+    RequestModel,
+    SearchStart,
+)
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
@@ -38,12 +46,12 @@ from onemap_gateway.present.service_status import sentence
 from onemap_shared import keys
 from onemap_shared.messages import (
     MAX_OBJECTS,
+    NO_DETAIL,
     ObjectId,
     ObjectListRequest,
     SearchId,
     SearchOrder,
     SearchState,
-    SimilarityRequest,
     Verdict,
 )
 
@@ -125,6 +133,14 @@ class AgentTool:
         self.arguments = create_model(self.name, __base__=RequestModel, **fields)
 
 
+SoughtObject = Annotated[
+    DescribedObject,
+    Field(
+        description="A plain noun as 'lamp', or an object with that noun as 'text' and what else "
+        "is known of it in the parts: for 'the lamp beside the bed, not in the nursery' give "
+        "{'text': 'lamp', 'near': 'bed', 'not_in': 'nursery'}. Leave out what is not said."
+    ),
+]
 WhichSearch = Annotated[
     str, Field(pattern=r"^[A-Za-z0-9_-]{0,64}$", description="Empty: the newest search.")
 ]
@@ -132,16 +148,20 @@ WhichSearch = Annotated[
 
 async def where_is(
     gateway: GatewayContext,
-    object: ObjectName,
+    object: SoughtObject,
     max_places: Annotated[int, Field(ge=1, le=20, description="Likely places to return.")] = 5,
 ) -> ToolResult:
     """Where is an object? Places that a search confirmed, then regions of the map that look like
     it, best first. Places are in metres of the map frame. Does not move the robot.
     """
-    request = SimilarityRequest(object, max_places, robot_xy_m=gateway.robot_xy_m())
-    reply = await answer(gateway, request)
-    found = tuple(kept for kept in await _found(gateway) if _is_called(kept, object))
-    parts = [f"{_place(kept)} was found there by a search." for kept in found]
+    asked = QueryRequest.model_validate({"texts": [object], "max_regions": max_places})
+    (reply,) = await answers(gateway, asked)
+    named = object.sentence()
+    # a search that was told more of it may have confirmed another one
+    plain = named.detail == NO_DETAIL
+    found = tuple(kept for kept in await _found(gateway) if plain and _is_called(kept, named.name))
+    parts = [] if plain and not reply.stands_for else [f"Understood as: {reply.understood}."]
+    parts += [f"{_place(kept)} was found there by a search." for kept in found]
     if reply.regions:
         best = reply.regions[0]
         parts.append(
@@ -230,8 +250,8 @@ async def look_at(
 async def start_search(
     gateway: GatewayContext,
     objects: Annotated[
-        list[ObjectName],
-        Field(min_length=1, max_length=MAX_OBJECTS, description="What to find, in plain words."),
+        list[SoughtObject],
+        Field(min_length=1, max_length=MAX_OBJECTS, description="What to find, in this order."),
     ],
     max_distance_m: Annotated[
         Limit, Field(description="Metres that the robot may drive for all of it.")
@@ -256,8 +276,7 @@ async def start_search(
         objects=objects, order=order, max_distance_m=max_distance_m, max_time_s=max_time_s
     )
     try:
-        request = asked.request(gateway.paces.call_timeout_s)
-        search = await gateway.search(keys.SEARCH_START, request)
+        search = await start(gateway, asked)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
@@ -271,7 +290,7 @@ async def start_search(
     summary = (
         f"Started the search {search.id} for {_subject(search)}{in_order}: the robot drives now, "
         f"at most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
-        "'stop' ends it."
+        f"'stop' ends it. Understood as: {search.understood}."
     )
     return ToolResult(AgentSearchReply(summary=summary, search=search))
 

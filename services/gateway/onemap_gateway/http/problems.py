@@ -42,6 +42,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "misdirected": (421, "This host name is not served"),
     "invalid": (422, "The request cannot be understood"),
     "bad_image": (422, "The image cannot be asked for"),
+    "unknown_place": (422, "The map does not know this place"),
     "unknown_word": (422, "The encoder does not know this word"),
     "locked_out": (429, "There were too many wrong tokens"),
     "http": (400, "The request was refused"),
@@ -249,8 +250,8 @@ PROBLEM_STATUSES = {
     409: "Another search is under way (`search_id` names it), the map is empty, or it belongs to "
     "another encoder.",
     421: "The gateway does not answer to this host name.",
-    422: "The request cannot be understood, or the encoder does not know a word "
-    "(`words` names each, with the known ones nearest to it).",
+    422: "The request cannot be understood, the map does not know a place (`places` are those that "
+    "it knows), or the encoder no word (`words` names each, with the known ones nearest to it).",
     429: "There were too many wrong tokens from this address.",
     500: "The gateway failed; its log says why.",
     501: "The gateway was installed without this part.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64decode
+from collections.abc import Collection, Sequence
 from typing import Annotated
 
 from pydantic import (
@@ -31,8 +32,10 @@ from onemap_shared.messages import (
     check_image,
     check_text,
 )
+from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, parse, search_for
 
 DATA_URL = "data:image/"
+MAX_PHRASES = 10  # of one part: more than a sentence says
 
 
 def image_bytes(value: object) -> bytes:
@@ -100,8 +103,77 @@ def exactly_one_of(*names: str) -> list[JsonValue]:
     return [{"required": [name], "properties": {name: {"not": {"type": "null"}}}} for name in names]
 
 
-class QueryRequest(RequestModel):
-    """Where is it? Exactly one of ``text``, ``texts`` and ``image``."""
+_TEXT = {"type": "string", "maxLength": MAX_TEXT_CHARS}
+Phrases = Annotated[
+    list[ObjectName],
+    BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
+    Field(max_length=MAX_PHRASES),
+    WithJsonSchema({"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "maxItems": MAX_PHRASES}]}),
+]
+
+
+class Parts(RequestModel):
+    """What is said of an object beside its name: each part instead of words of a sentence."""
+
+    near: Phrases = Field(default=[], description="Objects that it is next to, as 'bed'.")
+    on: Phrases = Field(default=[], description="Objects that it lies on, as 'table'.")
+    under: Phrases = Field(default=[], description="Objects that it is under, as 'desk'.")
+    between: Annotated[list[ObjectName], Field(max_length=2)] = Field(
+        default=[], description="The two objects that it is between, as ['bed', 'desk']."
+    )
+    in_: Phrases = Field(
+        default=[],
+        alias="in",
+        description="A place of the map or a kind of room, as 'kitchen', or a thing, as 'box'. Of "
+        "several places it lies in one.",
+    )
+    not_in: Phrases = Field(default=[], description="Places or kinds of rooms that it is not in.")
+    stay_out_of: Phrases = Field(
+        default=[], description="Places of the map that the robot does not enter on this search."
+    )
+    colour: ObjectName | None = Field(
+        default=None, description=f"One of {', '.join(COLOURS)}: checked in the picture of a find."
+    )
+
+    @property
+    def parts(self) -> dict[str, list[str]]:
+        """What was given, as ``parse`` takes it."""
+        given = {part: getattr(self, "in_" if part == "in" else part) for part in CLAUSES}
+        given["colour"] = [] if self.colour is None else [self.colour]
+        return {part: phrases for part, phrases in given.items() if phrases}
+
+
+class Described(Parts):
+    """An object: ``text`` names it or is a sentence; what it does not say is in the parts."""
+
+    text: ObjectName
+
+    @model_validator(mode="after")
+    def _understood(self) -> Described:
+        self.sentence()
+        return self
+
+    def sentence(self, places: Collection[str] = ()) -> Sentence:
+        """What is said of it, with the places of the map; ValueError names wrong words."""
+        return parse(self.text, places, self.parts)
+
+
+DescribedObject = Annotated[
+    Described,
+    BeforeValidator(lambda value: {"text": value} if isinstance(value, str) else value),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {**_TEXT, "description": "A name, or a sentence: 'the red chair near the bed'."},
+                Described.model_json_schema(),
+            ]
+        }
+    ),
+]
+
+
+class QueryRequest(Parts):
+    """Where is it? Exactly one of ``text``, ``texts`` and ``image``; parts only beside ``text``."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -109,14 +181,16 @@ class QueryRequest(RequestModel):
             "examples": [
                 {"text": "sofa"},
                 {"texts": ["sofa", "armchair"], "area_m": [0, -2, 4, 3]},
+                {"text": "the red chair next to the bed"},
+                {"text": "lamp", "near": "bed", "in": "kitchen"},
                 {"text": "table", "negatives": ["coffee table", "desk"], "max_regions": 3},
             ],
         }
     )
 
     text: ObjectName | None = None
-    texts: Annotated[list[ObjectName], Field(min_length=1, max_length=MAX_OBJECTS)] | None = Field(
-        default=None, description="Several: then the reply has a list, `answers`."
+    texts: Annotated[list[DescribedObject], Field(min_length=1, max_length=MAX_OBJECTS)] | None = (
+        Field(default=None, description="Several: then the reply has a list, `answers`.")
     )
     negatives: Annotated[list[ObjectName], Field(max_length=MAX_NEGATIVES)] = Field(
         default=[], description="What it must not be: these texts compete with each text."
@@ -140,6 +214,7 @@ class QueryRequest(RequestModel):
             )
         if self.image is not None and self.negatives:
             raise ValueError("'negatives' are for texts: they do not compete with an image")
+        _check_parts(self, self.text, "text", "texts")
         if self.area_m is not None:
             x_min, y_min, x_max, y_max = self.area_m
             if x_min >= x_max or y_min >= y_max:
@@ -148,25 +223,51 @@ class QueryRequest(RequestModel):
                 )
         return self
 
+    @property
+    def described(self) -> list[Described]:
+        """What is asked for in words; nothing of an image."""
+        return _described(self, self.text, self.texts)
+
     def requests(
-        self, robot_xy_m: tuple[float, ...]
+        self, robot_xy_m: tuple[float, ...], sentences: Sequence[Sentence]
     ) -> list[SimilarityRequest | ImageSimilarityRequest]:
-        """The mapper's requests, one for each text, or for the image."""
-        texts = self.texts or [IMAGE_NAME if self.text is None else self.text]
+        """The mapper's requests, one for each sentence, or for the image."""
         queries = [
             SimilarityRequest(
-                text,
+                each.name,
                 self.max_regions,
                 self.include_grid,
                 negatives=tuple(self.negatives),
                 area_m=self.area_m or (),
                 robot_xy_m=robot_xy_m,
+                detail=each.detail,
             )
-            for text in texts
+            for each in sentences or [Sentence(IMAGE_NAME)]
         ]
         if self.image is not None:
             return [ImageSimilarityRequest(self.image, queries[0])]
         return [*queries]
+
+
+def _check_parts(request: Parts, single: str | None, name: str, names: str) -> None:
+    """ValueError unless parts stand beside the single object that they describe, or are none."""
+    if single is not None:
+        parse(single, parts=request.parts)
+    elif request.parts:
+        (part, *_) = request.parts
+        raise ValueError(
+            f"{part!r} describes a single {name!r}; of {names!r} give each as an object: "
+            f'{{"text": "lamp", "{part}": ...}}'
+        )
+
+
+def _described(
+    request: Parts, single: str | None, several: list[Described] | None
+) -> list[Described]:
+    if single is None:
+        return several or []
+    parts = request.model_dump(include={*Parts.model_fields}, by_alias=True)
+    return [Described.model_validate({**parts, "text": single})]
 
 
 class StandingRequest(QueryRequest):
@@ -189,12 +290,13 @@ class ComparedImage(RequestModel):
     image: ImageMember
 
 
-class SearchStart(RequestModel):
+class SearchStart(Parts):
     """What the robot is to do: exactly one of these.
 
     ``objects``: find them, one after the other; ``object``: find a single one; ``go_to_m``: drive
     to a place; ``look_at_m``: drive to where a place can be seen, and face it. With ``order``
-    ``any``, the objects are sought in the cheapest order, revised as the map grows.
+    ``any``, the objects are sought in the cheapest order, revised as the map grows. Parts only
+    beside ``object``.
     """
 
     model_config = ConfigDict(
@@ -203,14 +305,18 @@ class SearchStart(RequestModel):
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
                 {"objects": ["sofa", "teddy bear", "kettle"], "order": "any"},
-                {"object": "sofa"},
+                {"object": "the lamp next to the bed, stay out of the nursery"},
+                {"object": "lamp", "near": "bed", "stay_out_of": ["nursery"]},
+                {"objects": ["sofa", {"text": "chair", "colour": "red", "in": "kitchen"}]},
                 {"go_to_m": [2.5, -1.0]},
                 {"look_at_m": [2.5, -1.0]},
             ],
         }
     )
 
-    objects: Annotated[list[ObjectName], Field(min_length=1, max_length=MAX_OBJECTS)] | None = None
+    objects: (
+        Annotated[list[DescribedObject], Field(min_length=1, max_length=MAX_OBJECTS)] | None
+    ) = None
     object: ObjectName | None = None
     go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
@@ -234,25 +340,26 @@ class SearchStart(RequestModel):
                 "give exactly one of 'objects', a list, 'object', a text, 'go_to_m' and "
                 '\'look_at_m\', both [x, y] in metres; for example {"objects": ["sofa"]}'
             )
-        if self.order is not SearchOrder.GIVEN and not self.names:
+        _check_parts(self, self.object, "object", "objects")
+        if self.order is not SearchOrder.GIVEN and not self.described:
             raise ValueError("'order' is for objects; a place has none: leave it out")
         return self
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """What to find, in order; empty for a place."""
-        return tuple(self.objects or ()) if self.object is None else (self.object,)
+    def described(self) -> list[Described]:
+        """What to find, in order; nothing of a place."""
+        return _described(self, self.object, self.objects)
 
-    def request(self, patience_s: float) -> SearchRequest:
+    def request(self, patience_s: float, sentences: Sequence[Sentence]) -> SearchRequest:
         """The planner's request; ``patience_s``: seconds that the client waits for its reply."""
         kind, place_m = SearchKind.FIND, self.go_to_m or self.look_at_m or ()
         if place_m:
             kind = SearchKind.LOOK_AT if self.go_to_m is None else SearchKind.GO_TO
-        return SearchRequest(
-            self.names,
+        return search_for(
+            sentences,
             patience_s,
-            kind,
-            place_m,
+            kind=kind,
+            place_m=place_m,
             order=self.order,
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,6 +25,7 @@ from onemap.replies import (
 from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared.messages import (
+    NO_DETAIL,
     KeptObject,
     Layer,
     MapRevision,
@@ -34,6 +36,7 @@ from onemap_shared.messages import (
     SearchStatus,
     SearchView,
 )
+from onemap_shared.sentence import Sentence, all_in_words
 from onemap_shared.transport import Counters
 
 R = TypeVar("R", bound=Reply)
@@ -55,10 +58,15 @@ def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
     order = {name: index for index, name in reversed(list(enumerate(status.objects)))}
     results = sorted(status.results, key=lambda result: order.get(result.name, 0))
     end_ns = now_ns if status.active else status.updated_ns
+    details = status.details or (NO_DETAIL,) * len(status.objects)
+    sentences = list(map(Sentence, status.objects, details))
+    if sentences:
+        sentences[-1] = replace(sentences[-1], stay_out=status.stay_out)
     return reply_of(
         SearchSnapshot,
         status,
         id=status.search_id,
+        understood=all_in_words(sentences),
         results=tuple(map(_object_outcome, results)),
         choice=status.choice if status.choice.options else None,
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,

@@ -15,7 +15,7 @@ from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import ValidationError
 
-from onemap.replies import QueryListReply, QueryResult
+from onemap.replies import QueryListReply, QueryResult, WordsReply
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.problems import (
     HttpProblem,
@@ -23,7 +23,8 @@ from onemap_gateway.http.problems import (
     from_validation_error,
     problem_responses,
 )
-from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
+from onemap_gateway.http.schemas import IMAGE_NAME, Described, QueryRequest, StandingRequest
+from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.streams import (
     GOING_AWAY,
     REFUSED,
@@ -41,12 +42,24 @@ from onemap_shared.messages import ImageSimilarityRequest, SearchView, Similarit
 
 async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryResult]:
     """The answers to the texts, in their order, or to the image; HttpProblem if one fails."""
-    asked = [answer(gateway, each) for each in request.requests(gateway.robot_xy_m())]
-    found = []
+    understood = await understand(gateway, request.described)
+    if any(each.stay_out for each in understood.sentences):
+        raise HttpProblem(
+            "invalid", "A query moves no robot: 'stay out of' is for searches, leave it out."
+        )
+    requests = request.requests(gateway.robot_xy_m(), understood.sentences)
+    asked = [answer(gateway, each) for each in requests]
+    found: list[QueryResult] = []
     for reply in await asyncio.gather(*asked, return_exceptions=True):
         if isinstance(reply, BaseException):
             raise reply
         found.append(reply)
+    for index, (sentence, each) in enumerate(
+        zip(understood.sentences, request.described, strict=True)
+    ):
+        said = {"text": each.text, "understood": understood.in_words(sentence)}
+        update = {**said, "stands_for": understood.names(sentence)}
+        found[index] = found[index].model_copy(update=update)
     return found
 
 
@@ -110,7 +123,7 @@ async def query_events(
     Asks only after a new revision of the map. While there is no answer, as of an empty map, it
     goes on and gives a problem; any other problem ends it.
     """
-    sent: dict[str, QueryResult] = {}
+    sent: dict[int, QueryResult] = {}
     asked_revision: int | None = NEVER
     asked_s = -math.inf
     last_problem = ""
@@ -127,11 +140,11 @@ async def query_events(
                     yield problem_event(problem)
                 if problem.code not in PASSING:
                     return
-            for reply in replies:
-                if reply.text not in sent or differ(sent[reply.text], reply):
+            for index, reply in enumerate(replies):
+                if index not in sent or differ(sent[index], reply):
                     data, retry = finite(reply.model_dump(mode="json")), None if sent else RETRY_MS
                     yield ServerSentEvent(event="answer", data=data, retry=retry)
-                    sent[reply.text] = reply
+                    sent[index] = reply
         await anyio.sleep(gateway.paces.poll_s)
 
 
@@ -155,6 +168,20 @@ async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryResult |
     """
     replies = await answers(gateway, request)
     return replies[0] if request.texts is None else QueryListReply(answers=tuple(replies))
+
+
+@router.get("/words", summary="How is it understood?", responses=problem_responses(422, 503))
+async def read_words(
+    text: Annotated[str, Query(examples=["the lamp next to the bed"])], gateway: GatewayDep
+) -> WordsReply:
+    """What a sentence means on this map, without asking where it is; 422 names wrong words."""
+    try:
+        asked = Described(text=text)
+    except ValidationError as error:
+        raise from_validation_error(error) from None
+    understood = await understand(gateway, [asked])
+    names = understood.names(understood.sentences[0])
+    return WordsReply(understood=understood.in_words(), stands_for=names)
 
 
 async def standing_request(

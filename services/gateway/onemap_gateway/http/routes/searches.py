@@ -15,6 +15,7 @@ from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.schemas import SearchStart
+from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import search_replay, search_snapshot
@@ -92,6 +93,14 @@ def planner_search_id(
 Id = Annotated[str, Depends(planner_search_id)]
 
 
+async def start(gateway: GatewayContext, asked: SearchStart) -> SearchSnapshot:
+    """The search that began, with how it was understood on this map."""
+    understood = await understand(gateway, asked.described)
+    request = asked.request(gateway.paces.call_timeout_s, understood.sentences)
+    search = await gateway.search(keys.SEARCH_START, request)
+    return search.model_copy(update={"understood": understood.in_words()})
+
+
 @router.post(
     "",
     status_code=201,
@@ -113,8 +122,7 @@ async def start_search(
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        asked = request.request(gateway.paces.call_timeout_s)
-        search = await gateway.search(keys.SEARCH_START, asked)
+        search = await start(gateway, request)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise

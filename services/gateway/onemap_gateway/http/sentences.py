@@ -1,0 +1,65 @@
+"""How descriptions of objects are understood on the map of this robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.schemas import Described
+from onemap_shared import keys
+from onemap_shared.messages import PlacesRequest, TextRequest
+from onemap_shared.sentence import Sentence, all_in_words, is_description
+
+
+@dataclass(frozen=True, slots=True)
+class Understood:
+    """The sentences of a request, in its order.
+
+    Attributes:
+        places: names of the map's places; None: no sentence asks for them.
+        stands_for: the names for which a description stands, by its text.
+    """
+
+    sentences: tuple[Sentence, ...]
+    places: tuple[str, ...] | None
+    stands_for: Mapping[str, tuple[str, ...]]
+
+    def names(self, sentence: Sentence) -> tuple[str, ...]:
+        """The names for which its description stands; none of a name."""
+        return self.stands_for.get(sentence.name, ())
+
+    def in_words(self, *sentences: Sentence) -> str:
+        """How these, or all of them, were understood."""
+        return all_in_words(sentences or self.sentences, self.places, self.stands_for)
+
+
+async def understand(gateway: GatewayContext, described: Sequence[Described]) -> Understood:
+    """The sentences with the places of the map, and names for descriptions.
+
+    Asks mapper and perception only if these are needed. HttpProblem ``unknown_place`` names the
+    places that the map does not know, and those that it does.
+    """
+    sentences, places = [each.sentence() for each in described], None
+    if any(each.asks_for_places for each in sentences):
+        listed = await gateway.call(keys.MAP_PLACES, PlacesRequest())
+        places = tuple(place.name for place in listed.places)
+        sentences = [each.sentence(places) for each in described]
+        if unknown := [name for each in sentences for name in each.unknown_places(places)]:
+            known = (
+                f"its places are {', '.join(map(repr, places))}" if places else "it has none yet"
+            )
+            raise HttpProblem(
+                "unknown_place",
+                f"The map knows no place {' and no place '.join(map(repr, unknown))}: {known}; "
+                "name one with PUT /v1/places/{name}.",
+                unknown=unknown,
+                places=list(places),
+            )
+    texts = tuple(each.name for each in sentences if is_description(each.name))
+    stands_for: dict[str, tuple[str, ...]] = {}
+    if texts:
+        embedded = await gateway.call(keys.EMBED_TEXT, TextRequest(texts))
+        stands_for = dict(zip(texts, embedded.stands_for or ((),) * len(texts), strict=True))
+    return Understood(tuple(sentences), places, stands_for)
