@@ -12,7 +12,7 @@ import pytest
 from onemap_ros2.cdr import STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.search_control import SearchControl
-from onemap_shared.keys import SEARCH_CANCEL, SEARCH_START
+from onemap_shared.keys import MAP_PLACES, SEARCH_CANCEL, SEARCH_START
 from onemap_shared.messages import (
     ObjectResult,
     SearchId,
@@ -21,6 +21,7 @@ from onemap_shared.messages import (
     SearchStatus,
 )
 from onemap_shared.transport import RequestRejected
+from tests.gateway.fakes import map_places
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork, FakeRequest
 from tests.ros2.planner_messages import status
@@ -46,6 +47,8 @@ class Planner:
         router = MemoryRouter()
         self.bus = router.bus("planner")
         self.started: list[tuple[str, ...]] = []
+        self.details: list[tuple[str, ...]] = []
+        self.stay_out: tuple[str, ...] = ()
         self.rejects = ""
         self.network = FakeNetwork()
         config = Ros2Config.model_validate({"namespace": "/r1", "map_frame": "odom"})
@@ -59,6 +62,8 @@ class Planner:
         if self.rejects:
             raise RequestRejected("conflict", self.rejects)
         self.started.append(request.objects)
+        self.details.append(tuple(each.colour for each in request.details))
+        self.stay_out = request.stay_out
         return status("s1")
 
     def _cancel(self, request: SearchId) -> SearchStatus:
@@ -97,8 +102,24 @@ def test_words_start_a_search_and_a_service_cancels_it(planner: Planner) -> None
     assert planner.network.latched == {"/r1/onemap/state"}  # not the word: it would start again
     planner.say("sofa, red lamp")
     eventually(lambda: planner.started or None)
-    assert planner.started == [("sofa", "red lamp")]
+    assert planner.started == [("sofa", "lamp")]
+    assert planner.details == [("", "red")]
     assert planner.cancel() == (True, "it looks")
+
+
+def test_a_sentence_is_understood_with_the_places_of_the_map(planner: Planner) -> None:
+    planner.serve()
+    planner.bus.serve(MAP_PLACES, lambda _: map_places("Hall"))
+    planner.say("lamp over the bed")
+    refused = eventually(lambda: planner.state()["refused"] or None)
+    assert "'over the bed' is not understood" in refused
+    planner.say("red lamp, next to the bed in the bathroom, sofa, stay out of the hall")
+    eventually(lambda: planner.started or None)
+    assert planner.started == [("lamp", "sofa")]
+    assert (planner.details, planner.stay_out) == ([("red", "")], ("Hall",))
+    planner.say("lamp, stay out of the bathroom")
+    refused = eventually(lambda: planner.state()["refused"] or None)
+    assert "no place 'bathroom'; its places are ['Hall']" in refused
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,9 @@ from typing import TypeVar
 from onemap_ros2.cdr import STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.network.interface import RosNetwork, ServiceRequest
-from onemap_shared.keys import SEARCH_CANCEL, SEARCH_START
-from onemap_shared.messages import SearchId, SearchRequest, SearchStatus
+from onemap_shared.keys import MAP_PLACES, SEARCH_CANCEL, SEARCH_START
+from onemap_shared.messages import PlacesRequest, SearchId, SearchRequest, SearchStatus
+from onemap_shared.sentence import listed_sentences, parse, search_for
 from onemap_shared.transport import Bus, CallError
 
 LOG = logging.getLogger("onemap.ros2")
@@ -66,12 +67,23 @@ class SearchControl:
         word = ""
         try:
             word = str(decode(data, STRING).data)
-            names = tuple(name.strip() for name in word.split(","))
-            self._bus.call(SEARCH_START, SearchRequest(names, patience_s=ANSWER_S), ANSWER_S)
+            self._bus.call(SEARCH_START, self._request(word), ANSWER_S)
             self._refused = ""
         except (ValueError, CallError) as problem:
             self._refused = f"no search for {word[:50]!r}: {problem}"
             LOG.warning("%s", self._refused)
+
+    def _request(self, word: str) -> SearchRequest:
+        """The search for what a text lists; ValueError if it is not understood."""
+        texts = listed_sentences(word)
+        sentences = [parse(text) for text in texts]
+        if any(each.asks_for_places for each in sentences):
+            known = self._bus.call(MAP_PLACES, PlacesRequest(), ANSWER_S).places
+            names = [place.name for place in known]
+            sentences = [parse(text, names) for text in texts]
+            if unknown := [name for each in sentences for name in each.unknown_places(names)]:
+                raise ValueError(f"the map knows no place {unknown[0]!r}; its places are {names}")
+        return search_for(sentences, ANSWER_S)
 
     def _cancel(self, request: ServiceRequest) -> None:
         try:
