@@ -53,7 +53,9 @@ app = typer.Typer()
 
 @app.command(rich_help_panel=FIRST)
 def query(
-    text: Annotated[list[str] | None, typer.Argument(help="An object in plain words.")] = None,
+    text: Annotated[
+        list[str] | None, typer.Argument(help="An object, as: red mug on the table.")
+    ] = None,
     *,
     image: Crop = None,
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
@@ -100,7 +102,7 @@ def query(
 @app.command(rich_help_panel=FIRST)
 def search(
     objects: Annotated[
-        list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
+        list[str], typer.Argument(help="Objects, one after the other, as: bed 'lamp near the bed'.")
     ],
     *,
     any_order: Annotated[

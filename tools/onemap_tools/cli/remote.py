@@ -40,6 +40,8 @@ def follow(
     interrupted = False
     with interruptible() as stop, progress_view(console) as view:
         handle = SearchHandle(start())
+        if understood := _understood(handle.report, *handle.report["objects"]):
+            console.print(understood, soft_wrap=True)
         while handle.active:
             view.show(_progress(gateway, handle.report))
             if stop.wait(POLL_S):
@@ -51,6 +53,13 @@ def follow(
     if is_done(handle.report):
         return handle.report, EXIT_OK
     return handle.report, EXIT_INTERRUPTED if interrupted else EXIT_FAILED
+
+
+def _understood(reply: dict[str, Any], *names: str) -> str:
+    """How sentences were understood, in a line; empty if they are names alone."""
+    understood = reply.get("understood", "")  # older gateways have no such key
+    plain = "; ".join(f"{name}, anywhere" for name in names)
+    return "" if understood in ("", plain) else f"Understood as: {understood}."
 
 
 def _progress(gateway: Client, report: dict[str, Any]) -> SearchProgress:
@@ -136,6 +145,8 @@ def describe_drive(report: dict[str, Any], console: Console) -> None:
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print the regions of the map that match, best first."""
+    if understood := _understood(reply, reply["text"]):
+        console.print(understood, soft_wrap=True)
     if sentence := reply.get("sentence"):  # older gateways have no such key
         console.print(sentence, soft_wrap=True)
     if not reply["regions"]:
