@@ -197,9 +197,7 @@ class SearchSnapshot(Reply):
     )
     state: str
     objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
-    understood: str = Field(
-        default="", description="How the objects were understood, in words; empty for a place."
-    )
+    understood: str = Field(default="", description="How the objects were; empty for a place.")
     order: str = Field(default="given", description="Of the objects, as requested: given or any.")
     index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
     target: str = Field(
@@ -511,13 +509,8 @@ class QueryResult(Reply):
     """
 
     text: str = Field(description="As it was asked; `image` where an image was.")
-    understood: str = Field(
-        default="", description="How the text was understood, in words; empty of an image."
-    )
-    stands_for: tuple[str, ...] = Field(
-        default=(),
-        description="Names that are nearest to a description, as 'something to sit on'; else none.",
-    )
+    understood: str = Field(default="", description="How the text was; empty of an image.")
+    stands_for: tuple[str, ...] = Field(default=(), description="Names nearest to a description.")
     verdict: str = Field(
         default="",
         description="`found`, `not_here`: the reachable area was looked at without finding it, or "
@@ -546,15 +539,6 @@ class QueryResult(Reply):
     def found(self) -> bool:
         """Whether it is on the map; without a verdict, of an older gateway: if it has regions."""
         return self.verdict == "found" if self.verdict else bool(self.regions)
-
-
-class WordsReply(Reply):
-    """How a sentence is understood on this map."""
-
-    understood: str = Field(description="In words, as 'lamp, within 1 m of a bed, anywhere'.")
-    stands_for: tuple[str, ...] = Field(
-        description="Names that are nearest to a description; empty for a name."
-    )
 
 
 class QueryListReply(Reply):

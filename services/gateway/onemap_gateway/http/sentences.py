@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pydantic import Field
+
+from onemap.replies import Reply
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import Described
@@ -33,6 +36,15 @@ class Understood:
     def in_words(self, *sentences: Sentence) -> str:
         """How these, or all of them, were understood."""
         return all_in_words(sentences or self.sentences, self.places, self.stands_for)
+
+
+class WordsReply(Reply):
+    """How a sentence is understood on this map."""
+
+    understood: str = Field(description="In words, as 'lamp, within 1 m of a bed, anywhere'.")
+    stands_for: tuple[str, ...] = Field(
+        description="Names that are nearest to a description; empty for a name."
+    )
 
 
 async def understand(gateway: GatewayContext, described: Sequence[Described]) -> Understood:

@@ -15,7 +15,7 @@ from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import ValidationError
 
-from onemap.replies import QueryListReply, QueryResult, WordsReply
+from onemap.replies import QueryListReply, QueryResult
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.problems import (
     HttpProblem,
@@ -24,7 +24,7 @@ from onemap_gateway.http.problems import (
     problem_responses,
 )
 from onemap_gateway.http.schemas import IMAGE_NAME, Described, QueryRequest, StandingRequest
-from onemap_gateway.http.sentences import understand
+from onemap_gateway.http.sentences import WordsReply, understand
 from onemap_gateway.http.streams import (
     GOING_AWAY,
     REFUSED,
