@@ -110,6 +110,16 @@ def test_a_place_holds_it_or_not(detail: Detail, x: float, expected: FindCheck) 
     assert check_find(candidate(x, 2.0), here, TargetMemory()) == expected
 
 
+def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
+    attic = Place("attic", inside_m=(30.0, 30.0))
+    ids = np.full(ROOM.grid.shape, 0, np.int32)
+    here = seen_in_room(
+        Detail(inside=("attic",)), MapPlaces(1, 1, (attic,), (NO_ROOM,), ROOM.grid, ids)
+    )
+    check = check_find(candidate(1.0, 2.0), here, TargetMemory())
+    assert (check.holds, check.wrong) == (None, ("perhaps not in the attic",))
+
+
 RGB = {
     **{"black": (20, 20, 22), "grey": (120, 122, 125), "white": (235, 235, 230)},
     **{"brown": (110, 70, 40), "red": (190, 30, 35), "orange": (240, 140, 30)},

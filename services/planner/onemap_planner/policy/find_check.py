@@ -154,6 +154,8 @@ def _places(cells: I64, description: Description) -> list[FindCheck]:
     there = float(np.median(description.places[tuple(cells.T)])) >= HOLDS
     said = (("", detail.inside), ("not ", detail.outside))
     words = [(no, f"in {' or '.join(map(the, names))}") for no, names in said if names]
+    if there and not description.shows_place:
+        return [FindCheck(None, (), (f"perhaps not in {' or '.join(map(the, detail.inside))}",))]
     if there:
         return [FindCheck(True, tuple(no + where for no, where in words))]
     wrong = " or ".join(where if no else f"not {where}" for no, where in words)

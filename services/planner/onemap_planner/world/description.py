@@ -32,6 +32,11 @@ class Description:
     places: F64
     joint: JointBelief | None
 
+    @property
+    def shows_place(self) -> bool:
+        """Whether the map shows one of the places inside of which the object is, if there are."""
+        return not self.detail.inside or bool((self.places < 1.0).any())
+
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
         """The map view with the joint belief as similarity and guidance.
 
