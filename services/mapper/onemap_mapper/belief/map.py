@@ -59,8 +59,8 @@ class BeliefMap:
         self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
         self.occupancy = OccupancyLayers(params, device)
         self.newest_views = NO_VIEW  # that the newest frame counted for
-        self.view_log = ViewLog(device)
-        self.changes = ChangeLog(device)
+        self.view_log = ViewLog(device, compiled=params.compiled)
+        self.changes = ChangeLog(device, compiled=params.compiled)
 
     def history(self, robot: int = 0) -> FrameHistory:
         """What is remembered of a robot's frames."""

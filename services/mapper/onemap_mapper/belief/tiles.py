@@ -232,6 +232,13 @@ class TileLayer:
         self._rows = max(self._rows, rows)
 
 
+@compiled
+def mark_rows(changed_at: I64, tile_changed_at: I64, rows: I64, number: int) -> None:
+    """Write the number of a change to rows (n,), and to their tiles."""
+    for k in range(len(rows)):
+        changed_at[rows[k]] = tile_changed_at[rows[k] // AREA] = number
+
+
 class ChangeLog:
     """When each cell of a map last changed in what a view of it shows, on the map's device.
 
@@ -239,7 +246,8 @@ class ChangeLog:
     its cells. So what changed since is found by looking at the tiles that did, not at the map.
     """
 
-    def __init__(self, device: torch.device = CPU) -> None:
+    def __init__(self, device: torch.device = CPU, *, compiled: bool = False) -> None:
+        self._compiled = jit.usable(wanted=compiled, device=device)
         self.number = 0  # of the newest change
         self._everything_at = 0  # number of the newest change of all cells at once
         self._changed_at = TileLayer(torch.int64, 0, (), device)
@@ -260,8 +268,12 @@ class ChangeLog:
     def mark(self, rows: Tensor) -> None:
         """Cells changed, by rows (n,)."""
         self.number += 1
-        self._changed_at.values[rows] = self.number
-        self._tile_changed_at[rows // AREA] = self.number
+        changed_at, tile_changed_at = self._changed_at.values, self._tile_changed_at
+        if self._compiled:
+            mark_rows(changed_at.numpy(), tile_changed_at.numpy(), rows.numpy(), self.number)
+            return
+        changed_at[rows] = self.number
+        tile_changed_at[rows // AREA] = self.number
 
     def mark_everything(self) -> None:
         """All cells changed, or may have: what was known of them is of no use."""

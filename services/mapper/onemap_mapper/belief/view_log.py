@@ -18,7 +18,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from onemap_mapper import jit
 from onemap_mapper.belief.tiles import TileLayer
+from onemap_mapper.jit import compiled
 from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, I64
 
@@ -84,6 +86,19 @@ NO_VIEW_YET = -1
 FIRST_PRUNING = 4096  # views of a quarter of an hour of driving
 
 
+@compiled
+def record_view(
+    log: tuple[I32, F32, I64], rows: I64, confidence: F32, view: int, stamp_ns: int
+) -> None:
+    """Write a frame of a view to rows (n,) of a log: best views, their confidences, last seen."""
+    best, highest, last_seen_ns = log
+    for k in range(len(rows)):
+        row = rows[k]
+        if confidence[k] > highest[row]:
+            best[row], highest[row] = view, confidence[k]
+        last_seen_ns[row] = stamp_ns
+
+
 @dataclass(frozen=True, slots=True)
 class SeenFrom:
     """What a log says of some cells (n,), detached from it.
@@ -114,7 +129,8 @@ class ViewLog:
     What is known of cells is on the device of the map, the poses of the views are on the host.
     """
 
-    def __init__(self, device: torch.device = CPU) -> None:
+    def __init__(self, device: torch.device = CPU, *, compiled: bool = False) -> None:
+        self._compiled = jit.usable(wanted=compiled, device=device)
         self._device = device
         self._newest: dict[int, tuple[int, F64]] = {}  # a robot's view: its index, T_map_camera
         self._poses: F64 = np.zeros((0, 3))
@@ -157,6 +173,14 @@ class ViewLog:
         newest = self._newest.get(robot)
         if newest is None or views_since(newest[1], T_map_camera) > 0:
             newest = self._newest[robot] = self._begin_view(T_map_camera)
+        if self._compiled:
+            log = (
+                self._best.values.numpy(),
+                self._confidence.values.numpy(),
+                self._last_seen_ns.values.numpy(),
+            )
+            record_view(log, rows.numpy(), confidence.numpy(), newest[0], stamp_ns)
+            return
         before, best = self._confidence.values[rows], self._best.values[rows]
         self._best.values[rows] = best.masked_fill(confidence > before, newest[0])
         self._confidence.values[rows] = torch.maximum(confidence, before)
