@@ -47,8 +47,8 @@ class Interpolation(NamedTuple):
 @compiled
 def locate(
     depth_m: F32, variance: F32, pixel_to_ray: F32, pose: F32, limits: FeatureLimits
-) -> tuple[I32, I32, F32, CellBox]:
-    """World cells ix, iy (H, W) int32 of the pixels, their confidence (H, W), and the cells' box.
+) -> tuple[I32, I32, CellBox]:
+    """World cells ix, iy (H, W) int32 of the pixels, and their box.
 
     ix is ``NOT_USED`` where they carry no feature. variance (H, W): infinity = do not use;
     pixel_to_ray: of ``Intrinsics``; pose (3, 4) float32: T_map_camera's upper rows.
@@ -56,7 +56,6 @@ def locate(
     height, width = depth_m.shape
     ix = np.empty((height, width), np.int32)
     iy = np.empty((height, width), np.int32)
-    confidence = np.empty((height, width), np.float32)
     from_left, from_top, fx, fy = pixel_to_ray
     r00, r01, r02, tx = pose[0]
     r10, r11, r12, ty = pose[1]
@@ -69,38 +68,37 @@ def locate(
     for i in range(height):
         row = np.float32(i) + from_top
         for j in range(width):
-            d, share = depth_m[i, j], np.float32(1) / variance[i, j]
+            d = depth_m[i, j]
             x = columns[j] * d / fx
             y = row * d / fy
             cell_x = np.int32(np.floor((x * r00 + y * r01 + d * r02 + tx) / size))
             cell_y = np.int32(np.floor((x * r10 + y * r11 + d * r12 + ty) / size))
             z = x * r20 + y * r21 + d * r22 + tz
             near = (d > 0) & (d <= limits.farthest_m)
-            used = near & (share > 0) & (z <= limits.highest_m)
+            used = near & (variance[i, j] < np.inf) & (z <= limits.highest_m)
             ix[i, j] = cell_x if used else NOT_USED
-            iy[i, j], confidence[i, j] = cell_y, share
+            iy[i, j] = cell_y
             low_x = min(low_x, cell_x if used else most)
             low_y = min(low_y, cell_y if used else most)
             high_x = max(high_x, cell_x if used else NOT_USED)
             high_y = max(high_y, cell_y if used else NOT_USED)
-    return ix, iy, confidence, CellBox(low_x, low_y, high_x, high_y)
+    return ix, iy, CellBox(low_x, low_y, high_x, high_y)
 
 
 @compiled
 def gather(
     cells: tuple[I32, I32],
-    confidence: F32,
+    variance: F32,
     box: CellBox,
     interpolation: Interpolation,
     patch_shape: tuple[int, int],
 ) -> tuple[I64, F32, I64, I64, F32]:
     """The rows of W: (cells, confidence, starts, patches, values) of ``CellWeights``.
 
-    cells, confidence, box: of ``locate``, with at least one used pixel.
+    cells, variance, box: of ``locate``, with at least one used pixel.
     """
     top, left, down, right = interpolation
     area = (box.high_x - box.low_x + 1) * (box.high_y - box.low_y + 1)
-    flat = _flattened(cells, box)
     pixels = np.zeros(area, np.int32)
     newest = np.full(area, -1, np.int32)  # entry of each cell in the present patch quad
     owner = np.empty(4096, np.int32)  # cell of an entry
@@ -109,6 +107,7 @@ def gather(
     count = np.int64(0)
     row = np.int64(0)
     for row_end in _ends(top):
+        band = _band(cells, variance, (row, row_end), box)
         column = np.int64(0)
         for column_end in _ends(left):
             most = count + (row_end - row) * (column_end - column)
@@ -118,9 +117,9 @@ def gather(
                 sums = np.concatenate((sums, np.empty((2 * most - len(sums), 4), np.float32)))
             quad[count:most] = top[row] * patch_shape[1] + left[column]
             count = _sum_block(
-                (flat, confidence),
-                (row, row_end, column, column_end, count),
-                (down, right),
+                band,
+                (column, column_end, count),
+                (down[row:row_end], right),
                 (pixels, newest),
                 (owner, sums),
             )
@@ -132,21 +131,21 @@ def gather(
 @compiled
 def _sum_block(
     image: tuple[I32, F32],
-    block: tuple[int, int, int, int, int],
+    block: tuple[int, int, int],
     fractions: tuple[F32, F32],
     cells: tuple[I32, I32],
     entries: tuple[I32, F32],
 ) -> int:
     """Add the pixels between four patch centres to new entries; returns the last one's end.
 
-    block: rows and columns of the image, from and to, and the first new entry. A run of pixels of
-    a row in one cell is summed before it is added.
+    image: of ``_band``; block: its columns, from and to, and the first new entry. A run of pixels
+    of a row in one cell is summed before it is added.
     """
     (flat, weight), (down, right) = image, fractions
     (pixels, newest), (owner, sums) = cells, entries
-    row, row_end, column, column_end, first = block
+    column, column_end, first = block
     count = first
-    for i in range(row, row_end):
+    for i in range(len(flat)):
         of_row, weights = flat[i, column:column_end], weight[i, column:column_end]
         shares = right[column:column_end]
         entry, start, cell = np.int64(0), 0, np.int32(-1)
@@ -183,17 +182,24 @@ def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:
 
 
 @compiled
-def _flattened(cells: tuple[I32, I32], box: CellBox) -> I32:
-    """Per pixel (H, W) the flat index of its cell in the box, -1 if it is not used."""
-    ix, iy = cells
-    flat = np.empty(ix.shape, np.int32)
+def _band(
+    cells: tuple[I32, I32], variance: F32, rows: tuple[int, int], box: CellBox
+) -> tuple[I32, F32]:
+    """Of some rows of an image, which so stay in the cache: flat cells in the box, confidences.
+
+    -1 is the cell of a pixel that is not used.
+    """
+    (ix, iy), (first, end) = cells, rows
+    flat = np.empty((end - first, ix.shape[1]), np.int32)
+    confidence = np.empty(flat.shape, np.float32)
     low_x, low_y = np.int32(box.low_x), np.int32(box.low_y)
     depth = np.int32(box.high_y - box.low_y + 1)
-    for i in range(ix.shape[0]):
+    for i in range(first, end):
         for j in range(ix.shape[1]):
             index = np.int32(np.int32(ix[i, j] - low_x) * depth + np.int32(iy[i, j] - low_y))
-            flat[i, j] = index if ix[i, j] != NOT_USED else np.int32(-1)
-    return flat
+            flat[i - first, j] = index if ix[i, j] != NOT_USED else np.int32(-1)
+            confidence[i - first, j] = np.float32(1) / variance[i, j]
+    return flat, confidence
 
 
 @compiled

@@ -197,7 +197,7 @@ def project_compiled(
         np.float32(params.max_feature_height_m),
         np.float32(params.cell_size_m),
     )
-    ix, iy, confidence, box = pixel_weights.locate(
+    ix, iy, box = pixel_weights.locate(
         np.ascontiguousarray(depth_m),
         variance,
         intrinsics.pixel_to_ray,
@@ -210,7 +210,7 @@ def project_compiled(
     GridSpec(params.cell_size_m, (low_x, low_y), (high_x - low_x + 1, high_y - low_y + 1))
     (top, down), (left, right) = map(interpolation, depth_m.shape, patch_shape)
     between = pixel_weights.Interpolation(top, left, down, right)
-    rows = pixel_weights.gather((ix, iy), confidence, box, between, patch_shape)
+    rows = pixel_weights.gather((ix, iy), variance, box, between, patch_shape)
     check_size(len(rows[0]), patch_shape)
     return CellWeights(*map(torch.from_numpy, rows))
 
