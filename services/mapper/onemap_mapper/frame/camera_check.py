@@ -16,6 +16,7 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from itertools import combinations
 from math import atan2, degrees, hypot, radians
 
@@ -23,6 +24,7 @@ import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import AVAILABLE, compiled
+from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
 from onemap_shared.messages import CameraView, FeatureField
 
@@ -351,15 +353,21 @@ def _assessment_of(
     )
 
 
+@lru_cache(maxsize=8)  # not to be written
+def _edge_rays(intrinsics: Intrinsics, height: int, width: int) -> F64:
+    """Unit rays (4, 3), in the camera's axes, to the middles of left, right, upper, lower edge."""
+    u, v = np.array([0, width, width / 2, width / 2]), np.array([height / 2, height / 2, 0, height])
+    x, y = intrinsics.x_at(u - 0.5), intrinsics.y_at(v - 0.5)
+    return _unit(np.stack([x, y, np.ones(4)], axis=-1))
+
+
 def camera_view(field: FeatureField) -> CameraView:
     """What the camera of a frame has in its image; the floor is z = 0.
 
     The middles of the four edges decide, so that a camera may be mounted upright or upside down.
     """
     height, width = field.depth_mm.shape
-    u, v = np.array([0, width, width / 2, width / 2]), np.array([height / 2, height / 2, 0, height])
-    x, y = field.intrinsics.x_at(u - 0.5), field.intrinsics.y_at(v - 0.5)
-    rays = _unit(np.stack([x, y, np.ones(4)], axis=-1)) @ field.T_map_camera[:3, :3].T
+    rays = _edge_rays(field.intrinsics, height, width) @ field.T_map_camera[:3, :3].T
     above_deg = np.degrees(np.arcsin(np.clip(rays[:, 2], -1.0, 1.0)))
     height_m = float(field.T_map_camera[2, 3])
     left, right = min((rays[:2], rays[2:]), key=lambda pair: abs(pair[0, 2] - pair[1, 2]))
