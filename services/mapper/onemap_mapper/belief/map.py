@@ -310,4 +310,5 @@ class BeliefMap:
 
     def assume_free(self, rows: Tensor) -> None:
         """Take floor of cells for free, by rows (n,) of the tiles; no camera sees it."""
-        self.changes.mark(rows[self.occupancy.assume(rows)])
+        if len(rows):
+            self.changes.mark(rows[self.occupancy.assume(rows)])
