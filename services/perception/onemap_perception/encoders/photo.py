@@ -33,7 +33,7 @@ from onemap_shared.messages import TextEmbeddings, expect
 FOLDER = Path(__file__).parents[1] / "photo"
 NETWORK_FILE = "photo.onnx"
 NAMES_FILE = "names.json"
-SHA256 = "a455d9d2f1fa328773329ce9005ce0d9bf49874ae8b4ca82cf2b707df1f57a29"
+SHA256 = "22e71dd59091d4b6efd8943325e009f2fee736d5daeb4391ee7b21d159e02599"
 STRIDE = 16  # pixels from one position of the classifier to the next
 INPUT_WIDTH_PX = 640  # wider images are reduced to this
 WEIGHT = np.float32(2)  # of the second opinion, where it is certain
@@ -116,7 +116,8 @@ def at_patches(values: F32, size: tuple[int, int], rows: int, columns: int) -> F
 
 def household_names(folder: Path = FOLDER) -> dict[str, dict[str, int]]:
     """By everyday word: ImageNet's names that mean it, with their numbers, in the order of the
-    classifier's outputs. Raises BackendError."""
+    classifier's outputs. Those under "" are of scenes, such as a library: they compete with the
+    others, and have no vote. Raises BackendError."""
     path = folder / NAMES_FILE
     try:
         names: dict[str, dict[str, int]] = json.loads(path.read_text(encoding="utf-8"))
@@ -128,13 +129,15 @@ def household_names(folder: Path = FOLDER) -> dict[str, dict[str, int]]:
 def name_embeddings(names: Mapping[str, Mapping[str, int]], mini: Path) -> F32:
     """Of each output of the classifier, as queries for its everyday word are embedded: (N, D).
 
-    mini: the folder whose classes the words may name.
+    Zeros for names without a word. mini: the folder whose classes the words may name.
     """
     text = QueryEncoder(
         load_vocabulary(mini), load_table(SHIPPED), load_calibration(mini), raw=True
     )
-    rows = text.queries(tuple(names), encoder_id="", text_space=TEXT_SPACE).embeddings
-    return np.repeat(rows, [len(each) for each in names.values()], axis=0)
+    words = tuple(word for word in names if word)
+    rows = text.queries(words, encoder_id="", text_space=TEXT_SPACE).embeddings
+    by_word = {"": np.zeros_like(rows[0]), **dict(zip(words, rows, strict=True))}
+    return np.stack([by_word[word] for word, meaning in names.items() for _ in meaning])
 
 
 def open_classifier(folder: Path) -> Any:
