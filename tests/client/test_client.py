@@ -81,6 +81,19 @@ def test_a_query_has_a_verdict_and_where_it_was_seen(client: Client, mapper: Fak
         client.query_all(["sofa", "flurb"])
 
 
+def test_a_sentence_or_its_parts_are_asked_for(
+    client: Client, mapper: FakeMapper, planner: FakePlanner
+) -> None:
+    near = client.query("sofa near the bed", 2)
+    on = client.query({"text": "sofa", "on": "bed"}, 3)
+    assert near.understood == "sofa, within 1 m of a bed, anywhere"
+    assert on.understood == "sofa, on a bed, anywhere"
+    assert [each.max_regions for each in mapper.asked] == [2, 3]
+    search = client.search(["kettle", {"text": "sofa", "colour": "red"}])
+    assert search.latest.understood == "kettle, anywhere; red sofa, anywhere"
+    assert [each.colour for each in planner.requests[-1].details] == ["", "red"]
+
+
 def test_an_image_is_asked_for(client: Client, mapper: FakeMapper) -> None:
     result = client.query_image(PNG, QueryOptions(max_regions=1, area_m=(0, -1, 2, 3)))
     assert mapper.images == [PNG]

@@ -433,6 +433,13 @@ def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -
         assert part in said
 
 
+def test_a_query_says_how_a_sentence_was_understood(console: Console) -> None:
+    remote.describe_query(FOUND | {"understood": "sofa, anywhere"}, console)
+    assert "Understood" not in text_of(console)
+    remote.describe_query(FOUND | {"understood": "red sofa, in the hall"}, console)
+    assert "Understood as: red sofa, in the hall." in text_of(console)
+
+
 def test_a_reply_of_an_older_gateway_is_printed_too(console: Console) -> None:
     why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
     remote.describe_query({"text": "yeti", "regions": [], "message": why}, console)
