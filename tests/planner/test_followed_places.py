@@ -8,6 +8,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import (
+    Detail,
     MapPlaces,
     Place,
     PlaceKind,
@@ -90,6 +91,15 @@ def test_a_place_to_stay_out_of_must_exist(services: SimulatedServices) -> None:
         services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), stay_out=("attic",)))
     assert caught.value.code == "unknown_place"
     assert services.states.take(0.0) is None
+
+
+def test_an_object_may_be_in_a_room_that_is_not_known_yet(services: SimulatedServices) -> None:
+    services.serve_places(places_of(ROOM.grid, FAR))
+    wing, attic = Detail(outside=("west wing",)), Detail(inside=("attic",))
+    with pytest.raises(RemoteError, match="no place 'west wing'"):
+        services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), details=(wing,)))
+    request = SearchRequest(("sofa",), details=(attic,))
+    assert services.caller.call(keys.SEARCH_START, request).details == (attic,)
 
 
 def test_a_drive_into_a_zone_is_refused(services: SimulatedServices) -> None:

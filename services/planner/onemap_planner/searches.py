@@ -41,7 +41,8 @@ from onemap_shared.messages import (
     SearchStatus,
     subject_of,
 )
-from onemap_shared.names import same_name
+from onemap_shared.names import normalised, same_name
+from onemap_shared.sentence import ROOM_WORDS
 from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import Bus, CallError, NoReply, RequestRejected
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
@@ -264,9 +265,13 @@ class SearchCommands:
         return synonyms_of(embeddings)
 
     def _check_places(self, request: SearchRequest) -> None:
-        """Reject names that no place of the map has, and a drive to where no robot may be."""
+        """Reject names that no place of the map has, and a drive to where no robot may be.
+
+        A room's word may name a place as soon as there is one.
+        """
         told = (name for each in request.details for name in (*each.inside, *each.outside))
-        names = dict.fromkeys((*request.stay_out, *told))
+        places_of_objects = (name for name in told if normalised(name) not in ROOM_WORDS)
+        names = dict.fromkeys((*request.stay_out, *places_of_objects))
         if not names and request.kind is not SearchKind.GO_TO:
             return
         try:
