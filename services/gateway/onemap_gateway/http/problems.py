@@ -30,6 +30,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "not_found": (404, "There is no such thing here"),
     "unknown_search": (404, "There is no such search"),
     "unknown_map": (404, "There is no such map"),
+    "unknown_place": (404, "There is no such place"),  # 422 where a sentence names it
     "unknown_object": (404, "There is no such object"),
     "method_not_allowed": (405, "This address does not take this method"),
     "slow_body": (408, "The body did not arrive in time"),
@@ -42,7 +43,6 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "misdirected": (421, "This host name is not served"),
     "invalid": (422, "The request cannot be understood"),
     "bad_image": (422, "The image cannot be asked for"),
-    "unknown_place": (422, "The map does not know this place"),
     "unknown_word": (422, "The encoder does not know this word"),
     "locked_out": (429, "There were too many wrong tokens"),
     "http": (400, "The request was refused"),
