@@ -47,8 +47,8 @@ class KeepOut:
     def allows(self, here: F64, points: F64, radius_m: float, reach_m: float) -> bool:
         """Whether a disc at ``here`` (2,) may take a path of points (n, 2) and ``reach_m`` metres.
 
-        No part of it comes into a zone. One that is inside already comes neither nearer nor
-        farther from the way out.
+        No part of it comes into a zone. A disc that already reaches into one comes no nearer to it,
+        and inside it no farther from the way out.
         """
         away_m = self.distances_m(np.vstack([here, points]), reach_m + radius_m)
         if (away_m[1:] < min(radius_m, away_m[0]) - ROUNDING_M).any():
