@@ -26,7 +26,7 @@ from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
-from onemap_perception.target_detection import detect_in_frame, make_target
+from onemap_perception.target_detection import detect_in_frame, make_target, with_picture
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
@@ -339,6 +339,8 @@ class LockstepSimulation:
         names = (*search.objects, *search.detail.anchors)
         target = make_target(self._perception.encoder, search.target, names)
         detections = detect_in_frame(self._perception.detector, target, frame, field.features)
+        if search.detail.colour:
+            detections = with_picture(detections, frame.rgb, search.target)
         self._detections.append(detections)
         if self._method.value_map is not None and target.queries is not None:
             self._method.value_map.add(field, target.queries)
