@@ -8,9 +8,16 @@ from typing import Any
 
 import pytest
 
+from onemap_planner.policy.memory import FoundObject, TargetMemory
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.scene.scene import Room, Scene
+from onemap_tools.bench.lockstep import (
+    LockstepSimulation,
+    PerceptionPipeline,
+    SimulatedRobot,
+    SystemConfig,
+)
 from onemap_tools.bench.navigation.benchmark import setups
 from onemap_tools.bench.navigation.described import (
     PAINTS,
@@ -22,6 +29,7 @@ from onemap_tools.bench.navigation.described import (
 from onemap_tools.bench.navigation.results import Failure, ResultsFolder, read_beside
 from onemap_tools.bench.options import GoalsName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
+from tests.planner.one_room import candidate
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 from tests.tools.bench.test_results import OPTIONS, episode, failed, found
 
@@ -121,3 +129,21 @@ def test_a_plain_search_that_goes_on_adds_up_and_is_compared_as_two(tmp_path: Pa
 def test_methods_and_goals_that_do_not_fit_are_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         setups(NavigationBench(**options))
+
+
+def test_a_search_that_goes_on_rejects_what_was_found_whatever_the_map_says_of_it() -> None:
+    config = SystemConfig(simulator=SimulatorConfig())
+    robot = SimulatedRobot(two_rooms(), config.simulator)
+    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
+    simulation.search(("dresser",), 0.0)
+    wrong, other = candidate(3.5, 2.3), candidate(9.1, 4.6)
+    simulation.state = replace(
+        simulation.state,
+        memory=TargetMemory(candidates=(wrong, other)),
+        found_objects=(FoundObject("dresser", wrong.cells),),
+    )
+    search, memory = simulation.search_on(0.0), simulation.state.memory
+    assert search.active
+    assert memory.candidates == (other,)
+    assert {each.supported for each in memory.rejected} == {True, False}
+    assert {each.cells for each in memory.rejected} == {wrong.cells}
