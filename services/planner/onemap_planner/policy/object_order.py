@@ -94,7 +94,8 @@ def revise_order(state: PlannerState, context: PlanningContext) -> Reordered | N
         return None
     state.ordered_s = now_s
     map_view, memory = context.map_view, state.memory
-    present = _places(memory, map_view, map_view.observed & ~map_view.searched)
+    believed = context.believed(map_view)
+    present = _places(memory, believed, map_view.observed & ~map_view.searched)
     indices = (state.search.index, *left)
     known = [present, *(state.places.get(index, ()) for index in left)]
     order = tuple(indices[position] for position in _order(known, context))
