@@ -170,11 +170,10 @@ class _Image:
 
     @classmethod
     def of(cls, cloud: PointCloud) -> _Image:
-        cloud = cloud.strided(1, max(1, cloud.depth_m.shape[1] // COLUMNS))
-        x, y, z = cloud.camera_m
-        camera = torch.tensor((x, y, z), device=cloud.depth_m.device)
-        depth_m, z_m = cloud.depth_m.contiguous(), cloud.z_m.contiguous()
-        return cls(depth_m, cloud.x_m - x, cloud.y_m - y, z_m, camera)
+        step = max(1, cloud.depth_m.shape[1] // COLUMNS)
+        depth, x, y, z = torch.stack([plane[:, ::step] for plane in cloud.planes])
+        camera = torch.tensor(cloud.camera_m, device=depth.device)
+        return cls(depth, x.sub_(cloud.camera_m[0]), y.sub_(cloud.camera_m[1]), z, camera)
 
     def xy(self, at: Tensor | tuple[Tensor, ...]) -> Tensor:
         """(n, 2): ground positions from the camera of pixels, by mask or by row and column."""
