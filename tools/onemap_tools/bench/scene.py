@@ -35,7 +35,8 @@ from onemap_shared.geometry import F32, F64, Bool, pose_2d
 from onemap_shared.messages import RgbdFrame, SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.replay.recording import INDEX_FILE, Recording, RecordingError
+from onemap_simulator.replay.layouts import is_recording, read_recording
+from onemap_simulator.replay.recording import RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 from onemap_tools.bench.frames import FRAME_NS, answer, map_of, rendered_frames
@@ -72,7 +73,7 @@ class PlaceLabel(BaseModel):
         return np.asarray(apart <= self.radius_m)
 
 
-def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
+def run(options: SceneBench, tell: Callable[[str], None]) -> dict[str, Any]:
     """Map, ask and compare; ValueError in one sentence for what is wrong with the input."""
     torch.set_num_threads(options.threads)
     sections = read(options.config)
@@ -83,7 +84,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     try:
         encoder = make_encoder(perception.encoder)
         started_s = time.perf_counter()
-        labels, frames = _open(options, sections.get("ros2", {}))
+        labels, frames = _open(options, sections.get("ros2", {}), tell)
         names = tuple(dict.fromkeys(label.name for label in labels))
         if names:
             check_names(names, encoder, options.labels or options.path)
@@ -117,7 +118,7 @@ def run(options: SceneBench, _tell: Callable[[str], None]) -> dict[str, Any]:
 
 
 def _open(
-    options: SceneBench, ros2: Mapping[str, Any]
+    options: SceneBench, ros2: Mapping[str, Any], tell: Callable[[str], None]
 ) -> tuple[tuple[PlaceLabel, ...], Iterator[RgbdFrame]]:
     """The labels and the frames of a recording or of a tour through a scene file."""
     path = options.path
@@ -128,7 +129,7 @@ def _open(
                 f"{path} is a recording, which names nothing: give --labels, a file with [] for "
                 "the map alone"
             )
-        frames = recorded_frames(path) if (path / INDEX_FILE).exists() else bag_frames(path, ros2)
+        frames = recorded_frames(path, tell) if is_recording(path) else bag_frames(path, ros2)
         return labels, islice(frames, 0, None, options.every)
     scene, camera = load_scene(path), CameraParams()
     if labels is None and not (labels := labels_of_scene(scene)):
@@ -139,9 +140,14 @@ def _open(
     return labels, (frame for frame, _ in rendered_frames(scene, camera, poses))
 
 
-def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
-    """All frames of a recording's folder, in their order; raises RecordingError."""
-    recording = Recording.open(path)
+def recorded_frames(path: Path, tell: Callable[[str], None]) -> Iterator[RgbdFrame]:
+    """All frames of a recording's folder, in their order; raises RecordingError.
+
+    tell: is given the sentence about frames that are left out.
+    """
+    recording = read_recording(path)
+    if recording.skipped:
+        tell(f"{recording.skipped_sentence}.")
     for index in range(len(recording)):
         frame, stamp_ns = recording.frame(index), (index + 1) * FRAME_NS
         intrinsics, pose = recording.intrinsics, frame.T_map_camera

@@ -98,14 +98,23 @@ def bag_info(
     raise typer.Exit(EXIT_FAILED if document["cut_off"] else EXIT_OK)
 
 
+def _is_images(path: Path) -> bool:
+    """Whether it is a folder of images and poses, and no bag."""
+    if not path.is_dir():
+        return False
+    with requires_extra("simulator", "A folder of images"):
+        from onemap_simulator.replay.layouts import is_recording
+    return is_recording(path)
+
+
 @app.command(rich_help_panel=RECORDINGS)
 def replay(
     path: Annotated[
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder with frames.json and PNG files, an MCAP file of 'onemap record', "
-            "or a ROS 2 bag (file or folder).",
+            help="A folder with frames.json and PNG files or in the layout of TUM RGB-D or "
+            "ScanNet, an MCAP file of 'onemap record', or a ROS 2 bag (file or folder).",
         ),
     ] = None,
     config: Config = None,
@@ -131,7 +140,7 @@ def replay(
     is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
     topics and frames.
     """
-    if path is not None and not (path / "frames.json").exists():
+    if path is not None and not _is_images(path):
         with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
             from onemap_tools.recording import replay as command
 

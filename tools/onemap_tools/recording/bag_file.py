@@ -212,7 +212,8 @@ def bag_files(path: Path) -> list[Path]:
             raise BagError(f"{path} is compressed with {packed}, only zstd is read: convert it.")
     elif not files:
         raise BagError(
-            f"{path} is no recording: it holds no {METADATA}, *.mcap, *.db3, frames.json."
+            f"{path} is no recording: it holds no {METADATA}, *.mcap, *.db3, frames.json, "
+            "rgb.txt, pose."
         )
     else:
         files.sort(key=lambda each: (len(each.name), each.name))

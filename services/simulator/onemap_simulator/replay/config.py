@@ -13,7 +13,8 @@ class ReplayConfig(Params):
     """The recording to play, and its rate."""
 
     directory: Path = Field(
-        default=Path("recording"), description="Folder that holds frames.json and its PNG files."
+        default=Path("recording"),
+        description="Folder with frames.json and PNG files, or in TUM's or ScanNet's layout.",
     )
     rate_hz: float = Field(
         default=2.0,

@@ -12,6 +12,7 @@ x right, y down, z forward; the map's z is up and its floor lies near z = 0.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -42,7 +43,7 @@ class RecordedFrame:
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
+class Entry:
     """One frame of the index: paths of its images and its pose."""
 
     colour: Path
@@ -54,21 +55,27 @@ class _Entry:
 class Recording:
     """A recording whose index is checked; images are read and checked one by one.
 
-    ``size`` is (width, height); ``scale_mm`` turns stored depth into millimetres.
+    ``size`` is (width, height); ``scale_mm`` turns stored depth into millimetres; ``digest``
+    identifies the index. ``skipped``: why each frame that cannot be used is left out.
+    ``resized``: whether colour images have another size and are brought to that of the depth.
     """
 
     directory: Path
     intrinsics: Intrinsics
     size: tuple[int, int]
     scale_mm: float
-    entries: tuple[_Entry, ...]
+    entries: tuple[Entry, ...]
+    digest: str
+    skipped: tuple[str, ...] = ()
+    resized: bool = False
 
     @classmethod
     def open(cls, directory: Path) -> Recording:
         """Read the index, or raise RecordingError."""
         path = directory / INDEX_FILE
         try:
-            index = json.loads(path.read_text(encoding="utf-8"))
+            written = path.read_bytes()
+            index = json.loads(written)
         except OSError as problem:
             raise RecordingError(f"cannot read {path}: {problem.strerror or problem}") from problem
         except ValueError as problem:
@@ -91,16 +98,26 @@ class Recording:
             raise RecordingError(
                 f"{path}: depth_scale_m is {scale_mm / 1e3:g}; it must be positive"
             )
-        return cls(directory, intrinsics, size, scale_mm, entries)
+        digest = hashlib.sha256(written).hexdigest()
+        return cls(directory, intrinsics, size, scale_mm, entries, digest)
 
     def __len__(self) -> int:
         return len(self.entries)
 
+    @property
+    def skipped_sentence(self) -> str:
+        """How many frames are left out, and why the first; empty if none is."""
+        if not self.skipped:
+            return ""
+        return f"{len(self.skipped)} frames are left out, the first because {self.skipped[0]}"
+
     def frame(self, index: int) -> RecordedFrame:
         """Read one frame, or raise RecordingError."""
         entry = self.entries[index]
-        colour = _image(entry.colour, cv2.IMREAD_COLOR)
-        depth = _image(entry.depth, cv2.IMREAD_UNCHANGED)
+        colour = read_image(entry.colour, cv2.IMREAD_COLOR)
+        depth = read_image(entry.depth, cv2.IMREAD_UNCHANGED)
+        if self.resized:
+            colour = cv2.resize(colour, self.size, interpolation=cv2.INTER_AREA)
         if depth.dtype != np.uint16 or depth.ndim != 2:
             channels = 1 if depth.ndim == 2 else depth.shape[2]
             raise RecordingError(
@@ -111,7 +128,7 @@ class Recording:
             height, width = image.shape[:2]
             if (width, height) != self.size:
                 raise RecordingError(
-                    f"{path} is {width} x {height}, but the camera in {INDEX_FILE} is "
+                    f"{path} is {width} x {height}, but the camera of the recording is "
                     f"{self.size[0]} x {self.size[1]}"
                 )
         depth_mm = np.rint(depth * self.scale_mm)
@@ -120,13 +137,14 @@ class Recording:
         return RecordedFrame(rgb, depth_mm.astype(np.uint16), entry.T_map_camera)
 
 
-def _entry(directory: Path, frame: dict[str, Any]) -> _Entry:
+def _entry(directory: Path, frame: dict[str, Any]) -> Entry:
     name = frame.get("id", frame["color"])
     pose = check_rigid(np.array(frame["T_map_camera"], float), f"frame {name}: T_map_camera")
-    return _Entry(directory / str(frame["color"]), directory / str(frame["depth"]), pose)
+    return Entry(directory / str(frame["color"]), directory / str(frame["depth"]), pose)
 
 
-def _image(path: Path, mode: int) -> np.ndarray:
+def read_image(path: Path, mode: int) -> np.ndarray:
+    """The image as OpenCV reads it in this mode, or RecordingError."""
     if not path.is_file():
         raise RecordingError(f"{path} does not exist")
     image = cv2.imread(str(path), mode)

@@ -6,7 +6,6 @@ work as with a robot. Velocity commands are ignored.
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import time
 
@@ -18,7 +17,8 @@ from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recording import INDEX_FILE, Recording, RecordingError
+from onemap_simulator.replay.layouts import read_recording
+from onemap_simulator.replay.recording import Recording, RecordingError
 
 LOG = logging.getLogger("onemap.replay")
 
@@ -28,8 +28,9 @@ class ReplayWorker:
 
     def __init__(self, bus: Bus, recording: Recording, config: ReplayConfig) -> None:
         self._recording = recording
-        index = (recording.directory / INDEX_FILE).read_bytes()
-        self._world = f"recording {hashlib.sha256(index).hexdigest()[:12]}"
+        self._world = f"recording {recording.digest[:12]}"
+        if recording.skipped:
+            LOG.warning("%s", recording.skipped_sentence)
         self._period_s = 1.0 / config.rate_hz
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
@@ -79,7 +80,12 @@ class ReplayWorker:
         return Health(
             ready=played > 0,
             problem=self._problem,
-            metrics={"frames_played": played, "frames_unreadable": self._unreadable},
+            metrics={
+                "frames_recorded": len(self._recording),
+                "frames_skipped": len(self._recording.skipped),
+                "frames_played": played,
+                "frames_unreadable": self._unreadable,
+            },
         )
 
     def close(self) -> None:
@@ -106,7 +112,7 @@ def check(config: ReplayConfig) -> None:
 def open_recording(config: ReplayConfig) -> Recording:
     """The recording; StartError if its index or its first frame cannot be read."""
     try:
-        recording = Recording.open(config.directory)
+        recording = read_recording(config.directory)
         recording.frame(0)  # fail at the start if no image can be read
     except RecordingError as problem:
         raise StartError(str(problem)) from problem
