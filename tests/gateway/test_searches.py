@@ -53,6 +53,16 @@ def test_a_second_search_is_refused_with_the_id_of_the_first(client: TestClient)
     assert "DELETE /v1/searches/s1" in answer.json()["detail"]
 
 
+def test_a_recording_that_is_played_refuses_searches(
+    client: TestClient, router: MemoryRouter
+) -> None:
+    with closing(router.bus("replay")):
+        answer = client.post("/v1/searches", json={"object": "sofa"})
+        assert answer.status_code == 409
+        assert "A recording is played in place of a robot" in answer.json()["detail"]
+    assert client.post("/v1/searches", json={"object": "sofa"}).status_code == 201
+
+
 def test_searches_are_listed_newest_first(client: TestClient, planner: FakePlanner) -> None:
     planner.past = [search("s0", SearchState.FOUND)]
     client.post("/v1/searches", json={"object": "sofa"})

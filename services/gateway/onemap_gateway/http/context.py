@@ -16,7 +16,7 @@ from onemap_gateway.bus.live_state import newest
 from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.problems import from_call_error
+from onemap_gateway.http.problems import HttpProblem, from_call_error
 from onemap_gateway.http.security import LockOut
 from onemap_gateway.http.shared_results import SharedResults
 from onemap_gateway.http.streams import ImageStreams
@@ -106,7 +106,14 @@ class GatewayContext:
         return (self.cache.state.robot or ())[:2]
 
     async def search(self, procedure: Procedure[Q, SearchStatus], request: Q) -> SearchSnapshot:
-        """The search with which the planner replies."""
+        """The search with which the planner replies; none begins where a recording is played."""
+        alive = self.cache.state_with_fresh_liveliness().alive
+        if procedure is keys.SEARCH_START and "replay" in alive:
+            raise HttpProblem(
+                "no_robot",
+                "A recording is played in place of a robot, which nothing can move: ask the map "
+                "with a query.",
+            )
         return search_snapshot(await self.call(procedure, request), self.now_ns())
 
     async def view(self, text: str | None = None) -> SearchView:

@@ -36,6 +36,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "slow_body": (408, "The body did not arrive in time"),
     "conflict": (409, "Another search is under way"),
     "keep_out": (409, "A keep-out zone is in the way"),
+    "no_robot": (409, "A recording moves no robot"),
     "empty_map": (409, "The map is empty"),
     "encoder_mismatch": (409, "The map was made with another encoder"),
     "too_large": (413, "The body is too large"),
