@@ -19,10 +19,12 @@ from rich.console import Console
 
 from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.camera import Intrinsics
 from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.replay.recording import RecordedFrame, write_recording
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.demo.setup import (
@@ -30,6 +32,7 @@ from onemap_tools.demo.setup import (
     MAX_ROBOTS,
     MIN_APART_M,
     PREFERRED_OBJECTS,
+    REPLAY,
     ROS2_ROBOT,
     SHARED_RGBD_HZ,
     SIMULATOR,
@@ -131,6 +134,25 @@ def test_a_robot_of_ros_2_is_two_processes_on_the_same_router(tmp_path: Path) ->
     assert "onemap_tools.demo.ros2_robot" in setup.specs[1].command
     assert sections_of(setup.config_file)["ros2"]["connect"] == [setup.endpoint]
     assert setup.environment["ONEMAP_DEMO_ROUTER"] == setup.endpoint
+
+
+def test_a_recording_is_played_in_place_of_the_simulator(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, frame = tmp_path / "drive", np.zeros((4, 4, 3), np.uint8)
+    recorded = RecordedFrame(frame, frame[..., 0].astype(np.uint16), np.eye(4))
+    with pytest.raises(CliError, match=r"The replay cannot start: cannot read .*frames\.json"):
+        set_up(options(tmp_path / "run", recording=folder))
+    write_recording(folder, [recorded], Intrinsics(4.0, 4.0, 2.0, 2.0))
+    monkeypatch.setenv(f"{PREFIX}REPLAY__RATE_HZ", "8")
+    setup = set_up(options(tmp_path / "run", recording=folder))
+    assert [spec.name for spec in setup.specs] == ["router", REPLAY, *CORE]
+    replay = sections_of(setup.config_file)["replay"]
+    assert replay == {"rate_hz": 8, "directory": str(folder)}
+    for change in ({"ros2": True}, {"robots": 2}, {"scene": folder}):
+        with pytest.raises(CliError, match="--recording does not fit") as error:
+            set_up(options(tmp_path / "other", recording=folder, **change))
+        assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def two(folder: Path, scene: Path) -> tuple[DemoSetup, list[dict[str, Any]]]:

@@ -6,7 +6,7 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import combinations
@@ -43,6 +43,7 @@ from onemap_shared.rates import mean_rate_hz
 from onemap_shared.runner import is_starting
 from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_tools.demo import recorded
 from onemap_tools.demo.setup import (
     OBJECTS,
     OBJECTS_EACH,
@@ -351,17 +352,33 @@ class DemoRun:
                 search.begin(rounds.popleft())
         return any(search.active for search in self.searches)
 
-    def write_results(self, summary: DemoSummary) -> dict[str, Any]:
+    def play(self) -> dict[str, Any]:
+        """Wait until a recording was played, and ask; the document without files."""
+        (search,) = self.searches
+
+        def pause() -> None:
+            self.pause()
+            search.update(time.monotonic())
+
+        self._limit_from_s = time.monotonic()
+        objects = self.options.objects
+        return recorded.play(search.gateway, objects, pause, lambda: self.overdue)
+
+    def write_results(
+        self, results: Mapping[str, Any], objects: Sequence[ObjectSummary] = ()
+    ) -> dict[str, Any]:
         """Write the picture and the summary into the run's folder; returns the document."""
         folder, view = self.options.folder, self.searches[0].map_view()
         picture = folder / "map.png"
         if view is not None:
             overlays = [search.overlay for search in self.searches]
-            write_picture(picture, view, overlays, summary.objects)
+            write_picture(picture, view, overlays, objects)
+        scene, recording = self.options.scene, self.options.recording
         document = {
-            **summary.document(),
+            **results,
             "seed": self.options.seed,
-            "scene": str(self.options.scene) if self.options.scene else None,
+            "scene": str(scene) if scene else None,
+            "recording": str(recording) if recording else None,
             "picture": None if view is None else str(picture),
             "folder": str(folder),
         }
@@ -372,6 +389,8 @@ class DemoRun:
     def stay_up(self, console: Console) -> None:
         """Keep the processes running until Ctrl-C."""
         yours = "The robot is yours" if len(self.setup.robots) == 1 else "The robots are yours"
+        if self.options.recording is not None:
+            yours = "The recording is played again and again"
         console.print(f"{yours}. {self.setup.pages}   (Ctrl-C ends everything)", soft_wrap=True)
         url = self.setup.url_of(self.setup.robots[0])
         console.print(f"Ask from another shell: onemap query sofa --url {url}", soft_wrap=True)
@@ -434,11 +453,19 @@ def _run(options: DemoOptions, console: Console) -> dict[str, Any]:
             demo.join(stack)
             with progress_view(console) as view:
                 demo.wait_until_ready(view)
-                targets = demo.choose_targets(console)
-                console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
-                summary = demo.search(targets, view)
-            document = demo.write_results(summary)
-        describe(summary, document["picture"], console)
+                if options.recording is None:
+                    targets = demo.choose_targets(console)
+                    console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
+                    summary = demo.search(targets, view)
+                else:
+                    console.print(f"Mapping {options.recording}. {setup.pages}")
+                    played = demo.play()
+            if options.recording is None:
+                document = demo.write_results(summary.document(), summary.objects)
+                describe(summary, document["picture"], console)
+            else:
+                document = demo.write_results(played)
+                console.print(*recorded.lines(document), sep="\n", soft_wrap=True)
         if not options.headless:
             demo.stay_up(console)
     return document

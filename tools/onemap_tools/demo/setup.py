@@ -27,7 +27,8 @@ from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_comma
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import CORE, check_robot
 
-SIMULATOR, ROS2_ROBOT = "simulator", "ros2_robot"  # the processes that simulate the robot
+# The processes in place of the robot.
+SIMULATOR, ROS2_ROBOT, REPLAY = "simulator", "ros2_robot", "replay"
 SITE = "demo"  # of the robots' namespaces
 MAX_ROBOTS = 4
 OF_EACH_ROBOT = (SIMULATOR, "perception", "planner")  # the other services are shared
@@ -60,7 +61,8 @@ MIN_APART_M = 1.0  # between the middles of two robots
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map.
+    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map. ``recording``: a folder
+    that is played in place of a robot.
     """
 
     seed: int
@@ -72,6 +74,14 @@ class DemoOptions:
     time_limit_s: float
     ros2: bool = False
     robots: int = 1
+    recording: Path | None = None
+
+    @property
+    def process(self) -> str:
+        """What runs in place of the robot."""
+        if self.recording is not None:
+            return REPLAY
+        return ROS2_ROBOT if self.ros2 else SIMULATOR
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,11 +184,17 @@ def check_robots(robots: int, *, objects: Sequence[str], ros2: bool) -> None:
 def set_up(options: DemoOptions) -> DemoSetup:
     """Write the run's configuration and list the processes; CliError if it cannot work."""
     check_robots(options.robots, objects=options.objects, ros2=options.ros2)
+    if options.recording is not None and (options.scene or options.ros2 or options.robots > 1):
+        raise CliError(
+            "--recording does not fit --scene, --ros2 or --robots: it is played in place of a "
+            "simulated robot.",
+            EXIT_USAGE_ERROR,
+        )
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     sections = demo_sections(os.environ, options, endpoint)
     # Overrides are in the file already; applied again they would replace fixed values.
     environment = {k: v for k, v in os.environ.items() if not k.startswith(PREFIX)}
-    check_robot(SIMULATOR, sections)
+    check_robot(SIMULATOR if options.recording is None else REPLAY, sections)
     if options.ros2:
         from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE
 
@@ -191,8 +207,7 @@ def set_up(options: DemoOptions) -> DemoSetup:
             more = f"'onemap scene check {options.scene}' shows more."
             raise CliError(f"{problem}. {more}", EXIT_USAGE_ERROR) from problem
     names = [f"r{n}" for n in range(1, options.robots + 1)] if options.robots > 1 else [""]
-    process = ROS2_ROBOT if options.ros2 else SIMULATOR
-    robots = tuple(DemoRobot(name, process) for name in names)
+    robots = tuple(DemoRobot(name, options.process) for name in names)
     parts = sections_of_robots(sections, robots)
     make_folder(options.folder)
     files = [options.folder / f"{robot.prefix}config.yaml" for robot in robots]
@@ -202,7 +217,7 @@ def set_up(options: DemoOptions) -> DemoSetup:
         endpoint=endpoint,
         url=f"http://{LOOPBACK}:{options.port}",
         config_file=files[0],
-        specs=_processes(robots, files, ros2=options.ros2),
+        specs=_processes(robots, files, options.process),
         environment=environment,
         robots=robots,
     )
@@ -221,6 +236,8 @@ def demo_sections(
     }
     if options.scene is not None:
         fixed["simulator"]["scene"] = str(options.scene.resolve())
+    if options.recording is not None:
+        fixed["replay"] = {"directory": str(options.recording.resolve())}
     if options.ros2:
         with requires_extra("ros2", "A demo with ROS 2"):
             from onemap_tools.demo.ros2_robot import ros2_section
@@ -305,11 +322,11 @@ def further_starts(
 
 
 def _processes(
-    robots: Sequence[DemoRobot], files: Sequence[Path], *, ros2: bool
+    robots: Sequence[DemoRobot], files: Sequence[Path], process: str
 ) -> tuple[ProcessSpec, ...]:
     """The router, what simulates the robots, and the services; each reads its robot's file."""
     specs = []
-    for name in ("router", *((ROS2_ROBOT, "ros2") if ros2 else (SIMULATOR,)), *CORE):
+    for name in ("router", process, *(("ros2",) if process == ROS2_ROBOT else ()), *CORE):
         shared = name not in OF_EACH_ROBOT
         for robot, file in list(zip(robots, files, strict=True))[: 1 if shared else None]:
             command = onemap_command(name)
