@@ -54,7 +54,8 @@ def similarity_reply(
     The verdict is left to ``judged``.
     """
     version, (own, *others) = scored.version, scored.texts
-    negatives, anchors = others[: len(request.negatives)], others[len(request.negatives) :]
+    count = len(others) - len(request.detail.anchors)
+    negatives, anchors = others[:count], others[count:]
     query = own.query
     grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
     if request.detail.located:
