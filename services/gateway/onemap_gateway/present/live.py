@@ -69,6 +69,7 @@ def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:
         "age_s": age_s(revision.stamp_ns, now_ns),
         "encoder_id": revision.encoder_id,
         "objects_version": revision.objects_version,
+        "places_version": revision.places_version,
     }
 
 

@@ -13,6 +13,7 @@ import { Maps } from "./maps.js";
 import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
+import { Places } from "./places.js";
 import { Replay } from "./replay.js";
 import { Suggestions } from "./suggestions.js";
 
@@ -22,14 +23,17 @@ const SCALE = 4; // pixels per cell
 const EDGE_PX = 14; // around what lies over the map, as in style.css
 const TAGS_PX = 48; // the age of the map at its top
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
+const CLAUSE = /^(and |but )*(next to|near|beside|by|on|under|below|between|in|inside|not|stay out)\b/i; // as in docs/queries.md
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
 const map = new MapView(by("map"), {
   onFind: (find) => card.show(find),
-  onPlace: (place) => menu.show(place),
+  onPlace: (place) => (places.corner ? endZone(place) : menu.show(place)),
   onMove: () => [menu, card].forEach((popup) => popup.follow()),
 });
-const menu = new PlaceMenu(map);
+const places = new Places(map);
+map.places = places;
+const menu = new PlaceMenu(map, places);
 const maps = new Maps(act, lostWithMap);
 const suggestions = new Suggestions((name, button) => act(button, () => beginSearch({ objects: [name] })));
 const replay = new Replay(map, onReplay);
@@ -59,6 +63,7 @@ follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
+repeat(() => places.refresh(state.map ?? {}), FINDS_MS);
 repeat(() => history.refresh(state.search, finds.objects), FINDS_MS);
 
 // A phone begins with the details folded; what the user unfolds stays.
@@ -171,8 +176,10 @@ function showHeatmapText() {
   by("heat").textContent = text;
 }
 
+// The typed descriptions; what begins as a clause belongs to the one before the comma.
 function names() {
-  return by("text").value.split(",").map((name) => name.trim()).filter(Boolean);
+  const parts = by("text").value.split(",").map((name) => name.trim()).filter(Boolean);
+  return parts.reduce((all, part) => (CLAUSE.test(part) && all.length ? [...all.slice(0, -1), `${all.at(-1)}, ${part}`] : [...all, part]), []);
 }
 
 // Run the task of a button; show the error if it fails.
@@ -280,6 +287,10 @@ function drive(button, popup, key) {
   return inPopup(button, popup, () => beginSearch({ [key]: popup.place.map(millimetres) }));
 }
 
+function endZone(place) {
+  return act(by("place-zone"), () => places.end(place.map(millimetres)));
+}
+
 function inPopup(button, popup, task) {
   const shown = popup.place;
   const run = async () => {
@@ -320,6 +331,19 @@ by("heat").addEventListener("click", () => {
 });
 by("place-go").addEventListener("click", (event) => drive(event.target, menu, "go_to_m"));
 by("place-look").addEventListener("click", (event) => drive(event.target, menu, "look_at_m"));
+by("place-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const name = by("place-name").value.trim();
+  if (!name) menu.showError("Type a name for it, for example: kitchen.");
+  else inPopup(by("place-save"), menu, () => places.name(name, menu.place.map(millimetres)));
+});
+by("place-zone").addEventListener("click", () => {
+  places.begin(menu.place.map(millimetres), by("place-name").value.trim());
+  menu.close();
+});
+by("place-forget").addEventListener("click", (event) =>
+  inPopup(event.target, menu, () => places.forget(menu.named)),
+);
 by("find-go").addEventListener("click", (event) => drive(event.target, card, "go_to_m"));
 by("find-look").addEventListener("click", (event) => drive(event.target, card, "look_at_m"));
 by("forget-yes").addEventListener("click", (event) =>

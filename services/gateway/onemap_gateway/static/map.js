@@ -41,6 +41,7 @@ export class MapView {
     this.pins = new Pins(() => (this.dirty = true));
     this.heights = new Heights();
     this.pointed = null; // [column, row] of the mouse
+    this.places = null; // see places.js
     this.instead = null; // drawn in place of what is live: { places, draw(map) }
     this.marked = null; // [x, y]: the place that a window stands at
     this.robot = null;
@@ -272,6 +273,7 @@ export class MapView {
 
   drawLive() {
     const path = this.state.path;
+    if (this.image) this.places?.draw(this);
     this.drawTrail(this.state.search?.active ? 1 : 0.8);
     if (path) this.drawPlan(path);
     for (const { own, colour, state } of this.robots) {
@@ -285,6 +287,7 @@ export class MapView {
     }
     for (const find of this.finds) this.drawPin(find);
     for (const find of this.finds) this.nameFind(find);
+    if (this.image) this.places?.nameAll(this);
     this.drawRobots();
   }
 

@@ -5,13 +5,18 @@ import { by } from "./panels.js";
 import { Popup } from "./popup.js";
 
 export class PlaceMenu extends Popup {
-  constructor(map) {
+  constructor(map, places) {
     super(by("place-menu"), map);
+    this.places = places;
   }
 
   // goal: [x, y] in metres
   show(goal) {
-    by("place-title").textContent = `(${place(goal)}) m`;
+    this.named = this.places.at(goal);
+    by("place-title").textContent = [this.named?.name, `(${place(goal)}) m`].filter(Boolean).join(" ");
+    by("place-name").value = this.named?.suggested ? this.named.name : "";
+    by("place-forget").hidden = !this.named || this.named.suggested;
+    by("place-forget").textContent = `Forget ${this.named?.name}`;
     this.showHeight(goal);
     this.open(goal);
     this.map.mark(goal);
