@@ -185,29 +185,34 @@ def numbers(count: int, *, optional: bool = False) -> Check:
     return check
 
 
-def cleaned(what: str = "text", *, optional: bool = False) -> Check:
+ADVICE = "name an object, for example 'sofa'"
+
+
+def cleaned(what: str = "text", *, optional: bool = False, advice: str = ADVICE) -> Check:
     """A text, or each of a tuple, as ``check_text`` cleans it; empty as well if ``optional``."""
 
     def check(value: Any, _: str) -> Any:
         if isinstance(value, tuple):
-            return tuple(check_text(text, what) for text in value)
-        return value if optional and value == "" else check_text(value, what)
+            return tuple(check_text(text, what, advice) for text in value)
+        return value if optional and value == "" else check_text(value, what, advice)
 
     return check
 
 
-def check_text(text: str, what: str = "text") -> str:
-    """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
+def check_text(text: str, what: str = "text", advice: str = ADVICE) -> str:
+    """Return the text stripped and with single spaces, or raise ValueError with one sentence.
+
+    what: the text is; advice: what to do about a wrong one.
+    """
     plain = " ".join(text.split())
     if not plain:
-        raise ValueError(f"{what} is empty: name an object, for example 'sofa'")
+        raise ValueError(f"{what} is empty: {advice}")
     if len(plain) > MAX_TEXT_CHARS:
         raise ValueError(
-            f"{what} has {len(plain)} characters; the limit is {MAX_TEXT_CHARS}: "
-            "name an object, for example 'sofa'"
+            f"{what} has {len(plain)} characters; the limit is {MAX_TEXT_CHARS}: {advice}"
         )
     if not any(character.isalpha() for character in plain) or not plain.isprintable():
-        raise ValueError(f"{what} holds no readable word: name an object, for example 'sofa'")
+        raise ValueError(f"{what} holds no readable word: {advice}")
     return plain
 
 

@@ -16,7 +16,6 @@ from onemap_shared.messages.checks import (
     cleaned,
     expect,
     items,
-    numbers,
 )
 from onemap_shared.names import normalised
 
@@ -37,15 +36,20 @@ def _corners(corners_m: tuple[tuple[float, float], ...], name: str) -> None:
     if corners_m and not 3 <= len(corners_m) <= MAX_CORNERS:
         raise ValueError(f"{name} has {len(corners_m)} corners; a polygon has 3 to {MAX_CORNERS}")
     for corner in corners_m:
-        if len(corner) != 2 or not np.abs(corner).max() <= MAX_COORDINATE_M:  # also refuses NaN
-            raise ValueError(
-                f"{name} has the corner {list(corner)}; each is x, y in metres, at most "
-                f"{MAX_COORDINATE_M:g} from the origin"
-            )
+        _on_map(corner, name)
     if corners_m and polygon_area_m2(corners_m) < MIN_AREA_M2:
         raise ValueError(
             f"{name} enclose {polygon_area_m2(corners_m):.3f} m2; a place needs at least "
             f"{MIN_AREA_M2:g}: give the corners in their order around it, in metres"
+        )
+
+
+def _on_map(point_m: tuple[float, ...], name: str) -> None:
+    """Raise ValueError unless this is a point of the map, or none."""
+    if point_m and (len(point_m) != 2 or not np.abs(point_m).max() <= MAX_COORDINATE_M):  # or NaN
+        raise ValueError(
+            f"{name} has the point {list(point_m)}; each is x, y in metres, at most "
+            f"{MAX_COORDINATE_M:g} from the origin"
         )
 
 
@@ -55,7 +59,9 @@ def polygon_area_m2(corners_m: tuple[tuple[float, float], ...]) -> float:
     return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
-PlaceName: TypeAlias = Annotated[str, cleaned("name of a place")]
+PlaceName: TypeAlias = Annotated[
+    str, cleaned("name of a place", advice="name a part of the floor, for example 'kitchen'")
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +78,7 @@ class Place(Message):
 
     name: PlaceName
     kind: PlaceKind = PlaceKind.ROOM
-    inside_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
+    inside_m: Annotated[tuple[float, ...], _on_map] = ()
     corners_m: Annotated[tuple[tuple[float, float], ...], _corners] = ()
     suggested: bool = False
 

@@ -83,7 +83,7 @@ class PlaceKeeper:
     def forget(self, request: PlaceId) -> MapPlaces:
         """Forget a named place; its room may be suggested another name then."""
         if self.kept.value.get(request.name) is None:
-            raise RequestRejected("unknown_place", self._unknown(request.name))
+            raise RequestRejected("no_such_place", self._unknown(request.name))
         self.kept.change(lambda memory: memory.without(request.name))
         LOG.info("forgot the place %r", request.name)
         return self.list_places(PlacesRequest())

@@ -1,0 +1,305 @@
+"""Named places: kept whatever happens, in the room that holds them, moved with a merged map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
+from onemap_mapper.places.keeper import FORM, PlaceKeeper
+from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_bytes
+from onemap_mapper.places.rooms import rooms
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
+from onemap_shared import keys
+from onemap_shared.geometry import Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import (
+    MAX_CORNERS,
+    MAX_PLACES,
+    MAX_TEXT_CHARS,
+    NO_ROOM,
+    MapClear,
+    MapFile,
+    MapMerge,
+    MapPlaces,
+    MapRooms,
+    Place,
+    PlaceId,
+    PlaceKind,
+    PlacesRequest,
+)
+from onemap_shared.places import place_mask, polygon_mask, room_at, zones_mask
+from onemap_shared.transport import RemoteError
+from onemap_shared.wire import decode, encode
+from tests.mapper import scenes
+from tests.mapper.finds import object_find
+from tests.mapper.test_rooms import cut, grid_of, plan
+from tests.mapper.test_service import Rig
+from tests.memory_bus import MemoryRouter
+
+ZONE = Place("Stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
+LIST = PlacesRequest()
+coordinates = st.floats(-100, 100)
+points = st.tuples(coordinates, coordinates)
+
+
+@st.composite
+def places(draw: st.DrawFn) -> tuple[Place, ...]:
+    """Places of different names: points, and triangles that enclose something."""
+    names = draw(st.lists(st.sampled_from(["Kitchen", "küche", "nursery", "4 b"]), unique=True))
+    found = []
+    for name in names:
+        kind, (x, y) = draw(st.sampled_from(PlaceKind)), draw(points)
+        corners = draw(st.sampled_from([(), ((x, y), (x + 1, y), (x, y + 1))]))
+        found.append(Place(name, kind, () if corners else (x, y), corners))
+    return tuple(found)
+
+
+@given(places(), st.integers(0, 2**40))
+def test_what_is_written_is_read(named: tuple[Place, ...], version: int) -> None:
+    memory = PlaceMemory(named, version)
+    assert from_bytes(to_bytes(memory)) == memory
+
+
+@given(st.data())
+def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
+    saved = bytearray(to_bytes(PlaceMemory((ZONE,), 3)))
+    saved[data.draw(st.integers(0, len(saved) - 1))] = data.draw(st.integers(0, 255))
+    with suppress(ValueError):
+        assert len(from_bytes(bytes(saved)).places) <= 1
+
+
+def test_as_many_places_as_allowed_fit_into_file_and_message() -> None:
+    corners = tuple((np.cos(a), np.sin(a)) for a in np.arange(MAX_CORNERS) / 10)
+    names = [chr(0x20000 + n) * MAX_TEXT_CHARS for n in range(MAX_PLACES)]  # of 4 bytes each
+    memory = PlaceMemory(tuple(Place(name, corners_m=corners) for name in names))
+    assert from_bytes(to_bytes(memory)) == memory
+    ids = np.full((1, 1), NO_ROOM, np.int32)
+    nowhere = (NO_ROOM,) * MAX_PLACES
+    listed = MapPlaces(1, 1, memory.places, nowhere, GridSpec(0.1, (0, 0), (1, 1)), ids)
+    assert decode(MapPlaces, encode(listed)).places == memory.places
+    with pytest.raises(ValueError, match="has 100 places, as many as it may have: forget one"):
+        memory.with_place(ZONE)
+    with pytest.raises(ValueError, match="both maps together have 101 places"):
+        memory.merged((ZONE,), NO_CORRECTION)
+
+
+@given(places(), places())
+def test_a_merged_map_brings_its_places_turned_and_moved(
+    ours: tuple[Place, ...], theirs: tuple[Place, ...]
+) -> None:
+    """A quarter turn and whole cells: what a place covers is turned and moved as cells are."""
+    moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
+    memory, stayed = PlaceMemory(ours).merged(theirs, moved)
+    assert memory.places[: len(ours)] == ours
+    names = {place.name for place in ours}
+    assert set(stayed) <= names & {place.name for place in theirs}
+    for place in theirs:
+        known = memory.get(place.name)
+        assert known is not None
+        if place.name in names:
+            assert known in ours
+        elif place.inside_m:
+            x, y = place.inside_m
+            assert known.inside_m == pytest.approx((1.0 - y, x - 2.0))
+        else:
+            turned = [(1.0 - y, x - 2.0) for x, y in place.corners_m]
+            np.testing.assert_allclose(known.corners_m, turned, atol=1e-9)
+    assert memory.merged(memory.places, NO_CORRECTION) == (memory, ())
+
+
+class Kept:
+    """A keeper on a bus with drawn rooms, and one who asks it."""
+
+    def __init__(self, folder: Path, objects: Iterable[tuple[str, float, float]] = ()) -> None:
+        self.rooms = MapRooms(1, -1, GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32), ())
+        self.objects: ObjectMemory = NO_OBJECTS
+        for name, x_m, y_m in objects:
+            find = object_find(name, x_m, y_m)
+            self.objects = self.objects.with_find(find, str(self.objects.version))
+        router = MemoryRouter()
+        self.announced: list[int] = []
+        self.keeper = PlaceKeeper(
+            router.bus("mapper"), folder, self._announce, lambda: self.rooms, lambda: self.objects
+        )
+        self.client = router.bus()
+
+    def _announce(self) -> None:
+        self.announced.append(self.keeper.kept.value.version)
+
+    def name(self, place: Place) -> MapPlaces:
+        return self.client.call(keys.MAP_NAME_PLACE, place)
+
+    def listed(self) -> dict[str, int]:
+        """The room of each place by its name, suggestions in capitals."""
+        reply = self.client.call(keys.MAP_PLACES, LIST)
+        names = [p.name.upper() if p.suggested else p.name for p in reply.places]
+        return dict(zip(names, reply.rooms, strict=True))
+
+
+def drawn(free: Bool, walls: Bool, first_row: int = 0) -> MapRooms:
+    """The rooms of the rows of a plan from this one on, over their own grid."""
+    grid = replace(grid_of(free[first_row:]), origin_cell=(-8 + first_row, 3))
+    low = np.zeros_like(free[first_row:])
+    found = rooms(free[first_row:], low, walls[first_row:], grid)
+    return MapRooms(1 + len(low), -1, grid, found.ids, ())
+
+
+WEST, EAST = (0.5, 1.5), (6.0, 1.5)  # in the rooms of the plan, whose wall is at 3.25 m
+
+
+def test_a_room_keeps_its_name_and_grows_with_the_map(tmp_path: Path) -> None:
+    kept = Kept(tmp_path)
+    kept.name(Place("nursery", PlaceKind.ROOM, WEST))
+    assert kept.listed() == {"nursery": NO_ROOM}  # nothing is known there yet
+    free, walls = plan()
+    covered = []
+    for first_row in (25, 0):
+        kept.rooms = drawn(free, walls, first_row)
+        reply = kept.name(Place("Nursery", PlaceKind.KEEP_OUT, (2.0, 1.5)))
+        assert kept.listed() == {"Nursery": room_at(kept.rooms.ids, kept.rooms.grid, (2.0, 1.5))}
+        mask = zones_mask(reply, grid_of(free))
+        np.testing.assert_array_equal(mask, place_mask(reply, "the nursery", grid_of(free)))
+        assert not mask[41:].any()
+        covered.append(mask.sum())
+    np.testing.assert_array_equal(mask[:40], free[:40])
+    assert covered[1] > 2 * covered[0]
+    assert kept.announced == [1, 2]  # named again as it was: no change
+
+
+def test_a_point_in_furniture_is_in_the_room_around_it() -> None:
+    free, walls = plan()
+    free[20:30, 20:30] = False
+    found = cut(free, walls)
+    grid = grid_of(free)
+    assert room_at(found.ids, grid, grid.centres(np.array([25, 25])).tolist()) == found.ids[5, 5]
+    assert room_at(found.ids, grid, (-50.0, 1e5)) == NO_ROOM
+
+
+def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> None:
+    finds = [("double bed", *WEST), ("sofa", *EAST), ("Bed", 6.0, 4.0), ("nightstand", 6.0, 5.0)]
+    kept = Kept(tmp_path, [*finds, ("lamp", *WEST), ("refrigerator", 50.0, 50.0)])
+    kept.rooms = drawn(*plan())
+    west, east = (room_at(kept.rooms.ids, kept.rooms.grid, at) for at in (WEST, EAST))
+    assert kept.listed() == {"BEDROOM": west, "BEDROOM 2": east}
+    (suggested, _) = kept.client.call(keys.MAP_PLACES, LIST).places
+    assert (suggested.suggested, suggested.kind) == (True, PlaceKind.ROOM)
+    assert room_at(kept.rooms.ids, kept.rooms.grid, suggested.inside_m) == west
+    kept.name(Place("bedroom 2", inside_m=WEST, suggested=True))
+    assert kept.listed() == {"bedroom 2": west, "BEDROOM": east}
+    kept.name(Place("The Bedroom", corners_m=ZONE.corners_m))
+    assert kept.listed() == {"bedroom 2": west, "The Bedroom": NO_ROOM, "BEDROOM 3": east}
+    assert kept.announced == [1, 2]  # suggestions are nobody's change
+
+
+@pytest.mark.parametrize(
+    ("ask", "code", "reason"),
+    [
+        (lambda c: c.call(keys.MAP_FORGET_PLACE, PlaceId("attic")), "no_such_place", "'Stairs'"),
+        (lambda c: c.call(keys.MAP_FORGET_PLACE, PlaceId("BEDROOM")), "no_such_place", "suggested"),
+        (
+            lambda c: c.call(keys.MAP_NAME_PLACE, Place("a", PlaceKind.KEEP_OUT, (50.0, 50.0))),
+            "invalid",
+            r"no room at \(50.00, 50.00\) m, so that 'a' would keep nothing out",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_a_sentence(
+    tmp_path: Path, ask: Callable[[object], object], code: str, reason: str
+) -> None:
+    kept = Kept(tmp_path, [("bed", *WEST)])
+    kept.rooms = drawn(*plan())
+    kept.name(ZONE)
+    with pytest.raises(RemoteError, match=reason) as refusal:
+        ask(kept.client)
+    assert refusal.value.code == code
+    assert set(kept.listed()) == {"Stairs", "BEDROOM"}
+
+
+def test_corners_enclose_something() -> None:
+    for corners in (((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), ((0.0, 0.0), (1.0, 0.0))):
+        with pytest.raises(ValueError, match="corners"):
+            Place("a", corners_m=corners)
+    with pytest.raises(ValueError, match="at most 100000 from the origin"):
+        Place("a", inside_m=(0.0, 1e300))
+    with pytest.raises(ValueError, match="needs either a point inside a room or the corners"):
+        Place("a", inside_m=(0.0, 0.0), corners_m=ZONE.corners_m)
+    with pytest.raises(ValueError, match="two places have the name 'stairs'"):
+        PlaceMemory((ZONE, replace(ZONE, name="the stairs")))
+
+
+def stays_after(rig: Rig, folder: Path) -> Rig:
+    """Another mapper, after a crash of the one before; its zones are told before a frame comes."""
+    after = Rig(folder)
+    assert after.newest().places_version == rig.newest().places_version
+    return after
+
+
+def test_a_zone_outlives_a_crash_and_goes_with_its_map(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    assert rig.client.call(keys.MAP_NAME_PLACE, ZONE).places == (ZONE,)
+    late = rig.router.bus("gateway").subscribe(keys.MAP_REVISION).take(0.0)
+    assert late is not None
+    assert late.places_version == 1  # latched
+    rig = stays_after(rig, tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_SAVE, MapFile("zoned"))
+    rig.client.call(keys.MAP_FORGET_PLACE, PlaceId("stairs"))
+    rig = stays_after(rig, tmp_path)  # also that there are none
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_SAVE, MapFile("plain"))
+    rig.client.call(keys.MAP_LOAD, MapFile("zoned"))
+    assert rig.newest().places_version == 3
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
+    rig.client.call(keys.MAP_LOAD, MapFile("plain"))
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
+    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    reply = rig.client.call(keys.MAP_PLACES, LIST)
+    assert (reply.places, reply.version) == ((), rig.newest().places_version)
+    assert reply.version == 6
+
+
+def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_SAVE, MapFile("other"))
+    merged = rig.client.call(keys.MAP_MERGE, MapMerge("other"))
+    assert (merged.places_stayed, rig.newest().places_version) == ((), 1)
+    merged = rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
+    assert merged.places_stayed == ("Stairs",)
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
+    rig.client.call(keys.MAP_FORGET_PLACE, PlaceId("Stairs"))
+    rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
+    (turned,) = rig.client.call(keys.MAP_PLACES, LIST).places
+    np.testing.assert_allclose(turned.corners_m, [(0, 0), (0, 2), (-1, 2)], atol=1e-9)
+    grid = GridSpec(0.1, (-30, -30), (60, 60))
+    before, after = (polygon_mask(np.array(p.corners_m), grid) for p in (ZONE, turned))
+    np.testing.assert_array_equal(np.rot90(before), after)  # of [x, y]: to the left
+
+
+def test_places_of_another_world_are_set_aside(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.feed(replace(scenes.field(0, scenes.pose()), world="home"))
+    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.feed(replace(scenes.field(1, scenes.pose()), world="office"))
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
+    aside = tmp_path / "other_worlds" / "1" / FORM.file_name
+    assert from_bytes(aside.read_bytes()).places == (ZONE,)
+
+
+def test_lost_places_are_said_until_they_are_named_again(tmp_path: Path) -> None:
+    (tmp_path / FORM.file_name).write_bytes(b"nothing")
+    rig = Rig(tmp_path)
+    assert "the named places are lost" in rig.mapper.health().problem
+    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    assert "places" not in rig.mapper.health().problem
+    assert NO_PLACES.places == ()
