@@ -28,8 +28,10 @@ from onemap.replies import (
     MapContent,
     MapListReply,
     MapObject,
+    MapPlace,
     MapStatistics,
     ObjectListReply,
+    PlaceListReply,
     QueryListReply,
     QueryResult,
     RoomListReply,
@@ -39,6 +41,7 @@ from onemap.replies import (
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
 MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
+PLACES, GEOJSON = "/v1/places", "/v1/places.geojson"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
 QueryEvent = QueryResult | QueryInterrupted
 Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
@@ -235,6 +238,46 @@ class Client:
         """The floor cut at doors and narrow passages, and what split and joined."""
         return self._connection.fetch(RoomListReply.of, "GET", "/v1/rooms")
 
+    def places(self) -> list[MapPlace]:
+        """The places with a name, then suggested names of rooms."""
+        return [*self._connection.fetch(PlaceListReply.of, "GET", PLACES).places]
+
+    def name_place(
+        self,
+        name: str,
+        inside_m: tuple[float, float] | None = None,
+        *,
+        corners_m: Sequence[tuple[float, float]] = (),
+        keep_out: bool = False,
+    ) -> MapPlace:
+        """Name the room that holds a point, or a polygon, or else the room of the robot.
+
+        keep_out: no robot enters it from now on. A place that has the name is replaced.
+        """
+        where: dict[str, Any] = {"here": True}
+        if inside_m is not None:
+            where = {"inside_m": _place(*inside_m)}
+        if corners_m:
+            where = {**where, "corners_m": [_place(*corner) for corner in corners_m]}
+            where.pop("here", None)
+        body = {**where, "kind": "keep_out" if keep_out else "room"}
+        return self._connection.fetch(MapPlace.of, "PUT", _place_address(name), body)
+
+    def forget_place(self, name: str) -> MapPlace:
+        """Remove a place, and say what it was."""
+        return self._connection.fetch(MapPlace.of, "DELETE", _place_address(name))
+
+    def export_places(self) -> dict[str, Any]:
+        """The named places as GeoJSON, in metres of the map frame."""
+        return self._connection.fetch(dict, "GET", GEOJSON)
+
+    def import_places(self, collection: Mapping[str, Any]) -> list[MapPlace]:
+        """Add or replace the places of a GeoJSON FeatureCollection; all of them, or none."""
+        reply = self._connection.fetch(
+            PlaceListReply.of, "PUT", GEOJSON, collection, timeout_s=FILE_TIMEOUT_S
+        )
+        return [*reply.places]
+
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""
         return [*self._connection.fetch(ObjectListReply.of, "GET", OBJECTS).objects]
@@ -278,6 +321,10 @@ def _address(folder: str, name: str) -> str:
             "digit; Client.maps.list() and Client.objects() have them."
         )
     return f"{folder}/{quote(name, safe='')}"
+
+
+def _place_address(name: str) -> str:
+    return f"{PLACES}/{quote(name, safe='')}"
 
 
 def _place(x_m: float, y_m: float) -> tuple[float, float]:

@@ -289,7 +289,7 @@ class SearchReplay(Reply):
 
 
 class MapContent(Reply):
-    """What the map holds after it was saved, loaded or cleared."""
+    """What the map holds after it was saved, loaded, merged or cleared."""
 
     path: str = Field(description="Where the file lies on the mapper's machine; empty if none.")
     encoder_id: str = ""
@@ -298,6 +298,10 @@ class MapContent(Reply):
     cells_observed: int
     frames_fused: int
     file_bytes: int
+    places_stayed: tuple[str, ...] = Field(
+        default=(),
+        description="Places that stay as they were, though the merged map has others so named.",
+    )
 
 
 class StoredMap(Reply):
@@ -376,6 +380,35 @@ class RoomListReply(Reply):
     changes: tuple[ChangedRooms, ...] = Field(
         description="What split and joined since then, the same for all who ask at this revision."
     )
+
+
+class MapPlace(Reply):
+    """A part of the floor with a name: a room of the map, or a polygon."""
+
+    name: str = Field(description="Whatever its case, no other place has it.")
+    kind: str = Field(description="room, or keep_out: no robot enters it.")
+    suggested: bool = Field(
+        default=False, description="Named by what was found there, not by a person."
+    )
+    room: int | None = Field(
+        default=None,
+        description="Id of the room, as in /v1/rooms; null: a polygon, or no room is known there.",
+    )
+    inside_m: MaybePoint = Field(
+        default=None, description="x, y in the room, which may grow around it; null: a polygon."
+    )
+    corners_m: tuple[Point, ...] = Field(default=(), description="Of the polygon; empty: a room.")
+    outlines_m: tuple[tuple[Point, ...], ...] = Field(
+        description="Of the room as it is now, as in /v1/rooms, or of the polygon."
+    )
+    area_m2: Rounded = Field(description="Of the room's free floor, or of the polygon.")
+
+
+class PlaceListReply(Reply):
+    """Places in the order of their naming, then suggested names."""
+
+    places: tuple[MapPlace, ...]
+    revision: int = Field(description="Of the map whose rooms these are.")
 
 
 class MapObject(Reply):

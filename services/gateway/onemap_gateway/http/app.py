@@ -22,7 +22,7 @@ from onemap_gateway.http.problems import (
     problem_responses,
 )
 from onemap_gateway.http.reply_docs import complete
-from onemap_gateway.http.routes import agents, map, objects, pages, queries, robot, searches
+from onemap_gateway.http.routes import agents, map, objects, pages, places, queries, robot, searches
 from onemap_gateway.http.security import READING, SecurityMiddleware, required_role
 
 DESCRIPTION = """
@@ -50,6 +50,7 @@ TAGS = [
     {"name": "queries", "description": "Where is it?"},
     {"name": "searches", "description": "Go and find."},
     {"name": "objects", "description": "What was found, and where."},
+    {"name": "places", "description": "Rooms with a name, and zones that no robot enters."},
     {"name": "map", "description": "The map of the floor: image, arrays, numbers."},
     {"name": "maps", "description": "Saved maps."},
     {"name": "camera", "description": "The newest camera image."},
@@ -75,6 +76,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         queries.router,
         searches.router,
         objects.router,
+        places.router,
         map.router,
         map.maps_router,
         map.camera_router,

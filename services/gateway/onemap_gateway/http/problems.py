@@ -32,6 +32,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "unknown_map": (404, "There is no such map"),
     "unknown_place": (404, "There is no such place"),  # 422 where a sentence names it
     "unknown_object": (404, "There is no such object"),
+    "no_such_place": (404, "There is no such place"),
     "method_not_allowed": (405, "This address does not take this method"),
     "slow_body": (408, "The body did not arrive in time"),
     "conflict": (409, "Another search is under way"),
@@ -247,7 +248,7 @@ PROBLEM_STATUSES = {
     415: "The body's content type is not JSON.",
     401: "The token is missing or wrong.",
     403: "The token's role may not do this, or a page of another site asks.",
-    404: "No such search, saved map or object.",
+    404: "No such search, saved map, object or place.",
     409: "Another search is under way (`search_id` names it), the map is empty, or it belongs to "
     "another encoder.",
     421: "The gateway does not answer to this host name.",

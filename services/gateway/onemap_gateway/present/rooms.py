@@ -7,7 +7,7 @@ import numpy as np
 
 from onemap.replies import MapRoom, RoomListReply
 from onemap_gateway.present.replies import reply_of
-from onemap_shared.geometry import I64
+from onemap_shared.geometry import I32, I64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import NO_ROOM, MapRooms
 
@@ -16,17 +16,19 @@ STRAIGHT = 0.6  # of a cell: steps of a slanted wall go, a single cell stays a s
 
 def room_list(message: MapRooms) -> RoomListReply:
     """The rooms with what split and joined."""
-    cells = np.argwhere(message.ids != NO_ROOM)
-    owners = message.ids[tuple(cells.T)]
-    ids, counts = np.unique(owners, return_counts=True)
+    since = None if message.since < 0 else message.since
+    rooms = map_rooms(message.ids, message.grid)
+    return reply_of(RoomListReply, message, rooms=rooms, since=since)
+
+
+def map_rooms(ids: I32, grid: GridSpec) -> tuple[MapRoom, ...]:
+    """The rooms whose ids, or NO_ROOM, the cells (nx, ny) of ``grid`` have."""
+    cells = np.argwhere(ids != NO_ROOM)
+    owners = ids[tuple(cells.T)]
+    present, counts = np.unique(owners, return_counts=True)
     parts = np.split(cells[np.argsort(owners, kind="stable")], np.cumsum(counts)[:-1])
-    return reply_of(
-        RoomListReply,
-        message,
-        rooms=tuple(
-            _room(room, part, message.grid) for room, part in zip(ids.tolist(), parts, strict=False)
-        ),
-        since=None if message.since < 0 else message.since,
+    return tuple(
+        _room(room, part, grid) for room, part in zip(present.tolist(), parts, strict=False)
     )
 
 

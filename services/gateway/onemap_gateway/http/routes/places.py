@@ -1,0 +1,150 @@
+"""Places: rooms with a name and zones that no robot enters."""
+# Talks: outlines are drawn in threads.
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Path, Response
+from pydantic import AfterValidator
+
+from onemap.replies import MapPlace, PlaceListReply
+from onemap_gateway.http.context import GatewayContext, GatewayDep
+from onemap_gateway.http.place_schemas import PlaceCollection, PlaceRequest
+from onemap_gateway.http.problems import HttpProblem, content, problem_responses
+from onemap_gateway.http.security import GEOJSON
+from onemap_gateway.present.formats import json_text
+from onemap_gateway.present.places import feature_collection, place_list
+from onemap_shared import keys
+from onemap_shared import messages as m
+from onemap_shared.names import normalised, same_name
+from onemap_shared.places import room_at
+
+router = APIRouter(prefix="/v1", tags=["places"])
+COLLECTION = content(
+    GEOJSON,
+    "A FeatureCollection; the coordinates are metres of the map frame, not degrees. Rooms have "
+    "`inside_m`, a point in them, beside their outline.",
+)
+
+
+def check_place_name(name: str) -> str:
+    """Return the name without needless spaces; ValueError if no place can have it."""
+    return m.PlaceId(name).name
+
+
+Name = Annotated[
+    str,
+    AfterValidator(check_place_name),
+    Path(description="Its case does not matter.", examples=["kitchen"]),
+]
+
+
+@router.get("/places", summary="Which places have a name?", responses=problem_responses(503))
+async def list_places(gateway: GatewayDep) -> PlaceListReply:
+    """Named places, then names that are suggested by what was found in a room.
+
+    They are kept with the map: saved, loaded, merged and cleared with it, and kept when the mapper
+    restarts.
+    """
+    return await to_thread.run_sync(place_list, await _places(gateway))
+
+
+@router.put(
+    "/places/{name:path}", summary="Name a place", responses=problem_responses(404, 422, 503)
+)
+async def name_place(name: Name, request: PlaceRequest, gateway: GatewayDep) -> MapPlace:
+    """Name the room that holds a point, the room of the robot, or a polygon.
+
+    A place that has the name is replaced. No robot enters a `keep_out` place from now on.
+    """
+    place = request.place(name, await _robot_m(gateway) if request.here else ())
+    return await _item(await gateway.call(keys.MAP_NAME_PLACE, place), name)
+
+
+@router.delete(
+    "/places/{name:path}", summary="Forget a place", responses=problem_responses(404, 422, 503)
+)
+async def forget_place(name: Name, gateway: GatewayDep) -> MapPlace:
+    """Remove a name or a zone, and say what it was; the map stays."""
+    before = await _places(gateway)
+    await gateway.call(keys.MAP_FORGET_PLACE, m.PlaceId(name))
+    return await _item(before, name)
+
+
+@router.get(
+    "/places.geojson",
+    summary="The named places as GeoJSON",
+    response_class=Response,
+    responses={200: COLLECTION, **problem_responses(503)},
+)
+async def export_places(gateway: GatewayDep) -> Response:
+    """For other programs, and for `PUT` on another map of the same frame."""
+    document = await to_thread.run_sync(feature_collection, await _places(gateway))
+    return Response(json_text(document), media_type=GEOJSON)
+
+
+@router.put("/places.geojson", summary="Import places", responses=problem_responses(404, 422, 503))
+async def import_places(collection: PlaceCollection, gateway: GatewayDep) -> PlaceListReply:
+    """Add the places of a GeoJSON file, or replace those of the same names.
+
+    Nothing is changed unless all of them can be.
+    """
+    known = await _places(gateway)
+    _check_import(known, collection.places)
+    for place in collection.places:
+        known = await gateway.call(keys.MAP_NAME_PLACE, place)
+    return await to_thread.run_sync(place_list, known)
+
+
+def _check_import(known: m.MapPlaces, places: tuple[m.Place, ...]) -> None:
+    """Raise HttpProblem if the mapper would refuse one of them."""
+    kept = (place for place in known.places if not place.suggested)
+    names = {normalised(place.name) for place in (*kept, *places)}
+    if len(names) > m.MAX_PLACES:
+        raise HttpProblem(
+            "invalid",
+            f"The map would have {len(names)} places, and it may have {m.MAX_PLACES}: forget some.",
+        )
+    for place in places:
+        if place.kind is m.PlaceKind.KEEP_OUT and place.inside_m and not _in_room(known, place):
+            raise HttpProblem(
+                "invalid",
+                f"The map has no room at {list(place.inside_m)}, so that {place.name!r} would keep "
+                "nothing out: give a Polygon, or a point in a room.",
+            )
+
+
+def _in_room(known: m.MapPlaces, place: m.Place) -> bool:
+    return room_at(known.ids, known.grid, place.inside_m) != m.NO_ROOM
+
+
+async def _places(gateway: GatewayContext) -> m.MapPlaces:
+    return await gateway.call(keys.MAP_PLACES, m.PlacesRequest())
+
+
+async def _robot_m(gateway: GatewayContext) -> tuple[float, ...]:
+    """Where the robot stands; HttpProblem unless that is in a room of the map."""
+    robot_m = gateway.robot_xy_m()
+    if not robot_m:
+        raise HttpProblem(
+            "unavailable", "No pose of the robot has arrived yet: is it running?", service="robot"
+        )
+    known = await _places(gateway)
+    if room_at(known.ids, known.grid, robot_m) == m.NO_ROOM:
+        raise HttpProblem(
+            "invalid",
+            f"The robot stands at ({robot_m[0]:.2f}, {robot_m[1]:.2f}) m, where the map has no "
+            "room yet: let it look around first.",
+        )
+    return robot_m
+
+
+async def _item(message: m.MapPlaces, name: str) -> MapPlace:
+    """The place of this name; it may have been forgotten meanwhile."""
+    listed = await to_thread.run_sync(place_list, message)
+    for place in listed.places:
+        if same_name(place.name, name):
+            return place
+    raise HttpProblem("no_such_place", f"There is no place {name!r} any more.")
