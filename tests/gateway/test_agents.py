@@ -117,7 +117,7 @@ def test_agents_of_new_and_old_revisions_see_the_tools(
     }
     assert moving == {"start_search", "stop"}
     assert tools.keys() - moving == {
-        "where_is", "list_objects", "describe_map", "look_at", "search_status",
+        "where_is", "list_objects", "list_places", "describe_map", "look_at", "search_status",
     }  # fmt: skip
     budget = tools["start_search"].input_schema
     assert budget["properties"]["max_distance_m"]["maximum"] == 40
@@ -127,17 +127,19 @@ def test_agents_of_new_and_old_revisions_see_the_tools(
 def test_an_agent_asks_without_moving_the_robot(
     worker: GatewayWorker, planner: FakePlanner
 ) -> None:
-    where, listed, seen, map_shown = played(
+    where, listed, named, seen, map_shown = played(
         worker,
         "look",
         ("where_is", {"object": "sofa"}),
         ("list_objects", {}),
+        ("list_places", {}),
         ("look_at", {"object": "bed"}),
         ("describe_map", {"picture": True}),
     )
     assert where.structured_content["likely"][0]["centre_m"] == [0.35, 1.15]
     assert where.structured_content["likely"][1]["variance"] is None  # infinite
     assert listed.structured_content["objects"][0]["name"] == "bed"
+    assert text(named).startswith("Places: 'Kitchen' at x 0.00 m, y 0.00 m (")
     assert base64.b64decode(seen.content[2].data) == PICTURE
     assert seen.content[2].mime_type == "image/jpeg"
     assert decoded(base64.b64decode(map_shown.content[2].data)).shape[2] == 3

@@ -18,6 +18,7 @@ from pydantic import BaseModel, Field, ValidationError, create_model
 from onemap.replies import (
     LookedArea,
     MapObject,
+    MapPlace,
     MapPose,
     MapStatistics,
     Region,
@@ -40,6 +41,7 @@ from onemap_gateway.http.schemas import (
 )
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
+from onemap_gateway.present.places import place_list
 from onemap_gateway.present.render import encode_png, render_map
 from onemap_gateway.present.replies import map_object, map_statistics
 from onemap_gateway.present.service_status import sentence
@@ -49,6 +51,8 @@ from onemap_shared.messages import (
     NO_DETAIL,
     ObjectId,
     ObjectListRequest,
+    PlaceKind,
+    PlacesRequest,
     SearchId,
     SearchOrder,
     SearchState,
@@ -80,6 +84,12 @@ class FoundObjectsReply(AgentReply):
     """The objects that searches found, the one found last first."""
 
     objects: tuple[MapObject, ...]
+
+
+class NamedPlacesReply(AgentReply):
+    """Rooms with a name and zones that no robot enters, then suggested names."""
+
+    places: tuple[MapPlace, ...]
 
 
 class MapReply(AgentReply):
@@ -191,6 +201,17 @@ async def list_objects(gateway: GatewayContext) -> ToolResult:
     if objects:
         summary = f"Found so far: {', '.join(map(_place, objects))}."
     return ToolResult(FoundObjectsReply(summary=summary, objects=objects))
+
+
+async def list_places(gateway: GatewayContext) -> ToolResult:
+    """The rooms with a name, and the zones that no robot enters. A suggested name is a guess from
+    what was found there. Does not move the robot.
+    """
+    message = await gateway.call(keys.MAP_PLACES, PlacesRequest())
+    places = (await to_thread.run_sync(place_list, message)).places
+    said = "; ".join(map(_described, places))
+    summary = f"Places: {said}." if places else "No place of this map has a name yet."
+    return ToolResult(NamedPlacesReply(summary=summary, places=places))
 
 
 async def describe_map(
@@ -370,6 +391,13 @@ def _place(kept: MapObject) -> str:
     return f"{kept.name!r} ({kept.id}) at {_xy(kept.position_m)}"
 
 
+def _described(place: MapPlace) -> str:
+    kind = "no robot enters it" if place.kind == PlaceKind.KEEP_OUT else ""
+    notes = [kind, "suggested" if place.suggested else "", f"{place.area_m2:.1f} m2"]
+    where = _xy(place.inside_m or place.corners_m[0])
+    return f"{place.name!r} at {where} ({', '.join(filter(None, notes))})"
+
+
 def _xy(place_m: Sequence[float]) -> str:
     return f"x {place_m[0]:.2f} m, y {place_m[1]:.2f} m"
 
@@ -383,6 +411,7 @@ TOOLS: Mapping[str, AgentTool] = {
     for tool in (
         AgentTool(Role.LOOK, PlacesReply, where_is),
         AgentTool(Role.LOOK, FoundObjectsReply, list_objects),
+        AgentTool(Role.LOOK, NamedPlacesReply, list_places),
         AgentTool(Role.LOOK, MapReply, describe_map),
         AgentTool(Role.LOOK, SeenObjectReply, look_at),
         AgentTool(Role.SEARCH, AgentSearchReply, start_search),
