@@ -42,6 +42,8 @@ REQUESTS = (
     "query red sofa",
     "search sofa",
     "objects",
+    "places",
+    "places name kitchen --at 1,-2",
     "go 1 -2.5",
     "status",
     "map info",

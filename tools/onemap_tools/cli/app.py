@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from onemap_tools.bench.commands import app as bench_app
-from onemap_tools.cli import ask, config, map, models, recordings, run, scene
+from onemap_tools.cli import ask, config, map, models, places, recordings, run, scene
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.options import DEEPER, FIRST, OPERATE, RECORDINGS, version
 from onemap_tools.train.commands import app as train_app
@@ -61,7 +61,7 @@ def root(
     """A robot finds things that people name in plain words."""
 
 
-for commands in (ask.app, recordings.app, run.app, models.export_app):
+for commands in (ask.app, places.app, recordings.app, run.app, models.export_app):
     app.add_typer(commands)
 for name, group, panel in (
     ("map", map.app, FIRST),

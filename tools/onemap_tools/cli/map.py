@@ -183,6 +183,8 @@ def _change(
         held = f"{change['cells_observed']} cells from {change['frames_fused']} frames"
         size = f", {change['file_bytes'] / 1e6:.1f} MB" if change["file_bytes"] else ""
         console.print(f"{what}: {held}{size}.", soft_wrap=True)
+        if stayed := change.get("places_stayed"):  # older gateways have no such key
+            console.print(f"Places that stay as they were: {', '.join(stayed)}.", soft_wrap=True)
 
     show(document, as_json, describe)
 

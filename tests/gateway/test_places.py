@@ -1,0 +1,273 @@
+"""Places over HTTP, as GeoJSON, in Python and on the command line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+from typer.testing import CliRunner
+
+from onemap import Client, OneMapError
+from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.config import Role
+from onemap_gateway.http.security import required_role
+from onemap_gateway.present.rooms import room_list
+from onemap_shared import keys
+from onemap_shared.messages import (
+    MAX_CORNERS,
+    MAX_PLACES,
+    NO_ROOM,
+    MapPlaces,
+    Place,
+    PlaceId,
+    PlaceKind,
+    PlacesRequest,
+)
+from onemap_shared.names import normalised
+from onemap_shared.places import room_at
+from onemap_shared.transport import RequestRejected
+from onemap_tools.cli.app import app
+from tests.client.conftest import client as python_client
+from tests.client.conftest import url
+from tests.gateway import fakes
+from tests.gateway.fakes import FakeMapper, client_of, gateway_on, map_rooms, state_reached
+from tests.memory_bus import MemoryRouter
+
+__all__ = ["python_client", "url"]  # the fixtures
+CORNERS = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.5], [0.0, 1.5]]
+ZONE = {"corners_m": CORNERS, "kind": "keep_out"}
+ROOM_3 = (1.5, 1.0)
+L_SHAPED = (0.3, 0.25)
+
+
+class NamingMapper(FakeMapper):
+    """Keeps places, and suggests a name for the room 3."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.named: dict[str, Place] = {}
+        self.bus.serve(keys.MAP_NAME_PLACE, self._name)
+        self.bus.serve(keys.MAP_FORGET_PLACE, self._forget_place)
+
+    def _places(self, _request: PlacesRequest) -> MapPlaces:
+        rooms, kitchen = map_rooms(), Place("kitchen", inside_m=(1.5, 1.0), suggested=True)
+        places = (*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
+        ids = [
+            room_at(rooms.ids, rooms.grid, place.inside_m) if place.inside_m else NO_ROOM
+            for place in places
+        ]
+        return MapPlaces(len(places), 7, places, tuple(ids), rooms.grid, rooms.ids)
+
+    def _name(self, place: Place) -> MapPlaces:
+        self.named[normalised(place.name)] = place
+        return self._places(PlacesRequest())
+
+    def _forget_place(self, request: PlaceId) -> MapPlaces:
+        if normalised(request.name) not in self.named:
+            raise RequestRejected("no_such_place", f"there is no place {request.name!r}")
+        del self.named[normalised(request.name)]
+        return self._places(PlacesRequest())
+
+
+@pytest.fixture
+def mapper(router: MemoryRouter) -> Iterator[NamingMapper]:
+    fake = NamingMapper(router)
+    yield fake
+    fake.bus.close()
+
+
+def test_a_room_and_a_zone_are_named_listed_and_forgotten(
+    client: TestClient, mapper: NamingMapper
+) -> None:
+    room = client.put("/v1/places/Nursery / 2", json={"inside_m": L_SHAPED}).json()
+    zone = client.put("/v1/places/stairs", json=ZONE).json()
+    first, _ = room_list(map_rooms()).rooms
+    outlines = [[list(corner) for corner in outline] for outline in first.outlines_m]
+    assert room == {
+        "name": "Nursery / 2", "kind": "room", "suggested": False, "room": 0,
+        "inside_m": [*L_SHAPED], "corners_m": [], "outlines_m": outlines,
+        "area_m2": first.area_m2,
+    }  # fmt: skip
+    assert (zone["room"], zone["inside_m"], zone["corners_m"]) == (None, None, CORNERS)
+    assert (zone["kind"], zone["outlines_m"], zone["area_m2"]) == ("keep_out", [CORNERS], 3.0)
+    listed = client.get("/v1/places").json()
+    assert listed["places"][:2] == [room, zone]
+    assert [(p["name"], p["suggested"], p["room"]) for p in listed["places"][2:]] == [
+        ("kitchen", True, 3)
+    ]
+    assert client.delete("/v1/places/nursery / 2").json() == room
+    assert [*mapper.named] == ["stairs"]
+
+
+def stands_at(x_m: float, state: LiveState) -> bool:
+    return state.robot is not None and state.robot[0] == x_m
+
+
+def test_the_room_of_the_robot_is_named(router: MemoryRouter, mapper: NamingMapper) -> None:
+    odometry = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)
+    with gateway_on(router) as gateway:
+        client = client_of(gateway)
+        assert client.put("/v1/places/kitchen", json={"here": True}).status_code == 503
+        for x_m, status in ((ROOM_3[0], 200), (40.0, 422)):
+            odometry.put(fakes.odometry(x_m, ROOM_3[1]))
+            assert state_reached(gateway.cache, partial(stands_at, x_m))
+            answer = client.put("/v1/places/kitchen", json={"here": True})
+            assert answer.status_code == status
+    assert "where the map has no room yet" in answer.json()["detail"]
+    assert mapper.named["kitchen"].inside_m == ROOM_3
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "said"),
+    [
+        ("a", {}, "exactly one of 'inside_m'"),
+        ("a", {**ZONE, "here": True}, "exactly one of 'inside_m'"),
+        ("a", {"inside_m": [1, 2, 3]}, "'inside_m'"),
+        ("a", {"inside_m": [1, 1e9]}, "'inside_m"),
+        ("a", {"corners_m": CORNERS[:2]}, "a polygon has 3 to"),
+        ("a", {"corners_m": CORNERS * MAX_CORNERS}, "a polygon has 3 to"),
+        ("a", {"corners_m": [[0, 0], [1, 1], [2, 2]]}, "enclose 0.000 m2"),
+        ("a", {**ZONE, "kind": "lava"}, "'kind'"),
+        ("a", {"here": False}, "'here'"),
+        ("4", ZONE, "place holds no readable word: name a part of the floor"),
+        ("x" * 201, ZONE, "201 characters"),
+    ],
+)
+def test_what_is_no_place_is_refused(
+    client: TestClient, mapper: NamingMapper, name: str, body: dict[str, Any], said: str
+) -> None:
+    answer = client.put(f"/v1/places/{name}", json=body)
+    assert (answer.status_code, mapper.named) == (422, {})
+    assert said in answer.json()["detail"]
+
+
+def test_an_unknown_place_is_not_found(client: TestClient, mapper: NamingMapper) -> None:
+    answer = client.delete("/v1/places/attic")
+    assert (answer.status_code, answer.json()["type"]) == (404, "/docs#problem-no_such_place")
+
+
+def named(mapper: NamingMapper) -> dict[str, Place]:
+    """A room, one that is not known yet, a region and a zone."""
+    places = (
+        Place("kitchen", inside_m=(1.51234567, 1.0)),
+        Place("L", inside_m=L_SHAPED),
+        Place("attic", inside_m=(50.0, 50.0)),
+        Place("corner", corners_m=((0.1, 0.2), (1.123456789, 0.2), (0.1, 1.7))),
+        Place("stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5))),
+    )
+    mapper.named.update({place.name.casefold(): place for place in places})
+    return dict(mapper.named)
+
+
+def test_what_is_exported_is_imported(client: TestClient, mapper: NamingMapper) -> None:
+    before = named(mapper)
+    exported = client.get("/v1/places.geojson")
+    assert exported.headers["Content-Type"] == "application/geo+json"
+    collection = exported.json()
+    shapes = [each["geometry"]["type"] for each in collection["features"]]
+    assert shapes == ["Polygon", "MultiPolygon", "Point", "Polygon", "Polygon"]
+    for feature in collection["features"][3:]:
+        (ring,) = feature["geometry"]["coordinates"]
+        assert ring[0] == ring[-1]
+        feature["geometry"]["coordinates"][0] = [[*corner, 0.0] for corner in ring]  # heights
+    mapper.named.clear()
+    mapper.named["kitchen"] = Place("Kitchen", PlaceKind.KEEP_OUT, ROOM_3)
+    sent = client.put(
+        "/v1/places.geojson",
+        content=json.dumps({**collection, "name": "of a GIS"}),
+        headers={"Content-Type": "application/geo+json"},
+    )
+    assert sent.status_code == 200
+    assert mapper.named == before
+    assert [place["name"] for place in sent.json()["places"]] == [p.name for p in before.values()]
+
+
+def feature(name: str = "stairs", shape: object = CORNERS, **properties: Any) -> dict[str, Any]:
+    kind = "Polygon" if isinstance(shape, list) else "Point"
+    coordinates = [shape] if kind == "Polygon" else shape
+    geometry = {"type": kind, "coordinates": coordinates}
+    return {"type": "Feature", "properties": {"name": name, **properties}, "geometry": geometry}
+
+
+@pytest.mark.parametrize(
+    ("last", "said"),
+    [
+        (feature(shape={"a": 1}), "'stairs' is no Point and no Polygon without holes"),
+        (feature(shape=[[0, 0], ["a", 1], [1, 1]]), "'stairs' is no Point and no Polygon"),
+        (feature(shape=[]), "'stairs' is no Point and no Polygon"),
+        (feature(shape=CORNERS[:2]), "'stairs': corners_m has 2 corners"),
+        (feature("FIRST"), "places have the name 'first': give each its own"),
+        (feature(" "), "name of a place is empty"),
+        (feature(kind="lava"), "properties.kind"),
+        (feature(shape=(50.0, 50.0), kind="keep_out"), "'stairs' would keep nothing out"),
+        ({"type": "Feature", "properties": {}}, "properties.name"),
+    ],
+)
+def test_a_file_is_imported_as_a_whole_or_not_at_all(
+    client: TestClient, mapper: NamingMapper, last: dict[str, Any], said: str
+) -> None:
+    features = [feature("first"), last]
+    answer = client.put(
+        "/v1/places.geojson", json={"type": "FeatureCollection", "features": features}
+    )
+    assert (answer.status_code, mapper.named) == (422, {})
+    assert said in answer.json()["detail"]
+
+
+def test_too_many_places_are_refused_before_the_first(
+    client: TestClient, mapper: NamingMapper
+) -> None:
+    mapper.named["attic"] = Place("attic", inside_m=ROOM_3)
+    features = [feature(f"place {number}") for number in range(MAX_PLACES)]
+    answer = client.put(
+        "/v1/places.geojson", json={"type": "FeatureCollection", "features": features}
+    )
+    assert (answer.status_code, [*mapper.named]) == (422, ["attic"])
+    assert "would have 101 places" in answer.json()["detail"]
+
+
+def test_who_looks_may_list_and_only_who_administers_may_change() -> None:
+    for path in ("/v1/places", "/v1/places.geojson"):
+        assert required_role("GET", path) is Role.LOOK
+    for line in ("PUT /v1/places/a", "DELETE /v1/places/a", "PUT /v1/places.geojson"):
+        assert required_role(*line.split()) is Role.ADMINISTER
+
+
+def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
+    kitchen = python_client.name_place("kitchen / 2", ROOM_3)
+    assert (kitchen.room, kitchen.kind, kitchen.inside_m) == (3, "room", ROOM_3)
+    zone = python_client.name_place("stairs", corners_m=[(0, 0), (2, 0), (2, 1)], keep_out=True)
+    assert python_client.places()[:2] == [kitchen, zone]
+    collection = python_client.export_places()
+    assert python_client.forget_place("Kitchen / 2") == kitchen
+    assert python_client.import_places(collection)[0] == zone
+    assert NO_ROOM not in {place.room for place in python_client.places()}
+    with pytest.raises(OneMapError, match="No pose of the robot"):
+        python_client.name_place("kitchen")
+
+
+def test_places_on_the_command_line(url: str, mapper: NamingMapper, tmp_path: Path) -> None:
+    file, runner = tmp_path / "places.geojson", CliRunner()
+
+    def said(*words: str, code: int = 0) -> str:
+        result = runner.invoke(app, ["places", *words, "--url", url])
+        assert result.exit_code == code, result.output
+        return result.output
+
+    corners = "0,0 2,0 2,1.5"
+    assert "keep out" in said("name", "stairs", "--corners", corners, "--keep-out")
+    said("name", "Nursery", "--at", "0.3,0.25")
+    assert "suggested" in said()
+    assert "Wrote 2 places" in said("export", str(file))
+    before = dict(mapper.named)
+    assert "Forgot stairs." in said("forget", "STAIRS")
+    said("import", str(file))
+    assert mapper.named == before
+    file.write_text("{")
+    assert "is no GeoJSON" in said("import", str(file), code=2)
+    assert "write x,y in metres" in said("name", "a", "--at", "1", code=2)

@@ -1,0 +1,142 @@
+"""``onemap places``: rooms with a name and zones that no robot enters."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from onemap_tools.cli.options import FIRST, OPERATE, Json, Token, Url
+from onemap_tools.cli.terminal import show
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.network import DEFAULT_URL
+
+app = typer.Typer()
+Name = Annotated[str, typer.Argument(help="Its case does not matter.")]
+File = Annotated[Path, typer.Argument(dir_okay=False, help="GeoJSON, in metres of the map.")]
+
+
+@app.command(rich_help_panel=FIRST)
+def places(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
+    """Rooms with a name, zones that no robot enters, and suggested names."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        _show([dict(each.document) for each in gateway.places()], as_json)
+
+
+@app.command("places name", rich_help_panel=OPERATE)
+def name_place(
+    name: Name,
+    *,
+    at: Annotated[str, typer.Option(help="x,y of a point in the room, metres.")] = "",
+    corners: Annotated[
+        str, typer.Option(help="Of a polygon instead: x,y of each, with spaces between, metres.")
+    ] = "",
+    keep_out: Annotated[
+        bool, typer.Option("--keep-out", help="No robot enters it from now on.")
+    ] = False,
+    url: Url = DEFAULT_URL,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Name a room or a polygon; by default the room in which the robot stands."""
+    from onemap_tools.gateway import gateway_client
+
+    if at and corners:
+        raise typer.BadParameter("give --at or --corners, or neither for the robot's room")
+    inside_m = parse_points(at, "--at")
+    if len(inside_m) > 1:
+        raise typer.BadParameter("--at is one point; a polygon has --corners")
+    corners_m = parse_points(corners, "--corners")
+    with gateway_client(url, token) as gateway:
+        point_m = inside_m[0] if inside_m else None
+        place = gateway.name_place(name, point_m, corners_m=corners_m, keep_out=keep_out)
+    _show([dict(place.document)], as_json)
+
+
+@app.command("places forget", rich_help_panel=OPERATE)
+def forget_place(
+    name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
+) -> None:
+    """Remove a name or a zone; the map stays."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        forgotten = dict(gateway.forget_place(name).document)
+
+    def describe(place: dict[str, Any], console: Console) -> None:
+        console.print(f"Forgot {place['name']}.", soft_wrap=True)
+
+    show(forgotten, as_json, describe)
+
+
+@app.command("places export", rich_help_panel=OPERATE)
+def export_places(
+    file: File, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
+) -> None:
+    """Write the named places to a GeoJSON file, in metres of the map, not degrees."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        collection = gateway.export_places()
+    try:
+        file.write_text(json.dumps(collection, indent=1), encoding="utf-8")
+    except OSError as problem:
+        raise CliError(f"Cannot write {file}: {problem.strerror}.") from problem
+
+    def describe(written: dict[str, Any], console: Console) -> None:
+        console.print(f"Wrote {written['places']} places to {written['path']}.", soft_wrap=True)
+
+    show({"path": str(file), "places": len(collection["features"])}, as_json, describe)
+
+
+@app.command("places import", rich_help_panel=OPERATE)
+def import_places(
+    file: File, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
+) -> None:
+    """Add or replace the places of a GeoJSON file: all of them, or none."""
+    from onemap_tools.gateway import gateway_client
+
+    try:
+        collection = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise CliError(f"Cannot read {file}: {problem.strerror}.") from problem
+    except ValueError as problem:
+        raise CliError(f"{file} is no GeoJSON: {problem}.", EXIT_USAGE_ERROR) from problem
+    with gateway_client(url, token) as gateway:
+        _show([dict(each.document) for each in gateway.import_places(collection)], as_json)
+
+
+def parse_points(text: str, option: str) -> list[tuple[float, float]]:
+    """x, y in metres of each ``x,y`` of a text."""
+    try:
+        return [(float(x), float(y)) for x, y in (point.split(",") for point in text.split())]
+    except ValueError as problem:
+        raise CliError(
+            f"{option} is {text!r}; write x,y in metres, and more of them with spaces between, as "
+            "in '0,0 2,0 2,1.5'",
+            EXIT_USAGE_ERROR,
+        ) from problem
+
+
+def _show(places: list[dict[str, Any]], as_json: bool) -> None:
+    """Print one row per place."""
+
+    def describe(reply: dict[str, Any], console: Console) -> None:
+        if not reply["places"]:
+            console.print("No place has a name yet: 'onemap places name' gives one.")
+            return
+        table = Table("place", "kind", "area", "at")
+        for place in reply["places"]:
+            x_m, y_m = place["inside_m"] or place["corners_m"][0]
+            kind = place["kind"].replace("_", " ") + (", suggested" if place["suggested"] else "")
+            area = f"{place['area_m2']:.1f} m2" if place["outlines_m"] else "no room there yet"
+            table.add_row(place["name"], kind, area, f"({x_m:.2f}, {y_m:.2f}) m")
+        console.print(table)
+
+    show({"places": places}, as_json, describe)
