@@ -16,23 +16,20 @@ from onemap.client import (
     QueryOptions,
 )
 from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
+from onemap.place_replies import ChangedRooms, MapPlace, MapRoom, RoomListReply
 from onemap.replies import (
-    ChangedRooms,
     Choice,
     ChoiceOption,
     FindEvidence,
     LookedArea,
     MapContent,
     MapObject,
-    MapPlace,
     MapPose,
-    MapRoom,
     MapStatistics,
     ObjectOutcome,
     QueryResult,
     Region,
     ReplayStep,
-    RoomListReply,
     SearchCoverage,
     SearchReplay,
     SearchSnapshot,

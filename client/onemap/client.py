@@ -24,17 +24,15 @@ from onemap.connection import (
     StreamInterrupted,
     Unreachable,
 )
+from onemap.place_replies import MapPlace, PlaceListReply, RoomListReply
 from onemap.replies import (
     MapContent,
     MapListReply,
     MapObject,
-    MapPlace,
     MapStatistics,
     ObjectListReply,
-    PlaceListReply,
     QueryListReply,
     QueryResult,
-    RoomListReply,
     StoredMap,
     SystemStatus,
 )

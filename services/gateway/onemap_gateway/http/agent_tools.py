@@ -15,10 +15,10 @@ from typing import Annotated, Any
 from anyio import to_thread
 from pydantic import BaseModel, Field, ValidationError, create_model
 
+from onemap.place_replies import MapPlace
 from onemap.replies import (
     LookedArea,
     MapObject,
-    MapPlace,
     MapPose,
     MapStatistics,
     Region,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from onemap.replies import MapPlace, PlaceListReply
+from onemap.place_replies import MapPlace, PlaceListReply
 from onemap_gateway.present.replies import reply_of
 from onemap_gateway.present.rooms import map_rooms
 from onemap_shared.messages import MapPlaces, polygon_area_m2

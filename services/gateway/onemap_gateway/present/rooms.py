@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from onemap.replies import MapRoom, RoomListReply
+from onemap.place_replies import MapRoom, RoomListReply
 from onemap_gateway.present.replies import reply_of
 from onemap_shared.geometry import I32, I64
 from onemap_shared.grid import GridSpec

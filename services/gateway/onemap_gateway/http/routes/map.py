@@ -14,7 +14,13 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Query, Response
 from pydantic import AfterValidator
 
-from onemap.replies import MapContent, MapListReply, MapStatistics, RoomListReply, StoredMap
+from onemap.place_replies import RoomListReply
+from onemap.replies import (
+    MapContent,
+    MapListReply,
+    MapStatistics,
+    StoredMap,
+)
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses

@@ -9,7 +9,7 @@ from anyio import to_thread
 from fastapi import APIRouter, Path, Response
 from pydantic import AfterValidator
 
-from onemap.replies import MapPlace, PlaceListReply
+from onemap.place_replies import MapPlace, PlaceListReply
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.place_schemas import PlaceCollection, PlaceRequest
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses
