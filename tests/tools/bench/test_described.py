@@ -22,6 +22,7 @@ from onemap_tools.bench.navigation.benchmark import setups
 from onemap_tools.bench.navigation.described import (
     PAINTS,
     DescribedObject,
+    cells_of,
     described_objects,
     merged,
     painted,
@@ -142,8 +143,10 @@ def test_a_search_that_goes_on_rejects_what_was_found_whatever_the_map_says_of_i
         memory=TargetMemory(candidates=(wrong, other)),
         found_objects=(FoundObject("dresser", wrong.cells),),
     )
-    search, memory = simulation.search_on(0.0), simulation.state.memory
+    covered = cells_of(two_rooms(), 6, 0.1)
+    search, memory = simulation.search_on(0.0, covered), simulation.state.memory
     assert search.active
     assert memory.candidates == (other,)
     assert {each.supported for each in memory.rejected} == {True, False}
-    assert {each.cells for each in memory.rejected} == {wrong.cells}
+    assert {each.cells for each in memory.rejected} == {wrong.cells | covered}
+    assert {(30, 21), (39, 24)} <= covered

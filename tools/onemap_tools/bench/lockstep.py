@@ -36,7 +36,7 @@ from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Search, Starting, new_search
-from onemap_planner.world.map_view import AssembledView, PlanningView, after
+from onemap_planner.world.map_view import AssembledView, PlanningView, WorldCells, after
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
@@ -266,14 +266,18 @@ class LockstepSimulation:
         search = replace(new_search("lockstep", objects, stamp, 0, order=order), details=details)
         return self._run(PlannerState(search, synonyms=synonyms), limit_s)
 
-    def search_on(self, limit_s: float) -> Search:
-        """Search for one object again, knowing all that is known; the one just found is none."""
+    def search_on(self, limit_s: float, wrong: WorldCells) -> Search:
+        """Search for one object again, knowing all that is known.
+
+        wrong: cells that what was found just now covers beside those that were seen: it is none.
+        """
         before = self.state
-        memory, found = before.memory.copy(), before.found_objects[-1]
+        memory, cells = before.memory.copy(), before.found_objects[-1].cells | wrong
         for candidate in (*memory.candidates, *memory.disputed):
-            if not candidate.cells.isdisjoint(found.cells):
-                memory.reject(candidate)
-                other = replace(candidate, supported=not candidate.supported)
+            if not candidate.cells.isdisjoint(cells):
+                whole = replace(candidate, cells=candidate.cells | wrong)
+                memory.reject(whole)
+                other = replace(whole, supported=not whole.supported)
                 memory.rejected = (*memory.rejected, other)  # whatever the map says of it
         stamp = EventStamp(self.now_s, before.active_time_s, self.xy, self.odometer_m)
         search = new_search(before.search.search_id, before.search.objects, stamp, 0)

@@ -66,6 +66,10 @@ class DescribedObject:
 
     def is_meant(self, scene: Scene, place: tuple[float, ...]) -> bool:
         """Whether the meant one is the nearest of its class to a place (x, y, ...), metres."""
+        return self.nearest(scene, place) == self.meant
+
+    def nearest(self, scene: Scene, place: tuple[float, ...]) -> int:
+        """The object of the class that is nearest to a place (x, y, ...), metres."""
         triangles = scene.vertices[scene.faces].astype(np.float64)
         away_m = {
             index: horizontal_distances(
@@ -74,13 +78,22 @@ class DescribedObject:
             for index, thing in enumerate(scene.objects)
             if thing.category == self.noun
         }
-        return min(away_m, key=away_m.__getitem__) == self.meant
+        return min(away_m, key=away_m.__getitem__)
 
     def judged(self, scene: Scene, summary: ObjectSummary) -> ObjectSummary:
         """A claim of another one is wrong, however near to the right one the robot stopped."""
         if not summary.claimed or self.is_meant(scene, summary.position_m):
             return summary
         return replace(summary, goal_distance_m=inf)
+
+
+def cells_of(scene: Scene, index: int, cell_size_m: float) -> frozenset[tuple[int, int]]:
+    """World cells under an object's box."""
+    points = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)[:, :2]
+    low, high = (
+        np.floor(edge / cell_size_m).astype(int) for edge in (points.min(0), points.max(0))
+    )
+    return frozenset(product(range(low[0], high[0] + 1), range(low[1], high[1] + 1)))
 
 
 def merged(legs: Sequence[ObjectResult]) -> tuple[ObjectResult, ...]:

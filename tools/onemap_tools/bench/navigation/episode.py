@@ -39,7 +39,7 @@ from onemap_tools.bench.lockstep import (
     SimulatedRobot,
     SystemConfig,
 )
-from onemap_tools.bench.navigation.described import DescribedObject, merged, painted
+from onemap_tools.bench.navigation.described import DescribedObject, cells_of, merged, painted
 from onemap_tools.bench.navigation.drawing import (
     NavigationEpisode,
     deepest_m,
@@ -238,7 +238,9 @@ def search_legs(
         claimed = result.outcome is SearchState.FOUND
         if not (plain and claimed) or described.is_meant(scene, result.position_m):
             return legs
-        search = simulation.search_on(end_s - simulation.now_s)
+        wrong = described.nearest(scene, result.position_m)
+        covered = cells_of(scene, wrong, simulation.belief.params.cell_size_m)
+        search = simulation.search_on(end_s - simulation.now_s, covered)
 
 
 def true_results(
