@@ -33,7 +33,9 @@ def test_a_room_is_named_and_its_name_forgotten(page: Page, robot: Robot) -> Non
     assert page.evaluate("document.getElementById('place-name').value") == "kitchen"
     page.evaluate("document.getElementById('place-name').value = ''")
     page.click("#place-save")
-    page.wait_for("document.querySelector('#place-menu .error').innerText.startsWith('Type a name')")
+    page.wait_for(
+        "document.querySelector('#place-menu .error').innerText.startsWith('Type a name')"
+    )
     page.type("#place-name", "Study")
     page.click("#place-save")
     page.wait_for(f"!{MENU_OPEN} && written.has('Study')")
