@@ -97,6 +97,11 @@ class Sentence:
     detail: Detail = NO_DETAIL
     stay_out: tuple[str, ...] = ()
 
+    def __str__(self) -> str:
+        """A sentence that ``parse`` understands so, where the map knows the places."""
+        out = (f"stay out of {place}" for place in self.stay_out)
+        return ", ".join([self.detail.of(self.name), *out])
+
     @property
     def asks_for_places(self) -> bool:
         """Whether its meaning depends on the places of the map."""

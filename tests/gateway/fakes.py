@@ -24,6 +24,8 @@ from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
+from onemap_shared.names import normalised
+from onemap_shared.places import room_at
 from onemap_shared.transport import RequestRejected
 from tests.memory_bus import MemoryRouter
 
@@ -339,6 +341,35 @@ class FakeMapper:
 
     def _summary(self, path: str) -> m.MapSummary:
         return m.MapSummary(path, "fake-1", "fake", 0.1, 315, 7, 2048)
+
+
+class NamingMapper(FakeMapper):
+    """Keeps places, and suggests a name for the room 3."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.named: dict[str, m.Place] = {}
+        self.bus.serve(keys.MAP_NAME_PLACE, self._name)
+        self.bus.serve(keys.MAP_FORGET_PLACE, self._forget_place)
+
+    def _places(self, _request: m.PlacesRequest) -> m.MapPlaces:
+        rooms, kitchen = map_rooms(), m.Place("kitchen", inside_m=(1.5, 1.0), suggested=True)
+        places = (*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
+        ids = [
+            room_at(rooms.ids, rooms.grid, place.inside_m) if place.inside_m else m.NO_ROOM
+            for place in places
+        ]
+        return m.MapPlaces(len(places), 7, places, tuple(ids), rooms.grid, rooms.ids)
+
+    def _name(self, place: m.Place) -> m.MapPlaces:
+        self.named[normalised(place.name)] = place
+        return self._places(m.PlacesRequest())
+
+    def _forget_place(self, request: m.PlaceId) -> m.MapPlaces:
+        if normalised(request.name) not in self.named:
+            raise RequestRejected("no_such_place", f"there is no place {request.name!r}")
+        del self.named[normalised(request.name)]
+        return self._places(m.PlacesRequest())
 
 
 @dataclass

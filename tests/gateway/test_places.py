@@ -22,20 +22,14 @@ from onemap_shared.messages import (
     MAX_CORNERS,
     MAX_PLACES,
     NO_ROOM,
-    MapPlaces,
     Place,
-    PlaceId,
     PlaceKind,
-    PlacesRequest,
 )
-from onemap_shared.names import normalised
-from onemap_shared.places import room_at
-from onemap_shared.transport import RequestRejected
 from onemap_tools.cli.app import app
 from tests.client.conftest import client as python_client
 from tests.client.conftest import url
 from tests.gateway import fakes
-from tests.gateway.fakes import FakeMapper, client_of, gateway_on, map_rooms, state_reached
+from tests.gateway.fakes import NamingMapper, client_of, gateway_on, map_rooms, state_reached
 from tests.memory_bus import MemoryRouter
 
 __all__ = ["python_client", "url"]  # the fixtures
@@ -43,35 +37,6 @@ CORNERS = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.5], [0.0, 1.5]]
 ZONE = {"corners_m": CORNERS, "kind": "keep_out"}
 ROOM_3 = (1.5, 1.0)
 L_SHAPED = (0.3, 0.25)
-
-
-class NamingMapper(FakeMapper):
-    """Keeps places, and suggests a name for the room 3."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.named: dict[str, Place] = {}
-        self.bus.serve(keys.MAP_NAME_PLACE, self._name)
-        self.bus.serve(keys.MAP_FORGET_PLACE, self._forget_place)
-
-    def _places(self, _request: PlacesRequest) -> MapPlaces:
-        rooms, kitchen = map_rooms(), Place("kitchen", inside_m=(1.5, 1.0), suggested=True)
-        places = (*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
-        ids = [
-            room_at(rooms.ids, rooms.grid, place.inside_m) if place.inside_m else NO_ROOM
-            for place in places
-        ]
-        return MapPlaces(len(places), 7, places, tuple(ids), rooms.grid, rooms.ids)
-
-    def _name(self, place: Place) -> MapPlaces:
-        self.named[normalised(place.name)] = place
-        return self._places(PlacesRequest())
-
-    def _forget_place(self, request: PlaceId) -> MapPlaces:
-        if normalised(request.name) not in self.named:
-            raise RequestRejected("no_such_place", f"there is no place {request.name!r}")
-        del self.named[normalised(request.name)]
-        return self._places(PlacesRequest())
 
 
 @pytest.fixture

@@ -87,8 +87,13 @@ def test_a_search_takes_a_sentence_or_its_parts(
     assert request.stay_out == ("Ada's den",)
     said = WORDS.replace("the kitchen", "Kitchen")
     assert reply.json()["understood"] == f"{said}, staying out of Ada's den"
-    later = client.get("/v1/searches/s1").json()["understood"]
-    assert later == reply.json()["understood"].replace(" (as soon as one is known)", "")
+    later = client.get("/v1/searches/s1").json()
+    assert later["understood"] == reply.json()["understood"].replace(
+        " (as soon as one is known)", ""
+    )
+    planner.move(m.SearchState.INTERRUPTED, "the planner was stopped")
+    assert client.post("/v1/searches", json={"objects": later["left"]}).status_code == 201
+    assert planner.requests[1] == request
 
 
 def test_a_search_for_names_is_requested_as_before(

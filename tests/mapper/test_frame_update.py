@@ -77,6 +77,8 @@ def test_a_compiled_update_is_that_of_torch(max_rows: int) -> None:
             np.testing.assert_array_equal(
                 getattr(found.occupancy, name), getattr(expected.occupancy, name)
             )
+        assert found.depth is not None
+        assert expected.depth is not None
         assert found.depth.valid_fraction == expected.depth.valid_fraction
         assert found.depth.surface is not None
         assert expected.depth.surface is not None

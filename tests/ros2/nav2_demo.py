@@ -162,12 +162,12 @@ def run_demo(form: str, first: str, arguments: list[str]) -> int:
     folders = []
     processes = setup._processes
 
-    def with_nav2(robots: Any, files: Any, *, ros2: bool) -> tuple[ProcessSpec, ...]:
+    def with_nav2(robots: Any, files: Any, process: str) -> tuple[ProcessSpec, ...]:
         folders.append(files[0].parent)
         here = (sys.executable, "-m", "tests.ros2.nav2_demo")
         given = ("--config", str(files[0]))
         commands = {setup.ROS2_ROBOT: (*here, "--robot", *given), "ros2": (*here, "ros2", *given)}
-        made = processes(robots, files, ros2=ros2)
+        made = processes(robots, files, process)
         return tuple(replace(s, command=commands.get(s.name, s.command)) for s in made)
 
     setup._processes = with_nav2

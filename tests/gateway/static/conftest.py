@@ -14,7 +14,7 @@ from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared.messages import KeptObject
 from tests.gateway import fakes
-from tests.gateway.fakes import FakeMapper, FakePlanner
+from tests.gateway.fakes import FakePlanner, NamingMapper
 from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
 from tests.memory_bus import MemoryRouter
 
@@ -33,7 +33,7 @@ class Robot:
     """What the page shows: a robot, a mapper and a planner that answer, a gateway's address."""
 
     address: str
-    mapper: FakeMapper
+    mapper: NamingMapper
     planner: FakePlanner
     router: MemoryRouter
     _version: int = 4
@@ -136,13 +136,20 @@ def page(chromium: Chromium) -> Iterator[Page]:
 
 
 @pytest.fixture
+def mapper(router: MemoryRouter) -> Iterator[NamingMapper]:
+    fake = NamingMapper(router)
+    yield fake
+    fake.bus.close()
+
+
+@pytest.fixture
 def gateway_config() -> GatewayConfig:
     return GatewayConfig(port=0)
 
 
 @pytest.fixture
 def robot(
-    router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner, gateway_config: GatewayConfig
+    router: MemoryRouter, mapper: NamingMapper, planner: FakePlanner, gateway_config: GatewayConfig
 ) -> Iterator[Robot]:
     mapper.vocabulary = frozenset({"sofa", "kettle", "kite"})
     mapper.picture = photograph()

@@ -12,7 +12,7 @@ from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared.messages import SearchState
 from tests.gateway import fakes
-from tests.gateway.fakes import FakeMapper, FakePlanner
+from tests.gateway.fakes import FakePlanner, NamingMapper
 from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import MIDDLE, WRITTEN, Robot
@@ -40,7 +40,7 @@ def fleet() -> Iterator[Fleet]:
     mappers = []
     for namespace in ROBOTS.values():
         bus.sibling(namespace).close()  # makes the namespace
-        mappers.append(FakeMapper(router.namespaces[namespace]))
+        mappers.append(NamingMapper(router.namespaces[namespace]))
         mappers[-1].objects = [
             replace(fakes.kept_object("o1", "sofa"), position_m=(1.5, 1.1, 0.4), robot="site/bob")
         ]

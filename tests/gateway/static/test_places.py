@@ -39,7 +39,7 @@ def test_a_room_is_named_and_its_name_forgotten(page: Page, robot: Robot) -> Non
     page.type("#place-name", "Study")
     page.click("#place-save")
     page.wait_for(f"!{MENU_OPEN} && written.has('Study')")
-    named = robot.mapper.places["study"]
+    named = robot.mapper.named["study"]
     assert named.kind is PlaceKind.ROOM
     assert named.inside_m
     page.drag(place, place)
@@ -47,7 +47,7 @@ def test_a_room_is_named_and_its_name_forgotten(page: Page, robot: Robot) -> Non
     assert page.text("#place-forget") == "Forget Study"
     page.click("#place-forget")
     page.wait_for(f"!{MENU_OPEN}")
-    assert not robot.mapper.places
+    assert not robot.mapper.named
     assert page.errors == []
 
 
@@ -60,7 +60,7 @@ def test_a_zone_is_drawn_between_two_corners(page: Page, robot: Robot) -> None:
     page.drag((x + 40, y - 30), (x + 40, y - 30))
     page.wait_for("written.has('stairs')")
     assert not page.evaluate(HINT_SHOWN)
-    zone = robot.mapper.places["stairs"]
+    zone = robot.mapper.named["stairs"]
     assert zone.kind is PlaceKind.KEEP_OUT
     across_m, up_m = (max(axis) - min(axis) for axis in zip(*zone.corners_m, strict=True))
     assert across_m / up_m == pytest.approx(40 / 30, rel=0.05)
@@ -76,4 +76,4 @@ def test_a_zone_that_was_begun_can_be_left(page: Page, robot: Robot) -> None:
     page.wait_for(HINT_SHOWN)
     page.click("#zone-cancel")
     page.wait_for(f"!({HINT_SHOWN})")
-    assert not robot.mapper.places
+    assert not robot.mapper.named

@@ -406,8 +406,8 @@ def test_unknown_map_updates_are_left_out_of_a_drive(status: Any, console: Conso
 @pytest.mark.parametrize(
     ("what", "command"),
     [
-        ({"objects": ["sofa", "teddy bear"], "order": "given"}, "onemap search 'teddy bear'"),
-        ({"objects": ["bed", "sofa"], "order": "any"}, "onemap search --any-order bed"),
+        ({"left": ["lamp near a bed"], "order": "given"}, "onemap search 'lamp near a bed'"),
+        ({"left": ["bed"], "order": "any"}, "onemap search --any-order bed"),
         ({"kind": "go_to", "place_m": [1.0, -2.5]}, "onemap go 1.0 -2.5"),
         ({"kind": "look_at", "place_m": [1.0, 2.5]}, "onemap go --look 1.0 2.5"),
     ],

@@ -94,8 +94,7 @@ def again(report: dict[str, Any]) -> str:
         words = ["go", *look, *map(str, report["place_m"])]
     else:
         any_order = ["--any-order"] if report["order"] == SearchOrder.ANY.value else []
-        left = [name for name in report["objects"] if name not in _found(report)]
-        words = ["search", *any_order, *left]
+        words = ["search", *any_order, *report["left"]]
     return f"The last search was {report['reason']}. Search again: {shlex.join(['onemap', *words])}"
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -67,10 +67,20 @@ def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
         status,
         id=status.search_id,
         understood=all_in_words(sentences),
+        left=_left(status, sentences),
         results=tuple(map(_object_outcome, results)),
         choice=status.choice if status.choice.options else None,
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
     )
+
+
+def _left(status: SearchStatus, sentences: Sequence[Sentence]) -> tuple[str, ...]:
+    """What was not found, as sentences; the robot stays out of the same places."""
+    found = {each.name for each in status.results if each.outcome is SearchState.FOUND}
+    left = [replace(each, stay_out=()) for each in sentences if each.name not in found]
+    if left:
+        left[-1] = replace(left[-1], stay_out=status.stay_out)
+    return tuple(map(str, left))
 
 
 def search_replay(record: SearchRecord, now_ns: int) -> SearchReplay:

@@ -276,10 +276,8 @@ async function beginSearch(request) {
 }
 
 // What an interrupted search has not found, or its place.
-function searchAgain({ kind, place_m: place, objects, order, results }) {
-  if (kind !== "find") return beginSearch({ [`${kind}_m`]: place });
-  const found = results.filter((each) => each.outcome === "found").map((each) => each.name);
-  return beginSearch({ objects: objects.filter((name) => !found.includes(name)), order });
+function searchAgain({ kind, place_m: place, left, order }) {
+  return beginSearch(kind === "find" ? { objects: left, order } : { [`${kind}_m`]: place });
 }
 
 // Send the robot to the place of a popup; key: go_to_m or look_at_m.
