@@ -77,7 +77,7 @@ WORDS = sorted(
 # What joins clauses, then the words of one: "and" between two things belongs to their names.
 CLAUSE_HEAD = rf"(?:(and|but|or)\s+)?({'|'.join(WORDS)})(?=\s|$)"
 CLAUSE = re.compile(rf"(?:^|[\s,;]+){CLAUSE_HEAD}", re.I)
-SENTENCE_COMMA = re.compile(rf"\s*,\s*(?!{CLAUSE_HEAD})", re.I)
+SENTENCE_COMMA = re.compile(rf"\s*,(?!\s*{CLAUSE_HEAD})\s*", re.I)
 PART_OF = {each: part for part, words in CLAUSES.items() for each in words}
 LISTED = re.compile(r"\s*,\s*(?:(?:and|or)\s+)?|\s+(?:and|or)\s+", re.I)
 Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase

@@ -37,7 +37,8 @@ COMES_WITH = {
     "numba": {"llvmlite"},
 }
 OPTIONAL = {  # imported when installed, with a clear sentence when not
-    "shared": {"cv2", "opentelemetry"},  # JPEG, over thin links; traces
+    # JPEG, over thin links; traces; beliefs, of mapper and planner only
+    "shared": {"cv2", "opentelemetry", "scipy"},
     "perception": {
         "tokenizers",
         "safetensors",

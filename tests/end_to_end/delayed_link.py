@@ -131,7 +131,7 @@ class DelayedPlanner:
         start = pose.xy if pose else START_XY
         motion = Drive(np.array([start, (far_x, start[1])]), (far_x, start[1]))
         inputs = self.inputs.for_controller("s", now_s, self.staleness)
-        plan = Plan("s", motion, room()[1], now_s)
+        plan = Plan("s", motion, room()[1], now_s, self.inputs.places_version)
         self.controller, _ = self.controller.update(
             plan, inputs, PARAMS.drive, max_plan_age_s=self.staleness.max_plan_age_s
         )

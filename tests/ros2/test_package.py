@@ -11,7 +11,15 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from onemap_ros2.cdr import DETECTION_ARRAY, GRID, MARKER_ARRAY, PATH, POINT_CLOUD, POSE_ARRAY
+from onemap_ros2.cdr import (
+    DETECTION_ARRAY,
+    FILTER_INFO,
+    GRID,
+    MARKER_ARRAY,
+    PATH,
+    POINT_CLOUD,
+    POSE_ARRAY,
+)
 from onemap_ros2.display import TOPICS
 from tests.structure import ROOT, modules
 
@@ -33,7 +41,8 @@ def test_rviz_shows_all_that_the_adapter_publishes_and_it_can() -> None:
     shown = {each["Topic"]["Value"]: each for each in displays if "Topic" in each}
     types = {topic: SHOWS[each["Class"].split("/")[-1]] for topic, each in shown.items()}
     # detections need a plug-in of vision_msgs; their finds are markers too
-    assert types == {f"/onemap/{n}": kind for n, kind in TOPICS.items() if kind != DETECTION_ARRAY}
+    for_machines = {DETECTION_ARRAY, FILTER_INFO}
+    assert types == {f"/onemap/{n}": k for n, k in TOPICS.items() if k not in for_machines}
     assert {each["Topic"]["Durability Policy"] for each in shown.values()} == {"Transient Local"}
     assert {each["Class"].split("/")[0] for each in displays} == {"rviz_default_plugins"}
 

@@ -35,9 +35,11 @@ RESULT = m.ObjectResult(
 )
 OPTION = m.GoalOption("frontier", (1.0, 2.0), 0.4, 2.5, 0.3, chosen=True)
 CHOICE = m.GoalChoice(3, "the only goal: unknown space", (OPTION,), 1)
+NEXT_TO = m.Relation(m.RelationKind.NEXT_TO, ("bed",))
+DETAIL = m.Detail("red", (NEXT_TO,), ("kitchen",), ("hall",))
 STATUS = m.SearchStatus(
     "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5,
-    choice=CHOICE,
+    choice=CHOICE, details=(DETAIL, m.NO_DETAIL), stay_out=("nursery",),
 )  # fmt: skip
 STEP = m.SearchStep(
     2.5, m.SearchState.EXPLORING, "sofa", "on its way", (1.0, 2.0), "frontier", (3.0, 2.0)
@@ -49,6 +51,7 @@ KEPT = m.KeptObject(
     (4.0, 6.0, 20.0, 18.0), 3, (0.3, 0.7), "site/r1",
 )  # fmt: skip
 
+ZONE = m.Place("stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (1.0, 0.0), (1.0, 2.0)))
 PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR\x00\x00\x00\x40\x00\x00\x00\x30\x08\x02"  # 64 x 48
 
 
@@ -63,50 +66,115 @@ SAMPLES: tuple[Any, ...] = (
         7, 123, np.full((6, 8, 3), 9, np.uint8), np.full((6, 8), 1500, np.uint16), CAMERA, POSE
     ),
     m.Odometry(
-        7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12,
-        reached=(1.0, -2.0, 0.5), hold="nav2 does not answer",
+        7,
+        123,
+        POSE,
+        0.5,
+        -0.1,
+        True,
+        planner="5f3a",
+        command_sequence=12,
+        reached=(1.0, -2.0, 0.5),
+        hold="nav2 does not answer",
     ),
     m.PoseGraph(2, 456, np.array([123, 234]), np.stack([POSE, POSE]), np.stack([POSE, POSE])),
     m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123, frame_ns=99),
     m.FeatureField(
-        7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),
-        np.full((6, 8), 1500, np.uint16), CAMERA, POSE,
+        7,
+        123,
+        "mini-1",
+        "minilm",
+        f32(2, 3, 4).astype(np.float16),
+        f32(6, 8),
+        np.full((6, 8), 1500, np.uint16),
+        CAMERA,
+        POSE,
     ),
     m.Detections(
-        7, 123, "patches", ("sofa", "sofa"), f32(2, 4), f32(2), f32(3, 3),
-        np.array([0, 1, 1], np.int32), b"jpeg", 0.5,
+        7,
+        123,
+        "patches",
+        ("sofa", "sofa"),
+        f32(2, 4),
+        f32(2),
+        f32(3, 3),
+        np.array([0, 1, 1], np.int32),
+        b"jpeg",
+        0.5,
     ),
     m.TextRequest(("sofa", "teddy bear")),
     m.ImageRequest(PNG),
     m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image", 3, area_m=(0.0, 0.0, 1.0, 1.0))),
     m.TextEmbeddings(
-        "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
+        "mini-1",
+        "minilm",
+        ("sofa",),
+        f32(1, 4),
+        f32(3, 4),
+        np.ones((1, 3), np.uint8),
+        20.0,
         0.3,
     ),
     m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9, (SEES,)),
     m.SimilarityRequest(
-        "sofa", 3, include_grid=True, negatives=("bed",), area_m=(0.0, -1.0, 2.0, 1.0),
+        "sofa",
+        3,
+        include_grid=True,
+        negatives=("bed",),
+        area_m=(0.0, -1.0, 2.0, 1.0),
         robot_xy_m=(0.5, 0.0),
     ),
     m.SimilarityReply(
-        "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
-        0.9, 0.3, f32(4, 2), np.array([0, 0, 1, 1], np.int32),
-        np.array([0, 123], np.int64), f32(2, 3),
-        m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
+        "sofa",
+        4,
+        123,
+        "mini-1",
+        f32(2, 2),
+        f32(2, 4),
+        f32(2),
+        f32(2),
+        GRID,
+        f32(4, 5),
+        0.9,
+        0.3,
+        f32(4, 2),
+        np.array([0, 0, 1, 1], np.int32),
+        np.array([0, 123], np.int64),
+        f32(2, 3),
+        m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)),
+        f32(2, 2),
     ),
     m.AnsweredQuery(
         "sofa", 4, 123, "mini-1", m.Verdict.FOUND, 0.9, ("bed",), (0.0, -1.0, 2.0, 1.0), (1.0, 2.0)
     ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
-        "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
-        np.full((4, 5), np.nan, np.float32), f32(4, 5), tops_dm=np.full((4, 5), 8, np.uint8),
+        "sofa",
+        4,
+        7,
+        123,
+        GRID,
+        np.ones((4, 5), np.uint8),
+        np.zeros((4, 5), np.uint8),
+        np.full((4, 5), np.nan, np.float32),
+        f32(4, 5),
+        tops_dm=np.full((4, 5), 8, np.uint8),
     ),
     m.ViewChangesRequest("sofa", ("bed", "desk"), m.ViewKey("5f3a", "1.2.3", 4)),
     m.ViewChanges(
-        "sofa", m.ViewKey("5f3a", "1.2.3", 4), m.ViewKey("5f3a", "1.2.3", 6), 4, 7, 123, TILES,
-        np.array([[0, 1]], np.int32), np.pad(np.full((1, 1), 192, np.uint8), ((0, 0), (0, 511))),
-        np.ones(2, np.uint8), np.array([0, 1], np.uint8), f32(3, 1), f32(254),
+        "sofa",
+        m.ViewKey("5f3a", "1.2.3", 4),
+        m.ViewKey("5f3a", "1.2.3", 6),
+        4,
+        7,
+        123,
+        TILES,
+        np.array([[0, 1]], np.int32),
+        np.pad(np.full((1, 1), 192, np.uint8), ((0, 0), (0, 511))),
+        np.ones(2, np.uint8),
+        np.array([0, 1], np.uint8),
+        f32(3, 1),
+        f32(254),
     ),
     m.SearchReset("s1"),
     m.MapFile("flat"),
@@ -114,6 +182,17 @@ SAMPLES: tuple[Any, ...] = (
     m.MapDigestRequest(),
     m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
     m.RoomsRequest(),
+    m.PlacesRequest(),
+    ZONE,
+    m.PlaceId("stairs"),
+    m.MapPlaces(
+        2,
+        4,
+        (m.Place("hall", inside_m=(0.0, 0.4)), ZONE),
+        (0, -1),
+        GRID,
+        np.zeros((4, 5), np.int32),
+    ),
     m.MapRooms(4, 2, GRID, np.zeros((4, 5), np.int32), (m.RoomChange((0,), (0, 3)),)),
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
     m.MapMerge("flat", 1.0, -2.0, 0.5),
@@ -121,7 +200,13 @@ SAMPLES: tuple[Any, ...] = (
     SAVED,
     m.MapList((SAVED,), 3),
     m.ObjectFind(
-        "bed", (1.0, 2.0, 0.4), (0.5, 1.0, 1.5, 3.0), 0.93, 123, "s1", (4.0, 6.0, 20.0, 18.0),
+        "bed",
+        (1.0, 2.0, 0.4),
+        (0.5, 1.0, 1.5, 3.0),
+        0.93,
+        123,
+        "s1",
+        (4.0, 6.0, 20.0, 18.0),
         b"jpeg",
     ),
     KEPT,
@@ -142,7 +227,7 @@ SAMPLES: tuple[Any, ...] = (
     m.Truth("apartment 1", 0, float("inf"), float("inf"), ("bed", "sofa"), "chair", True),
     m.FrameReceipt(7, 123),
     m.Heartbeat("mapper", "abc", 5, 9, ready=True, metrics={"update_ms": 8.0}),
-)  # fmt: skip
+)
 
 
 # Of other messages: they have no key of their own.
@@ -156,6 +241,8 @@ PARTS: tuple[type, ...] = (
     m.CameraView,
     m.RoomChange,
     m.SearchStep,
+    m.Relation,
+    m.Detail,
 )
 
 
@@ -184,5 +271,5 @@ def equal(a: Any, b: Any) -> bool:
 
 def sample(cls: type[M]) -> M:
     """The valid message, or part of one, of this type."""
-    parts = (OPTION, CHOICE, SAVED, KEPT, SEES, m.ViewKey("5f3a", "1.2.3", 4))
+    parts = (DETAIL, NEXT_TO, OPTION, CHOICE, SAVED, KEPT, SEES, m.ViewKey("5f3a", "1.2.3", 4))
     return next(each for each in (*SAMPLES, *parts) if type(each) is cls)

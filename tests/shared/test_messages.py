@@ -198,7 +198,9 @@ def test_a_status_has_its_target_while_active_and_a_drive_its_place() -> None:
     for state in m.FINAL_STATES:
         ended = dataclasses.replace(status, state=state)
         assert (ended.active, ended.target) == (False, "")
-    drive = dataclasses.replace(status, objects=(), kind=m.SearchKind.GO_TO, place_m=(1.0, -2.5))
+    drive = dataclasses.replace(
+        status, objects=(), details=(), kind=m.SearchKind.GO_TO, place_m=(1.0, -2.5)
+    )
     assert (drive.target, drive.subject) == ("", "the place (1.00, -2.50)")
 
 
