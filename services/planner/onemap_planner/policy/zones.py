@@ -66,5 +66,5 @@ def zone_on_way(xy: tuple[float, float], context: PlanningContext) -> str:
         return ""
     path = opened.cost_to_go.path_to((int(cell[0]), int(cell[1])))
     closed = path[keep_out.closed[tuple(path.T)]]
-    within_m = context.params.min_clearance_m + size_m
+    within_m = context.params.min_clearance_m + context.params.margin_m + size_m
     return context.zones.at(opened.xy_of(closed[0]), within_m, size_m) if len(closed) else ""

@@ -169,16 +169,17 @@ def build_costmap(
 def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
     """The costmap without the keep-out zones, and the floor beside them.
 
+    Paths keep ``margin_m`` more from them than from obstacles, since nothing there may be touched.
     A robot at ``robot_xy`` (2,), metres, that is nearer may leave: no path leads farther in.
     """
     params, grid, size = costmap.params, costmap.grid, costmap.grid.cell_size_m
-    pad = int(np.ceil(params.min_clearance_m / size)) + 1
+    pad = int(np.ceil((params.min_clearance_m + params.margin_m) / size)) + 1
     (x, y), (nx, ny) = grid.origin_cell, grid.shape
     mask = zones.mask(GridSpec(size, (x - pad, y - pad), (nx + 2 * pad, ny + 2 * pad)))
     if not mask.any():
         return costmap
     cells_xy = grid.centres(np.argwhere(mask) - pad)
-    away_m = (_distance(mask) * size - size / 2)[pad:-pad, pad:-pad]
+    away_m = (_distance(mask) * size - size / 2)[pad:-pad, pad:-pad] - params.margin_m
     closed = away_m < params.min_clearance_m
     cost = np.where(closed, IMPASSABLE, costmap.cost)
     way_out_m, robot_cell = np.where(closed, np.inf, 0.0), grid.cells(robot_xy)
