@@ -135,5 +135,5 @@ def test_the_picture_shows_it(study: System) -> None:
 def test_the_gateway_reports_what_a_search_lacks(study: System) -> None:
     study.until(lambda: study.lacks("planner"), "/readyz names the planner")
     answer = study.http.post("/v1/searches", json={"object": "sofa"})
-    assert answer.status_code == 503
-    assert answer.json()["service"] == "planner"
+    assert answer.status_code == 409  # a planner would not help: a recording does not move
+    assert answer.json()["type"].endswith("#problem-no_robot")
