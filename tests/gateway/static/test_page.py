@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
+from onemap_shared import keys
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchOrder,
+    SearchState,
+    TextEmbeddings,
+    TextRequest,
+)
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import PHONE, Robot, open_still, start_search
+from tests.shared.samples import SAMPLES
 
 pytestmark = pytest.mark.slow
 
@@ -331,3 +340,32 @@ def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
     )
     for name in drawn.split(", "):
         assert name in legend
+
+
+def test_a_sentence_is_one_object_and_how_it_was_understood_is_shown(
+    page: Page, robot: Robot
+) -> None:
+    open_still(page, robot)
+    start_search(page, "red sofa, next to the bed, not in the hall, kettle")
+    said = "red sofa, within 1 m of a bed, not in the hall; kettle, anywhere"
+    page.wait_for(
+        f"document.getElementById('search-understood').innerText === 'Understood as: {said}.'"
+    )
+    assert robot.planner.requests[-1].objects == ("sofa", "kettle")
+    assert page.errors == []
+
+
+def test_names_are_offered_for_a_description_while_it_is_typed(page: Page, robot: Robot) -> None:
+    sample = next(each for each in SAMPLES if isinstance(each, TextEmbeddings))
+
+    def embed(request: TextRequest) -> TextEmbeddings:
+        one = sample.only(np.zeros(1, np.int64))
+        return replace(one, texts=request.texts, stands_for=(("chair", "sofa"),))
+
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embed)
+    open_still(page, robot)
+    page.type("#text", "kettle, something to sit on")
+    page.wait_for("document.querySelector('#suggestions button').innerText === 'chair'")
+    page.type("#text", "kettle")
+    page.wait_for("document.querySelector('#suggestions button').innerText === 'bed'")
+    assert page.errors == []

@@ -1,6 +1,6 @@
 // The live page: passes states to the views and the user's requests to the gateway.
 
-import { fetchImage, send } from "./api.js";
+import { fetchImage, read, send } from "./api.js";
 import { CameraView } from "./camera.js";
 import { showChoice } from "./choice.js";
 import { follow } from "./live.js";
@@ -23,7 +23,10 @@ const SCALE = 4; // pixels per cell
 const EDGE_PX = 14; // around what lies over the map, as in style.css
 const TAGS_PX = 48; // the age of the map at its top
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
-const CLAUSE = /^(and |but )*(next to|near|beside|by|on|under|below|between|in|inside|not|stay out)\b/i; // as in docs/queries.md
+// What begins a clause, and a description, of docs/queries.md.
+const CLAUSE = /^(and |but |or )*(next to|near|close to|beside|by|on|under|underneath|below|beneath|between|in|inside|outside|not in|stay out|keep out)\b/i;
+const DESCRIPTION = /^(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) \S/i;
+const TYPED_MS = 400; // after the last key
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
 const map = new MapView(by("map"), {
@@ -260,6 +263,14 @@ function queryInstead(text, word) {
   return query();
 }
 
+// Offer the names that a typed description may mean.
+async function offerNames() {
+  const text = names().at(-1) ?? "";
+  const asked = DESCRIPTION.test(text) ? read(`/v1/words?text=${encodeURIComponent(text)}`) : {};
+  const { stands_for: found = [] } = await Promise.resolve(asked).catch(() => ({}));
+  suggestions.offer(found);
+}
+
 function startSearch() {
   return act(by("find"), async () => {
     const objects = requiredNames();
@@ -312,7 +323,12 @@ by("ask").addEventListener("submit", (event) => {
   event.preventDefault();
   query();
 });
-by("text").addEventListener("input", () => (by("order").hidden = names().length < 2));
+let typing = null;
+by("text").addEventListener("input", () => {
+  by("order").hidden = names().length < 2;
+  clearTimeout(typing);
+  typing = setTimeout(offerNames, TYPED_MS);
+});
 by("text").addEventListener("keydown", (event) => {
   if (event.key !== "Enter" || !event.shiftKey) return;
   event.preventDefault();

@@ -88,6 +88,9 @@ export function showSearch(search) {
   by("search-title").textContent = searchTitle(search);
   by("search-state").textContent = search.state.replaceAll("_", " ");
   by("search-state").className = `state ${search.state}`;
+  const plain = search.objects.map((name) => `${name}, anywhere`).join("; ");
+  by("search-understood").hidden = !search.understood || search.understood === plain;
+  by("search-understood").textContent = `Understood as: ${search.understood}.`;
   by("search-reason").textContent = capital(search.reason);
   by("stop").hidden = !search.active;
   by("again").hidden = search.state !== "interrupted";

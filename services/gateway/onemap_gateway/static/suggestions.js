@@ -12,6 +12,7 @@ export class Suggestions {
   constructor(onChoose) {
     this.onChoose = onChoose;
     this.shown = null; // the newest search when the names were fetched
+    this.offered = []; // for what is typed now
     this.show([]);
   }
 
@@ -24,9 +25,16 @@ export class Suggestions {
     this.show(searches.flatMap(({ objects }) => objects));
   }
 
+  // The names that a description may mean come first.
+  offer(names) {
+    this.offered = names;
+    this.show(this.sought);
+  }
+
   show(sought) {
+    this.sought = sought;
     const short = sought.filter((name) => name.length <= LONGEST);
-    const names = [...new Set([...short, ...EXAMPLES])].slice(0, MOST);
+    const names = [...new Set([...this.offered, ...short, ...EXAMPLES])].slice(0, MOST);
     refill(by("suggestions"), names, () => names.map((name) => this.button(name)));
   }
 
