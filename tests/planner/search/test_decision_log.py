@@ -93,7 +93,7 @@ def test_a_long_search_is_thinned_but_for_its_turns(tmp_path: Path) -> None:
         for place in range(5):
             trail.add(number, (number + place / 5, float(place % 2)))
         turned = SearchState.APPROACHING if number == 701 else STATUS.state
-        long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 900)
+        long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 700)
         record(tmp_path, long, None, trail)
     record(tmp_path, ENDED, None, trail)
     known = read(tmp_path, "s1")
