@@ -276,7 +276,10 @@ class SearchCommands:
             return
         try:
             places = self._bus.call(keys.MAP_PLACES, PlacesRequest(), PLACES_TIMEOUT_S)
-        except NoReply:  # of an earlier release, perhaps: it has none
+        except NoReply as problem:  # of an earlier release, perhaps: it has none
+            if names:
+                why = "no mapper answers for the places of the map"
+                raise RequestRejected("unavailable", why) from problem
             places = None
         except CallError as problem:
             why = f"the places of the map are not known: {problem}"
