@@ -300,12 +300,13 @@ def pixels_in_view(
 
 
 def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:
-    """The result beside the ground truth."""
-    return evaluate_result(
+    """The result beside the ground truth; a search that was not begun has failed."""
+    summary = evaluate_result(
         asdict(result),
         result.name,
         lambda name, place: truth.reply(TruthRequest(name, *place[:2])),
     )
+    return replace(summary, judged=True)
 
 
 def object_record(judged: ObjectSummary, counts: FrameCounts) -> ObjectRecord:
