@@ -89,3 +89,16 @@ class GridSpec:
         upper = upper + 1
         shape = np.maximum(upper - lower, 0)
         return cls(cell_size_m, (int(lower[0]), int(lower[1])), (int(shape[0]), int(shape[1])))
+
+
+def onto(grid: GridSpec, source: GridSpec, layer: NDArray, fill: float = 0) -> NDArray:
+    """A layer on ``source`` as it is on ``grid``; ``fill`` where the source has no cells."""
+    moved = np.full(grid.shape, fill, layer.dtype)
+    shift = np.subtract(source.origin_cell, grid.origin_cell)
+    low = np.maximum(shift, 0)
+    high = np.minimum(shift + source.shape, grid.shape)
+    if (high > low).all():
+        (x0, y0), (x1, y1) = low, high
+        dx, dy = shift
+        moved[x0:x1, y0:y1] = layer[x0 - dx : x1 - dx, y0 - dy : y1 - dy]
+    return moved

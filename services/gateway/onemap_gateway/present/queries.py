@@ -9,9 +9,8 @@ import numpy as np
 
 from onemap.replies import LookedArea, MapPose, QueryResult, Region, ScoreGrid, moment, rfc3339
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.render import on_grid
 from onemap_gateway.present.replies import age_s, reply_of
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import SearchView, SimilarityReply, Verdict
 
 MOVED_M = 0.1  # a cell of the default size
@@ -48,7 +47,7 @@ def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> Q
 
 def with_scores(view: SearchView, reply: SimilarityReply) -> SearchView:
     """The view with the scores of a reply with a grid, which may be of another revision."""
-    similarity = on_grid(reply.scores_grid, reply.grid, view.grid, np.nan)
+    similarity = onto(view.grid, reply.grid, reply.scores_grid, np.nan)
     return replace(view, text=reply.text, similarity=similarity)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from onemap_gateway.present.canvas import Canvas, Viewport, draw_text
 from onemap_gateway.present.palette import DARK, Palette, Rgb
 from onemap_shared.geometry import F32, F64, U8
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import Detections, Occupancy, SearchView
 
 PointsM: TypeAlias = "F32 | F64"
@@ -76,10 +76,10 @@ def render_map(
     robot = overlay.robot if overlay else ()
     grid = _visible_grid(view, robot)
     pixels = _pixels_per_cell(grid, scale)
-    occupancy = on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
+    occupancy = onto(grid, view.grid, view.occupancy, Occupancy.UNKNOWN)
     image = occupancy_image(occupancy, pixels, palette, _tops_on(grid, view))
     if view.similarity.size:
-        similarity = on_grid(view.similarity, view.grid, grid, np.nan)
+        similarity = onto(grid, view.grid, view.similarity, np.nan)
         similarity[occupancy == Occupancy.UNKNOWN] = np.nan
         image = blend_heatmap(image, similarity, palette)
     if overlay is not None:
@@ -229,23 +229,11 @@ def _visible_grid(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
     return GridSpec.covering(view.grid.cell_size_m, (lower[0], lower[1]), (upper[0], upper[1]))
 
 
-def on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
-    """``array`` (of ``source``) on the cells of ``target``; ``fill`` where it has none."""
-    result = np.full(target.shape, fill, array.dtype)
-    offset = np.subtract(source.origin_cell, target.origin_cell)
-    lower = np.clip(offset, 0, target.shape)
-    upper = np.clip(offset + source.shape, lower, target.shape)
-    inner = tuple(slice(a, b) for a, b in zip(lower, upper, strict=True))
-    outer = tuple(slice(a, b) for a, b in zip(lower - offset, upper - offset, strict=True))
-    result[inner] = array[outer]
-    return result
-
-
 def _tops_on(grid: GridSpec, view: SearchView) -> U8:
     """Tops of obstacles on the cells of ``grid``, 0 from a mapper that does not send them."""
     if not view.tops_dm.size:
         return np.zeros(grid.shape, np.uint8)
-    return on_grid(view.tops_dm, view.grid, grid, 0)
+    return onto(grid, view.grid, view.tops_dm, 0)
 
 
 def _pixels_per_cell(grid: GridSpec, scale: int | None) -> int:

@@ -14,9 +14,9 @@ from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
 from onemap_planner.world.keep_out import KeepOut, Zones
-from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, onto
+from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 

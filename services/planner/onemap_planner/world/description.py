@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.world.map_view import MapView, PlanningView, map_view_around, onto
+from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64
+from onemap_shared.grid import onto
 from onemap_shared.joint_belief import (
     JointBelief,
     Layers,

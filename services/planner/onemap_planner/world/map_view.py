@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, onto
 from onemap_shared.joint_belief import by_rank
 from onemap_shared.messages import (
     NO_VIEW,
@@ -130,19 +130,6 @@ def _holds(grid: GridSpec, smaller: GridSpec) -> bool:
     first, last = np.array(smaller.origin_cell), np.add(smaller.origin_cell, smaller.shape)
     inside = bool((low <= first).all() and (last <= high).all()) or 0 in smaller.shape
     return inside and grid.cell_size_m == smaller.cell_size_m
-
-
-def onto(grid: GridSpec, source: GridSpec, layer: NDArray, fill: float = 0) -> NDArray:
-    """A layer on ``source`` as it is on ``grid``; ``fill`` where the source has no cells."""
-    moved = np.full(grid.shape, fill, layer.dtype)
-    shift = np.subtract(source.origin_cell, grid.origin_cell)
-    low = np.maximum(shift, 0)
-    high = np.minimum(shift + source.shape, grid.shape)
-    if (high > low).all():
-        (x0, y0), (x1, y1) = low, high
-        dx, dy = shift
-        moved[x0:x1, y0:y1] = layer[x0 - dx : x1 - dx, y0 - dy : y1 - dy]
-    return moved
 
 
 # Cells counted from the origin of the map frame: they mean the same place in every window.
