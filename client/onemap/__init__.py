@@ -16,7 +16,7 @@ from onemap.client import (
     QueryOptions,
 )
 from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
-from onemap.place_replies import ChangedRooms, MapPlace, MapRoom, RoomListReply
+from onemap.place_replies import ChangedRooms, MapPlace, PlaceListReply
 from onemap.replies import (
     Choice,
     ChoiceOption,
@@ -63,10 +63,10 @@ __all__ = [
     "MapObject",
     "MapPlace",
     "MapPose",
-    "MapRoom",
     "MapStatistics",
     "ObjectOutcome",
     "OneMapError",
+    "PlaceListReply",
     "QueryEvent",
     "QueryInterrupted",
     "QueryOptions",
@@ -76,7 +76,6 @@ __all__ = [
     "RemoteSearches",
     "ReplayStep",
     "Retry",
-    "RoomListReply",
     "SearchChanged",
     "SearchCoverage",
     "SearchEvent",

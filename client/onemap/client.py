@@ -24,7 +24,7 @@ from onemap.connection import (
     StreamInterrupted,
     Unreachable,
 )
-from onemap.place_replies import MapPlace, PlaceListReply, RoomListReply
+from onemap.place_replies import MapPlace, PlaceListReply
 from onemap.replies import (
     MapContent,
     MapListReply,
@@ -232,13 +232,9 @@ class Client:
         order = {"order": "any"} if any_order else {}  # an older gateway knows no order
         return self.searches.start({"objects": names, **order}, limits)
 
-    def rooms(self) -> RoomListReply:
-        """The floor cut at doors and narrow passages, and what split and joined."""
-        return self._connection.fetch(RoomListReply.of, "GET", "/v1/rooms")
-
-    def places(self) -> list[MapPlace]:
-        """The places with a name, then suggested names of rooms."""
-        return [*self._connection.fetch(PlaceListReply.of, "GET", PLACES).places]
+    def places(self) -> PlaceListReply:
+        """The places with a name, suggested names, other rooms, and what split and joined."""
+        return self._connection.fetch(PlaceListReply.of, "GET", PLACES)
 
     def name_place(
         self,
@@ -252,13 +248,11 @@ class Client:
 
         keep_out: no robot enters it from now on. A place that has the name is replaced.
         """
-        where: dict[str, Any] = {"here": True}
+        body: dict[str, Any] = {"kind": "keep_out" if keep_out else "room"}
         if inside_m is not None:
-            where = {"inside_m": _place(*inside_m)}
+            body["inside_m"] = _place(*inside_m)
         if corners_m:
-            where = {**where, "corners_m": [_place(*corner) for corner in corners_m]}
-            where.pop("here", None)
-        body = {**where, "kind": "keep_out" if keep_out else "room"}
+            body["corners_m"] = [_place(*corner) for corner in corners_m]
         return self._connection.fetch(MapPlace.of, "PUT", _place_address(name), body)
 
     def forget_place(self, name: str) -> MapPlace:
@@ -269,12 +263,11 @@ class Client:
         """The named places as GeoJSON, in metres of the map frame."""
         return self._connection.fetch(dict, "GET", GEOJSON)
 
-    def import_places(self, collection: Mapping[str, Any]) -> list[MapPlace]:
+    def import_places(self, collection: Mapping[str, Any]) -> PlaceListReply:
         """Add or replace the places of a GeoJSON FeatureCollection; all of them, or none."""
-        reply = self._connection.fetch(
+        return self._connection.fetch(
             PlaceListReply.of, "PUT", GEOJSON, collection, timeout_s=FILE_TIMEOUT_S
         )
-        return [*reply.places]
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""

@@ -137,7 +137,7 @@ def test_maps_are_saved_listed_loaded_merged_and_deleted(
     assert client.maps.delete("house") == newest
     assert [stored.name for stored in client.maps.list()] == ["flat"]
     assert client.maps.clear().path == ""
-    assert [room.id for room in client.rooms().rooms] == [0, 3]
+    assert {place.room for place in client.places().places} == {0, 3}
     with pytest.raises(OneMapError, match="'house'") as error:
         client.maps.load("house")
     assert error.value.status == 404

@@ -7,7 +7,14 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.geometry import F64
-from onemap_shared.messages import Odometry, Place, PlaceId, PlaceKind, PlannedPath, SearchRequest
+from onemap_shared.messages import (
+    Odometry,
+    Place,
+    PlaceKind,
+    PlacesChange,
+    PlannedPath,
+    SearchRequest,
+)
 from onemap_simulator.config import SimulatorConfig
 from tests.end_to_end.system import System
 
@@ -60,7 +67,7 @@ def test_a_zone_across_the_way_is_not_entered(system: System) -> None:
     corners = [(x - HALF_M, y - HALF_M), (x + HALF_M, y - HALF_M), (x + HALF_M, y + HALF_M)]
     corners.append((x - HALF_M, y + HALF_M))
     drawn = Place("wet floor", PlaceKind.KEEP_OUT, corners_m=tuple(corners))
-    monitor.bus.call(keys.MAP_NAME_PLACE, drawn, 60.0)
+    monitor.bus.call(keys.MAP_CHANGE_PLACES, PlacesChange((drawn,)), 60.0)
     first = len(driven)
 
     def driven_on() -> bool:
@@ -73,4 +80,4 @@ def test_a_zone_across_the_way_is_not_entered(system: System) -> None:
     radius_m = SimulatorConfig().robot.radius_m
     nearest_m = min(outside_m(xy_of(each), place[0]) for each in driven)
     assert nearest_m >= radius_m
-    monitor.bus.call(keys.MAP_FORGET_PLACE, PlaceId("wet floor"), 60.0)
+    monitor.bus.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("wet floor",)), 60.0)

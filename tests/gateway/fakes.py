@@ -154,20 +154,17 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
     return m.SearchView(*known, tops_dm=tops_dm)
 
 
-def map_rooms() -> m.MapRooms:
+def map_places(*places: m.Place) -> m.MapPlaces:
     """An L around a table, with a part beyond it, and another room that parted from it."""
     ids = np.full(GRID.shape, m.NO_ROOM, np.int32)
     ids[10:30, 5:10] = ids[10:16, 10:20] = ids[34, 6] = 0
     ids[12:14, 6:8] = m.NO_ROOM
     ids[20:30, 11:20] = 3
-    return m.MapRooms(7, 5, GRID, ids, (m.RoomChange((0,), (0, 3)),))
-
-
-def map_places(*names: str) -> m.MapPlaces:
-    """Rooms with these names, around the point (0, 0)."""
-    places = tuple(m.Place(name, inside_m=(0.0, 0.0)) for name in names)
-    rooms = map_rooms()
-    return m.MapPlaces(1, 7, places, (0,) * len(names), rooms.grid, rooms.ids)
+    rooms = tuple(
+        room_at(ids, GRID, place.inside_m) if place.inside_m else m.NO_ROOM for place in places
+    )
+    changes = (m.RoomChange(5, (0,), (0, 3)),)
+    return m.MapPlaces(len(places), 7, places, rooms, GRID, ids, changes)
 
 
 def saved_map(name: str) -> m.SavedMap:
@@ -234,7 +231,6 @@ class FakeMapper:
         serve(keys.MAP_DELETE, self._delete)
         serve(keys.MAP_MERGE, self._merge)
         serve(keys.MAP_CLEAR, self._clear)
-        serve(keys.MAP_ROOMS, lambda _: map_rooms())
         serve(keys.MAP_PLACES, self._places)
         serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
         serve(keys.MAP_OBJECT, self._object)
@@ -242,7 +238,7 @@ class FakeMapper:
 
     def _places(self, _request: m.PlacesRequest) -> m.MapPlaces:
         self.asked_places += 1
-        return map_places(*self.places)
+        return map_places(*(m.Place(name, inside_m=(0.0, 0.0)) for name in self.places))
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
@@ -349,26 +345,17 @@ class NamingMapper(FakeMapper):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.named: dict[str, m.Place] = {}
-        self.bus.serve(keys.MAP_NAME_PLACE, self._name)
-        self.bus.serve(keys.MAP_FORGET_PLACE, self._forget_place)
+        self.bus.serve(keys.MAP_CHANGE_PLACES, self._change)
 
     def _places(self, _request: m.PlacesRequest) -> m.MapPlaces:
-        rooms, kitchen = map_rooms(), m.Place("kitchen", inside_m=(1.5, 1.0), suggested=True)
-        places = (*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
-        ids = [
-            room_at(rooms.ids, rooms.grid, place.inside_m) if place.inside_m else m.NO_ROOM
-            for place in places
-        ]
-        return m.MapPlaces(len(places), 7, places, tuple(ids), rooms.grid, rooms.ids)
+        kitchen = m.Place("kitchen", inside_m=(1.5, 1.0), suggested=True)
+        return map_places(*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
 
-    def _name(self, place: m.Place) -> m.MapPlaces:
-        self.named[normalised(place.name)] = place
-        return self._places(m.PlacesRequest())
-
-    def _forget_place(self, request: m.PlaceId) -> m.MapPlaces:
-        if normalised(request.name) not in self.named:
-            raise RequestRejected("no_such_place", f"there is no place {request.name!r}")
-        del self.named[normalised(request.name)]
+    def _change(self, request: m.PlacesChange) -> m.MapPlaces:
+        self.named |= {normalised(place.name): place for place in request.named}
+        for name in map(normalised, request.forgotten):
+            if self.named.pop(name, None) is None:
+                raise RequestRejected("no_such_place", f"there is no place {name!r}")
         return self._places(m.PlacesRequest())
 
 

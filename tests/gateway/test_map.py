@@ -12,9 +12,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.present.palette import DARK
 from onemap_gateway.present.render import BOX
-from onemap_gateway.present.rooms import room_list
 from onemap_shared import keys
-from onemap_shared.messages import NO_ROOM
 from tests.gateway import fakes
 from tests.gateway.fakes import (
     PICTURE,
@@ -24,7 +22,6 @@ from tests.gateway.fakes import (
     decoded,
     gateway_on,
     kept_object,
-    map_rooms,
     state_reached,
 )
 from tests.memory_bus import MemoryRouter
@@ -92,22 +89,6 @@ def test_the_map_in_numbers_and_arrays_and_cleared(client: TestClient) -> None:
     with np.load(io.BytesIO(answer.content), allow_pickle=False) as archive:
         assert archive["occupancy"].shape == archive["similarity"].shape == (40, 30)
     assert client.post("/v1/map/clear").json()["cells_observed"] == 315
-
-
-def test_rooms_have_areas_outlines_and_what_parted(client: TestClient) -> None:
-    reply = client.get("/v1/rooms").json()
-    assert (reply["revision"], reply["since"]) == (7, 5)
-    assert reply["changes"] == [{"before": [0], "after": [0, 3]}]
-    corner, parted = reply["rooms"]
-    assert (corner["id"], corner["area_m2"]) == (0, 1.57)  # 100 + 60 + 1 - 4 cells
-    around, beyond = ({tuple(xy) for xy in outline} for outline in corner["outlines_m"])
-    assert around == {(0, 0), (2, 0), (2, 0.5), (0.7, 0.5), (0.6, 0.6), (0.6, 1.5), (0, 1.5)}
-    assert beyond == {(2.4, 0.1), (2.5, 0.1), (2.5, 0.2), (2.4, 0.2)}
-    assert (parted["id"], parted["area_m2"], parted["inside_m"]) == (3, 0.9, [1.45, 1.05])
-    x, y = np.transpose(parted["outlines_m"][0])
-    assert (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2 == pytest.approx(0.9)
-    first = replace(map_rooms(), since=-1, ids=np.full(fakes.GRID.shape, NO_ROOM, np.int32))
-    assert (room_list(first).rooms, room_list(first).since) == ((), None)
 
 
 def test_a_map_is_saved_listed_loaded_and_deleted(client: TestClient, mapper: FakeMapper) -> None:

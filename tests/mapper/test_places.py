@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.places.keeper import FORM, PlaceKeeper
 from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_bytes
-from onemap_mapper.places.rooms import rooms
+from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_shared import keys
 from onemap_shared.geometry import Bool
@@ -29,10 +29,9 @@ from onemap_shared.messages import (
     MapFile,
     MapMerge,
     MapPlaces,
-    MapRooms,
     Place,
-    PlaceId,
     PlaceKind,
+    PlacesChange,
     PlacesRequest,
 )
 from onemap_shared.places import place_mask, polygon_mask, room_at, zones_mask
@@ -40,12 +39,12 @@ from onemap_shared.transport import RemoteError
 from onemap_shared.wire import decode, encode
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
-from tests.mapper.test_rooms import cut, grid_of, plan
+from tests.mapper.test_rooms import cut, grid_of, plan, rooms
 from tests.mapper.test_service import Rig
 from tests.memory_bus import MemoryRouter
 
 ZONE = Place("Stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
-LIST = PlacesRequest()
+LIST, DRAW = PlacesRequest(), PlacesChange((ZONE,))
 coordinates = st.floats(-100, 100)
 points = st.tuples(coordinates, coordinates)
 
@@ -85,10 +84,12 @@ def test_as_many_places_as_allowed_fit_into_file_and_message() -> None:
     nowhere = (NO_ROOM,) * MAX_PLACES
     listed = MapPlaces(1, 1, memory.places, nowhere, GridSpec(0.1, (0, 0), (1, 1)), ids)
     assert decode(MapPlaces, encode(listed)).places == memory.places
-    with pytest.raises(ValueError, match="has 100 places, as many as it may have: forget one"):
-        memory.with_place(ZONE)
-    with pytest.raises(ValueError, match="both maps together have 101 places"):
+    too_many = "would have 101 places, and it may have 100: forget some"
+    with pytest.raises(ValueError, match=too_many):
+        memory.changed((ZONE,))
+    with pytest.raises(ValueError, match=too_many):
         memory.merged((ZONE,), NO_CORRECTION)
+    assert memory.changed((ZONE,), (names[0],)).places[-1] == ZONE  # one goes, one comes
 
 
 @given(places(), places())
@@ -101,9 +102,9 @@ def test_a_merged_map_brings_its_places_turned_and_moved(
     assert memory.places[: len(ours)] == ours
     names = {place.name for place in ours}
     assert set(stayed) <= names & {place.name for place in theirs}
+    by_name = {place.name: place for place in memory.places}
     for place in theirs:
-        known = memory.get(place.name)
-        assert known is not None
+        known = by_name[place.name]
         if place.name in names:
             assert known in ours
         elif place.inside_m:
@@ -119,7 +120,7 @@ class Kept:
     """A keeper on a bus with drawn rooms, and one who asks it."""
 
     def __init__(self, folder: Path, objects: Iterable[tuple[str, float, float]] = ()) -> None:
-        self.rooms = MapRooms(1, -1, GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32), ())
+        self.rooms = Rooms(1, GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
         self.objects: ObjectMemory = NO_OBJECTS
         for name, x_m, y_m in objects:
             find = object_find(name, x_m, y_m)
@@ -135,7 +136,7 @@ class Kept:
         self.announced.append(self.keeper.kept.value.version)
 
     def name(self, place: Place) -> MapPlaces:
-        return self.client.call(keys.MAP_NAME_PLACE, place)
+        return self.client.call(keys.MAP_CHANGE_PLACES, PlacesChange((place,)))
 
     def listed(self) -> dict[str, int]:
         """The room of each place by its name, suggestions in capitals."""
@@ -144,12 +145,11 @@ class Kept:
         return dict(zip(names, reply.rooms, strict=True))
 
 
-def drawn(free: Bool, walls: Bool, first_row: int = 0) -> MapRooms:
+def drawn(free: Bool, walls: Bool, first_row: int = 0) -> Rooms:
     """The rooms of the rows of a plan from this one on, over their own grid."""
     grid = replace(grid_of(free[first_row:]), origin_cell=(-8 + first_row, 3))
     low = np.zeros_like(free[first_row:])
-    found = rooms(free[first_row:], low, walls[first_row:], grid)
-    return MapRooms(1 + len(low), -1, grid, found.ids, ())
+    return rooms(free[first_row:], low, walls[first_row:], grid)
 
 
 WEST, EAST = (0.5, 1.5), (6.0, 1.5)  # in the rooms of the plan, whose wall is at 3.25 m
@@ -200,25 +200,26 @@ def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("ask", "code", "reason"),
+    ("named", "forgotten", "code", "reason"),
     [
-        (lambda c: c.call(keys.MAP_FORGET_PLACE, PlaceId("attic")), "no_such_place", "'Stairs'"),
-        (lambda c: c.call(keys.MAP_FORGET_PLACE, PlaceId("BEDROOM")), "no_such_place", "suggested"),
+        ((), "attic", "no_such_place", "no place 'attic'; those that people named are 'Stairs'"),
+        ((), "BEDROOM", "no_such_place", "no place 'BEDROOM'; those that people named"),
         (
-            lambda c: c.call(keys.MAP_NAME_PLACE, Place("a", PlaceKind.KEEP_OUT, (50.0, 50.0))),
+            (Place("hall", PlaceKind.ROOM, WEST), Place("a", PlaceKind.KEEP_OUT, (50.0, 50.0))),
+            "Stairs",
             "invalid",
             r"no room at \(50.00, 50.00\) m, so that 'a' would keep nothing out",
         ),
     ],
 )
-def test_what_cannot_be_done_is_refused_in_a_sentence(
-    tmp_path: Path, ask: Callable[[object], object], code: str, reason: str
+def test_a_change_is_made_whole_or_refused_in_a_sentence(
+    tmp_path: Path, named: tuple[Place, ...], forgotten: str, code: str, reason: str
 ) -> None:
     kept = Kept(tmp_path, [("bed", *WEST)])
     kept.rooms = drawn(*plan())
     kept.name(ZONE)
     with pytest.raises(RemoteError, match=reason) as refusal:
-        ask(kept.client)
+        kept.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(named, (forgotten,)))
     assert refusal.value.code == code
     assert set(kept.listed()) == {"Stairs", "BEDROOM"}
 
@@ -244,14 +245,14 @@ def stays_after(rig: Rig, folder: Path) -> Rig:
 
 def test_a_zone_outlives_a_crash_and_goes_with_its_map(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
-    assert rig.client.call(keys.MAP_NAME_PLACE, ZONE).places == (ZONE,)
+    assert rig.client.call(keys.MAP_CHANGE_PLACES, DRAW).places == (ZONE,)
     late = rig.router.bus("gateway").subscribe(keys.MAP_REVISION).take(0.0)
     assert late is not None
     assert late.places_version == 1  # latched
     rig = stays_after(rig, tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))
     rig.client.call(keys.MAP_SAVE, MapFile("zoned"))
-    rig.client.call(keys.MAP_FORGET_PLACE, PlaceId("stairs"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("stairs",)))
     rig = stays_after(rig, tmp_path)  # also that there are none
     rig.feed(scenes.field(0, scenes.pose()))
     rig.client.call(keys.MAP_SAVE, MapFile("plain"))
@@ -260,7 +261,7 @@ def test_a_zone_outlives_a_crash_and_goes_with_its_map(tmp_path: Path) -> None:
     assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
     rig.client.call(keys.MAP_LOAD, MapFile("plain"))
     assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
-    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
     rig.client.call(keys.MAP_CLEAR, MapClear())
     reply = rig.client.call(keys.MAP_PLACES, LIST)
     assert (reply.places, reply.version) == ((), rig.newest().places_version)
@@ -270,14 +271,14 @@ def test_a_zone_outlives_a_crash_and_goes_with_its_map(tmp_path: Path) -> None:
 def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))
-    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
     rig.client.call(keys.MAP_SAVE, MapFile("other"))
     merged = rig.client.call(keys.MAP_MERGE, MapMerge("other"))
     assert (merged.places_stayed, rig.newest().places_version) == ((), 1)
     merged = rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
     assert merged.places_stayed == ("Stairs",)
     assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
-    rig.client.call(keys.MAP_FORGET_PLACE, PlaceId("Stairs"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("Stairs",)))
     rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
     (turned,) = rig.client.call(keys.MAP_PLACES, LIST).places
     np.testing.assert_allclose(turned.corners_m, [(0, 0), (0, 2), (-1, 2)], atol=1e-9)
@@ -289,7 +290,7 @@ def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None
 def test_places_of_another_world_are_set_aside(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(replace(scenes.field(0, scenes.pose()), world="home"))
-    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
     rig.feed(replace(scenes.field(1, scenes.pose()), world="office"))
     assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
     aside = tmp_path / "other_worlds" / "1" / FORM.file_name
@@ -300,6 +301,6 @@ def test_lost_places_are_said_until_they_are_named_again(tmp_path: Path) -> None
     (tmp_path / FORM.file_name).write_bytes(b"nothing")
     rig = Rig(tmp_path)
     assert "the named places are lost" in rig.mapper.health().problem
-    rig.client.call(keys.MAP_NAME_PLACE, ZONE)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
     assert "places" not in rig.mapper.health().problem
     assert NO_PLACES.places == ()

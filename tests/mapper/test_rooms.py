@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.places.rooms import Rooms, rooms
+from onemap_mapper.places.rooms import Rooms, identified, labelled
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import NO_ROOM, RoomChange
@@ -23,6 +23,13 @@ def plan(door: slice = slice(10, 20)) -> tuple[Bool, Bool]:
     walls[[0, -1]] = walls[:, [0, -1]] = walls[40] = True
     walls[40, door] = False
     return ~walls, walls
+
+
+def rooms(
+    free: Bool, low: Bool, walls: Bool, grid: GridSpec, previous: Rooms | None = None
+) -> Rooms:
+    revision = 1 if previous is None else previous.revision + 1
+    return identified(labelled(free, low, walls, grid.cell_size_m), grid, previous, revision)
 
 
 def cut(free: Bool, walls: Bool, previous: Rooms | None = None) -> Rooms:
@@ -84,8 +91,9 @@ def test_what_splits_or_joins_is_told() -> None:
     one = cut(*wide)
     two = cut(free, walls, one)
     (split,) = two.changes
-    assert split.before == (0,)
+    assert (split.revision, split.before) == (2, (0,))
     assert two.present == {*split.after}
     assert 0 in split.after
     joined = cut(*wide, two)
-    assert joined.changes == (RoomChange(tuple(sorted(split.after)), (*joined.present,)),)
+    join = RoomChange(3, tuple(sorted(split.after)), (*joined.present,))
+    assert joined.changes == (split, join)

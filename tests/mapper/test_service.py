@@ -30,8 +30,8 @@ from onemap_shared.messages import (
     MapListRequest,
     MapRevision,
     ObjectListRequest,
+    PlacesRequest,
     PoseGraph,
-    RoomsRequest,
     SearchReset,
     SearchViewRequest,
     SimilarityRequest,
@@ -517,16 +517,14 @@ def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
 
 def test_rooms_are_cut_when_asked_for_and_begin_anew_with_the_map(rig: Rig) -> None:
     rig.feed(*(scenes.field(n, scenes.pose(0.0, 0.0, n * np.pi / 4)) for n in range(8)))
-    first = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
-    assert (first.revision, first.since, first.changes) == (rig.newest().revision, -1, ())
+    first = rig.client.call(keys.MAP_PLACES, PlacesRequest())
+    assert (first.revision, first.changes) == (rig.newest().revision, ())
     assert set(first.ids.ravel()) == {NO_ROOM, 0}
-    again = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
-    assert (again.revision, again.since) == (first.revision, -1)
     rig.feed(scenes.field(8, scenes.pose(1.0, 0.0)))
-    grown = rig.client.call(keys.MAP_ROOMS, RoomsRequest())
-    assert (grown.since, {*grown.ids.ravel().tolist()}) == (first.revision, {NO_ROOM, 0})
+    grown = rig.client.call(keys.MAP_PLACES, PlacesRequest())
+    assert (grown.revision, {*grown.ids.ravel().tolist()}) == (rig.newest().revision, {NO_ROOM, 0})
     rig.client.call(keys.MAP_CLEAR, MapClear())
-    assert (rig.client.call(keys.MAP_ROOMS, RoomsRequest()).ids == NO_ROOM).all()
+    assert (rig.client.call(keys.MAP_PLACES, PlacesRequest()).ids == NO_ROOM).all()
 
 
 IMAGE = ImageSimilarityRequest(PNG, SimilarityRequest("the image"))

@@ -117,12 +117,10 @@ SAMPLES: tuple[Any, ...] = (
     m.MapClear(),
     m.MapDigestRequest(),
     m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
-    m.RoomsRequest(),
     m.PlacesRequest(),
-    ZONE,
-    m.PlaceId("stairs"),
-    m.MapPlaces(2, 4, (m.Place("hall", inside_m=(0.0, 0.4)), ZONE), (0, -1), GRID, IDS),
-    m.MapRooms(4, 2, GRID, IDS, (m.RoomChange((0,), (0, 3)),)),
+    m.PlacesChange((ZONE,), ("hall",)),
+    m.MapPlaces(2, 4, (m.Place("hall", inside_m=(0.0, 0.4)), ZONE), (0, -1), GRID, IDS,
+                (m.RoomChange(4, (0,), (0, 3)),)),
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
     m.MapMerge("flat", 1.0, -2.0, 0.5),
     m.MapListRequest("flat"),
@@ -166,6 +164,7 @@ PARTS: tuple[type, ...] = (
     m.SearchStep,
     m.Relation,
     m.Detail,
+    m.Place,
 )
 
 

@@ -22,6 +22,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.camera_check import diagnosis_due
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.places.keeper import PlaceKeeper
+from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.query.replies import (
     answered,
     judged,
@@ -57,9 +58,7 @@ from onemap_shared.messages import (
     MapDigest,
     MapDigestRequest,
     MapFile,
-    MapRooms,
     MapSummary,
-    PlacesRequest,
     PoseGraph,
     SearchReset,
     SearchView,
@@ -122,7 +121,6 @@ class Mapper:
         SavedMaps(shared, config, self._objects, self._places, self._edit)
         shared.serve(keys.MAP_CLEAR, self.clear)
         shared.serve(keys.MAP_DIGEST, self.digest)
-        shared.serve(keys.MAP_ROOMS, lambda _request: self._rooms())
         if kept is not None or self._places.kept.value.version:
             self._announce_kept()  # zones hold before the first frame
 
@@ -206,7 +204,7 @@ class Mapper:
             raise _empty()
         detail, places = request.detail, None
         if detail.inside or detail.outside:
-            places = with_furniture(self._places.list_places(PlacesRequest()))
+            places = with_furniture(self._places.places())
         reply = similarity_reply(scored, request=request, places=places)
         coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
@@ -299,10 +297,10 @@ class Mapper:
         taken, revision = self._live.whole()
         return digest_of(taken, revision=revision, params=self._config.map)
 
-    def _rooms(self) -> MapRooms:
+    def _rooms(self) -> Rooms:
         """The rooms of the map; frames are fused while they are cut."""
         session = self._session
-        return session.rooms.reply(search_view(session.scores.of([]), text=""))
+        return session.rooms.of(search_view(session.scores.of([]), text=""))
 
     def _follow(self, graph: PoseGraph | None) -> None:
         with self._lock:

@@ -312,48 +312,6 @@ class MapDigest(Message):
             raise ValueError(f"sha256 is {self.sha256[:80]!r}; it has 64 hexadecimal digits")
 
 
-NO_ROOM = -1
-MAX_ROOM_CHANGES = 1000
-
-
-@dataclass(frozen=True, slots=True)
-class RoomsRequest:
-    """Request for the rooms of the map in use."""
-
-
-@dataclass(frozen=True, slots=True)
-class RoomChange(Message):
-    """A room that split into several, or several that joined.
-
-    Attributes:
-        before: ids of the rooms before.
-        after: ids of what they are now; one of those before may stay.
-    """
-
-    before: tuple[int, ...]
-    after: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class MapRooms(Message):
-    """The rooms of the map. A room keeps its id while the map grows; another map begins anew.
-
-    Attributes:
-        ids: (nx, ny) of the room of every free cell, NO_ROOM elsewhere.
-        since: revision of the rooms before, from which changes are told; -1 for the first.
-        changes: which rooms split and which joined since then.
-    """
-
-    revision: int
-    since: int
-    grid: GridSpec
-    ids: Annotated[I32, Shape(None, None)]
-    changes: Annotated[tuple[RoomChange, ...], items(MAX_ROOM_CHANGES)]
-
-    def _check(self) -> None:
-        expect(self.ids, "ids", np.int32, self.grid.shape)
-
-
 TILE_CELLS = 64  # cells along the edge of a tile: of 6.4 m at 0.1 m, a camera sees two to four
 MASK_BYTES = TILE_CELLS * TILE_CELLS // 8
 RANKS = 255  # of cosines, 1 to 255

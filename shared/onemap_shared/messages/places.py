@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, TypeAlias
+from typing import Annotated
 
 import numpy as np
 
 from onemap_shared.geometry import I32, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import (
-    Message,
-    Shape,
-    Word,
-    cleaned,
-    expect,
-    items,
-)
+from onemap_shared.messages.checks import Message, Shape, Word, cleaned, expect, items
 from onemap_shared.names import normalised
 
 MAX_PLACES = 100  # of one map: a building's rooms, and its zones
 MAX_CORNERS = 64  # of a polygon; as many places of these fit into one message
+NO_ROOM = -1
+MAX_ROOM_CHANGES = 100
 MIN_AREA_M2 = 0.01  # of a polygon: less covers no cell
 
 
@@ -59,9 +54,7 @@ def polygon_area_m2(corners_m: tuple[tuple[float, float], ...]) -> float:
     return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
-PlaceName: TypeAlias = Annotated[
-    str, cleaned("name of a place", advice="name a part of the floor, for example 'kitchen'")
-]
+NAME = cleaned("name of a place", advice="name a part of the floor, for example 'kitchen'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +69,7 @@ class Place(Message):
         suggested: named by the mapper, by what was found inside, not by a person.
     """
 
-    name: PlaceName
+    name: Annotated[str, NAME]
     kind: PlaceKind = PlaceKind.ROOM
     inside_m: Annotated[tuple[float, ...], _on_map] = ()
     corners_m: Annotated[tuple[tuple[float, float], ...], _corners] = ()
@@ -99,30 +92,53 @@ def different_names(places: tuple[Place, ...]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class PlaceId(Message):
-    """Names a place.
-
-    Attributes:
-        name: the place's, whatever its case.
-    """
-
-    name: PlaceName
+class PlacesRequest:
+    """Request for the rooms and places of the map in use."""
 
 
 @dataclass(frozen=True, slots=True)
-class PlacesRequest:
-    """Request for the places of the map in use."""
+class PlacesChange(Message):
+    """Names places and forgets others: all of it, or nothing.
+
+    Attributes:
+        named: instead of the places of these names.
+        forgotten: names of places, whatever their case.
+    """
+
+    named: Annotated[tuple[Place, ...], items(MAX_PLACES)] = ()
+    forgotten: Annotated[tuple[str, ...], items(MAX_PLACES), NAME] = ()
+
+    def _check(self) -> None:
+        different_names(self.named)
+
+
+@dataclass(frozen=True, slots=True)
+class RoomChange(Message):
+    """A room that split into several, or several that joined.
+
+    Attributes:
+        revision: of the map in which it was noticed.
+        before: ids of the rooms before.
+        after: ids of what they are now; one of those before may stay.
+    """
+
+    revision: int
+    before: tuple[int, ...]
+    after: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class MapPlaces(Message):
-    """The places of the map and its rooms now.
+    """The rooms of the map and its places now.
+
+    A room keeps its id while the map grows; another map begins anew.
 
     Attributes:
         version: changes whenever a person changed a place; that of ``MapRevision``.
         places: those that people named, then suggestions.
         rooms: id of the room of each place; NO_ROOM for a polygon and where none is known yet.
         ids: (nx, ny) of the room of every free cell, NO_ROOM elsewhere.
+        changes: the latest splits and joins of rooms, the newest last.
     """
 
     version: int
@@ -131,6 +147,7 @@ class MapPlaces(Message):
     rooms: tuple[int, ...]
     grid: GridSpec
     ids: Annotated[I32, Shape(None, None)]
+    changes: Annotated[tuple[RoomChange, ...], items(MAX_ROOM_CHANGES)] = ()
 
     def _check(self) -> None:
         expect(self.ids, "ids", np.int32, self.grid.shape)

@@ -17,6 +17,8 @@ from typing import Any, Protocol
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.places.keeper import map_places
+from onemap_mapper.places.memory import PlaceMemory
 from onemap_mapper.places.rooms import RoomKeeper
 from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
@@ -40,7 +42,6 @@ from onemap_planner.world.map_view import AssembledView, PlanningView, WorldCell
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
-    NO_ROOM,
     NO_VIEW,
     Detail,
     Detections,
@@ -52,7 +53,6 @@ from onemap_shared.messages import (
     SearchViewRequest,
     ViewChangesRequest,
 )
-from onemap_shared.places import room_at
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors import true_place
 from onemap_simulator.parts import RobotParts
@@ -396,12 +396,7 @@ class LockstepSimulation:
         """The places as the mapper would tell them, with the rooms of at most a second ago."""
         if self._named and self._is_due("places", PLACES_HZ):
             view = search_view(MapScores(self.belief).of([]), text="")
-            now = self._rooms.reply(view)
-            rooms = tuple(
-                room_at(now.ids, now.grid, place.inside_m) if place.inside_m else NO_ROOM
-                for place in self._named
-            )
-            self._places = MapPlaces(1, now.revision, self._named, rooms, now.grid, now.ids)
+            self._places = map_places(PlaceMemory(self._named, 1), self._rooms.of(view))
         return self._places
 
     def _view(self, state: PlannerState) -> PlanningView:

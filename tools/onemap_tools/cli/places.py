@@ -26,7 +26,7 @@ def places(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> 
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        _show([dict(each.document) for each in gateway.places()], as_json)
+        _show([dict(each.document) for each in gateway.places().places], as_json)
 
 
 @app.command("places name", rich_help_panel=OPERATE)
@@ -109,7 +109,7 @@ def import_places(
     except ValueError as problem:
         raise CliError(f"{file} is no GeoJSON: {problem}.", EXIT_USAGE_ERROR) from problem
     with gateway_client(url, token) as gateway:
-        _show([dict(each.document) for each in gateway.import_places(collection)], as_json)
+        _show([dict(each.document) for each in gateway.import_places(collection).places], as_json)
 
 
 def parse_points(text: str, option: str) -> list[tuple[float, float]]:

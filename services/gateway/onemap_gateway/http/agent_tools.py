@@ -208,7 +208,8 @@ async def list_places(gateway: GatewayContext) -> ToolResult:
     what was found there. Does not move the robot.
     """
     message = await gateway.call(keys.MAP_PLACES, PlacesRequest())
-    places = (await to_thread.run_sync(place_list, message)).places
+    listed = await to_thread.run_sync(place_list, message)
+    places = tuple(place for place in listed.places if place.name)
     said = "; ".join(map(_described, places))
     summary = f"Places: {said}." if places else "No place of this map has a name yet."
     return ToolResult(NamedPlacesReply(summary=summary, places=places))

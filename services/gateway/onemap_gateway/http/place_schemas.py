@@ -4,30 +4,36 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 
-from onemap_gateway.http.schemas import Coordinate, Place, RequestModel, exactly_one_of
+from onemap_gateway.http.schemas import Coordinate, Place, RequestModel
 from onemap_shared import messages as m
 
 HERE = (0.0, 0.0)  # stands for the robot's place while a request is checked
 
 
 class PlaceRequest(RequestModel):
-    """Where a place is: exactly one of ``inside_m``, ``here`` and ``corners_m``."""
+    """Where a place is: ``inside_m`` or ``corners_m``; without both, the room of the robot."""
 
     model_config = ConfigDict(
         json_schema_extra={
-            "oneOf": exactly_one_of("inside_m", "here", "corners_m"),
             "examples": [
                 {"inside_m": [2.5, -1.0]},
-                {"here": True},
+                {},
                 {"corners_m": [[0, 0], [2, 0], [2, 1.5], [0, 1.5]], "kind": "keep_out"},
-            ],
+            ]
         }
     )
 
     inside_m: Place | None = Field(default=None, description="x, y in the room, metres.")
-    here: Literal[True] | None = Field(default=None, description="The room of the robot.")
     corners_m: list[Place] | None = Field(
         default=None, description=f"x, y of 3 to {m.MAX_CORNERS} corners, in their order, metres."
     )
@@ -36,21 +42,19 @@ class PlaceRequest(RequestModel):
     )
 
     @model_validator(mode="after")
-    def _exactly_one(self) -> PlaceRequest:
-        members = (self.inside_m, self.here, self.corners_m)
-        if sum(member is not None for member in members) != 1:
-            raise ValueError(
-                "give exactly one of 'inside_m', [x, y] in metres, 'here', true, and 'corners_m', "
-                'a list of [x, y]; for example {"inside_m": [2.5, -1.0]}'
-            )
+    def _is_place(self) -> PlaceRequest:
         self.place("any", HERE)
         return self
 
+    @property
+    def is_here(self) -> bool:
+        """Whether the room of the robot is meant."""
+        return self.inside_m is None and self.corners_m is None
+
     def place(self, name: str, robot_m: tuple[float, ...]) -> m.Place:
         """The place of this name, with the robot at ``robot_m``; ValueError if there is none."""
-        if self.corners_m is not None:
-            return m.Place(name, self.kind, corners_m=tuple(self.corners_m))
-        return m.Place(name, self.kind, self.inside_m or robot_m)
+        inside_m = robot_m if self.is_here else self.inside_m or ()
+        return m.Place(name, self.kind, inside_m, tuple(self.corners_m or ()))
 
 
 class Foreign(BaseModel):
@@ -67,55 +71,42 @@ class PlaceProperties(Foreign):
     inside_m: Place | None = None
 
 
-class Geometry(Foreign):
-    """A Point in a room or a Polygon without holes; any other where ``inside_m`` is given."""
-
-    type: str
-    coordinates: JsonValue
-
-
 Position = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
-POINT, RINGS = TypeAdapter(Position), TypeAdapter(list[list[Position]])
+POSITIONS = TypeAdapter(list[Position])
 
 
 class PlaceFeature(Foreign):
-    """A place."""
+    """A place: a Point in a room, or a Polygon without holes."""
 
     type: Literal["Feature"]
     properties: PlaceProperties
-    geometry: Geometry | None = None
-
-    @model_validator(mode="after")
-    def _is_place(self) -> PlaceFeature:
-        self.place()
-        return self
+    geometry: JsonValue = None
 
     def place(self) -> m.Place:
         """The place; raises ValueError with its name if there is none."""
-        given, name = self.properties, self.properties.name[: m.MAX_TEXT_CHARS]
-        where: dict[str, Any] = {"inside_m": given.inside_m}
-        if given.inside_m is None:
-            where = self._where(name)
+        given = self.properties
+        where = {"inside_m": given.inside_m} if given.inside_m else _where(self.geometry)
         try:
             return m.Place(given.name, given.kind, **where)
         except ValueError as problem:
-            raise ValueError(f"the place {name!r}: {problem}") from None
+            raise ValueError(
+                f"the feature {given.name[: m.MAX_TEXT_CHARS]!r} is to be a Point in a room or a "
+                f"Polygon without holes, in metres of the map frame: {problem}"
+            ) from None
 
-    def _where(self, name: str) -> dict[str, Any]:
-        shape = self.geometry
-        try:
-            if shape is not None and shape.type == "Point":
-                return {"inside_m": tuple(POINT.validate_python(shape.coordinates)[:2])}
-            if shape is not None and shape.type == "Polygon":
-                (ring,) = RINGS.validate_python(shape.coordinates)
-                corners = [(corner[0], corner[1]) for corner in ring]
-                return {"corners_m": tuple(corners[:-1] if corners[0] == corners[-1] else corners)}
-        except (ValueError, IndexError):
-            pass
-        raise ValueError(
-            f"the place {name!r} is no Point and no Polygon without holes, of metres in the map "
-            "frame, and has no 'inside_m' in its properties: give one of these"
-        )
+
+def _where(geometry: JsonValue) -> dict[str, Any]:
+    """The geometry as members of a place; none if it is of another type or damaged."""
+    try:
+        match geometry:
+            case {"type": "Point", "coordinates": point}:
+                return {"inside_m": tuple(POSITIONS.validate_python([point])[0][:2])}
+            case {"type": "Polygon", "coordinates": [ring]}:
+                corners = [(corner[0], corner[1]) for corner in POSITIONS.validate_python(ring)]
+                return {"corners_m": tuple(corners[: -1 if corners[:1] == corners[-1:] else None])}
+    except ValidationError:
+        pass
+    return {}
 
 
 class PlaceCollection(Foreign):
@@ -145,11 +136,10 @@ class PlaceCollection(Foreign):
     features: Annotated[list[PlaceFeature], Field(max_length=m.MAX_PLACES)]
 
     @model_validator(mode="after")
-    def _different(self) -> PlaceCollection:
-        m.different_names(self.places)
+    def _is_change(self) -> PlaceCollection:
+        self.change()
         return self
 
-    @property
-    def places(self) -> tuple[m.Place, ...]:
-        """All places, in their order."""
-        return tuple(feature.place() for feature in self.features)
+    def change(self) -> m.PlacesChange:
+        """All places, in their order; raises ValueError if they do not fit each other."""
+        return m.PlacesChange(tuple(feature.place() for feature in self.features))

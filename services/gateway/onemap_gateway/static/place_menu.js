@@ -15,7 +15,7 @@ export class PlaceMenu extends Popup {
     this.named = this.places.at(goal);
     by("place-title").textContent = [this.named?.name, `(${place(goal)}) m`].filter(Boolean).join(" ");
     by("place-name").value = this.named?.suggested ? this.named.name : "";
-    by("place-forget").hidden = !this.named || this.named.suggested;
+    by("place-forget").hidden = !this.named?.name || this.named.suggested;
     by("place-forget").textContent = `Forget ${this.named?.name}`;
     this.showHeight(goal);
     this.open(goal);

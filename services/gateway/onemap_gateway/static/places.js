@@ -95,7 +95,7 @@ export class Places {
 
   // Suggested names have a question mark.
   nameAll(map) {
-    for (const { name, kind, suggested, inside_m: inside, corners_m: corners } of this.list) {
+    for (const { name, kind, suggested, inside_m: inside, corners_m: corners } of this.list.filter((each) => each.name)) {
       const [column, row] = map.pixels(...(inside ?? middle(corners)));
       const text = suggested ? `${name}?` : name;
       map.context.font = "13px system-ui, 'DejaVu Sans', sans-serif";

@@ -4,24 +4,23 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from onemap_mapper.places.memory import NO_PLACES, from_bytes, to_bytes
+from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_bytes
+from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.places.suggestions import suggestions
 from onemap_mapper.storage.kept import Form, Kept
 from onemap_mapper.storage.objects import ObjectMemory
 from onemap_shared import keys
 from onemap_shared.messages import (
     NO_ROOM,
+    KeptObject,
     MapPlaces,
-    MapRooms,
     Place,
-    PlaceId,
     PlaceKind,
-    PlacesRequest,
+    PlacesChange,
 )
-from onemap_shared.names import same_name
 from onemap_shared.places import room_at
 from onemap_shared.transport import RequestRejected, Server
 
@@ -41,66 +40,60 @@ class PlaceKeeper:
         bus: Server,
         folder: Path,
         announce: Callable[[], None],
-        rooms: Callable[[], MapRooms],
+        rooms: Callable[[], Rooms],
         objects: Callable[[], ObjectMemory],
     ) -> None:
         self._rooms, self._objects = rooms, objects
         self.kept = Kept(folder, FORM, announce)
-        bus.serve(keys.MAP_PLACES, self.list_places)
-        bus.serve(keys.MAP_NAME_PLACE, self.name)
-        bus.serve(keys.MAP_FORGET_PLACE, self.forget)
+        bus.serve(keys.MAP_PLACES, lambda _request: self.places())
+        bus.serve(keys.MAP_CHANGE_PLACES, self.change)
 
-    def list_places(self, _request: PlacesRequest) -> MapPlaces:
-        """Named places, then suggestions, with the room of each as the map is now."""
-        memory, rooms = self.kept.value, self._rooms()
-        ids = [_room_of(place, rooms) for place in memory.places]
+    def places(self) -> MapPlaces:
+        """Named places, then suggestions, and the rooms as the map is now."""
         finds = (entry.kept for entry in self._objects().objects)
-        names = (place.name for place in memory.places)
-        suggested = suggestions(rooms, finds, names, set(ids))
-        return MapPlaces(
-            memory.version,
-            rooms.revision,
-            (*memory.places, *suggested.values()),
-            (*ids, *suggested),
-            rooms.grid,
-            rooms.ids,
-        )
+        return map_places(self.kept.value, self._rooms(), finds)
 
-    def name(self, place: Place) -> MapPlaces:
-        """Keep a place, instead of the one of its name."""
-        unknown = not place.corners_m and _room_of(place, self._rooms()) == NO_ROOM
-        if unknown and place.kind is PlaceKind.KEEP_OUT:
-            x_m, y_m = place.inside_m
-            raise RequestRejected(
-                "invalid",
-                f"the map has no room at ({x_m:.2f}, {y_m:.2f}) m, so that {place.name!r} would "
-                "keep nothing out: give the corners of the zone, or a point in a room",
-            )
-        self.kept.change(lambda memory: memory.with_place(place))
-        LOG.info("%s %r is named", place.kind, place.name)
-        return self.list_places(PlacesRequest())
-
-    def forget(self, request: PlaceId) -> MapPlaces:
-        """Forget a named place; its room may be suggested another name then."""
-        if self.kept.value.get(request.name) is None:
-            raise RequestRejected("no_such_place", self._unknown(request.name))
-        self.kept.change(lambda memory: memory.without(request.name))
-        LOG.info("forgot the place %r", request.name)
-        return self.list_places(PlacesRequest())
+    def change(self, request: PlacesChange) -> MapPlaces:
+        """Name places and forget others; a room may be suggested another name then."""
+        rooms = self._rooms()
+        for place in request.named:
+            nowhere = place.inside_m and _room_of(place, rooms) == NO_ROOM
+            if nowhere and place.kind is PlaceKind.KEEP_OUT:
+                x_m, y_m = place.inside_m
+                raise RequestRejected(
+                    "invalid",
+                    f"the map has no room at ({x_m:.2f}, {y_m:.2f}) m, so that {place.name!r} "
+                    "would keep nothing out: give the corners of the zone, or a point in a room",
+                )
+        try:
+            self.kept.change(lambda memory: memory.changed(request.named, request.forgotten))
+        except KeyError as problem:
+            raise RequestRejected("no_such_place", f"there is {problem.args[0]}") from None
+        for place in request.named:
+            LOG.info("%s %r is named", place.kind, place.name)
+        for name in request.forgotten:
+            LOG.info("forgot the place %r", name)
+        return self.places()
 
     def replace(self, places: tuple[Place, ...]) -> None:
         """Keep these places instead, because the map is another one."""
         self.kept.change(lambda memory: memory.changed_to(places))
 
-    def _unknown(self, name: str) -> str:
-        """Why there is no place of this name to forget, and which there are."""
-        suggested = self.list_places(PlacesRequest()).places
-        if any(same_name(place.name, name) for place in suggested):
-            return f"{name!r} is only suggested, by what was found there: name the room instead"
-        names = ", ".join(repr(place.name) for place in self.kept.value.places)
-        which = f"there are {names}" if names else "none has a name"
-        return f"there is no place {name!r}; {which}"
+
+def map_places(memory: PlaceMemory, rooms: Rooms, finds: Iterable[KeptObject] = ()) -> MapPlaces:
+    """The places with the rooms that hold them, and names that finds suggest for other rooms."""
+    ids = [_room_of(place, rooms) for place in memory.places]
+    suggested = suggestions(rooms, finds, (place.name for place in memory.places), set(ids))
+    return MapPlaces(
+        memory.version,
+        rooms.revision,
+        (*memory.places, *suggested.values()),
+        (*ids, *suggested),
+        rooms.grid,
+        rooms.ids,
+        rooms.changes,
+    )
 
 
-def _room_of(place: Place, rooms: MapRooms) -> int:
+def _room_of(place: Place, rooms: Rooms) -> int:
     return NO_ROOM if place.corners_m else room_at(rooms.ids, rooms.grid, place.inside_m)

@@ -24,24 +24,21 @@ class PlaceMemory(Message):
     def _check(self) -> None:
         different_names(self.places)
 
-    def get(self, name: str) -> Place | None:
-        """The place of this name, whatever its case; None if there is none."""
-        return self._by_name().get(normalised(name))
+    def changed(
+        self, named: tuple[Place, ...] = (), forgotten: tuple[str, ...] = ()
+    ) -> PlaceMemory:
+        """The memory with places instead of those of their names, and without others.
 
-    def with_place(self, place: Place) -> PlaceMemory:
-        """The memory with this place instead of the one of its name; ValueError if it is full."""
-        known = self._by_name() | {normalised(place.name): replace(place, suggested=False)}
-        if len(known) > MAX_PLACES:
-            raise ValueError(
-                f"the map has {MAX_PLACES} places, as many as it may have: forget one first"
-            )
-        return self.changed_to(tuple(known.values()))
-
-    def without(self, name: str) -> PlaceMemory:
-        """The memory without the place of this name."""
+        Raises ValueError if there are too many, KeyError with a sentence if there is no such one.
+        """
         known = self._by_name()
-        known.pop(normalised(name), None)
-        return self.changed_to(tuple(known.values()))
+        for name in forgotten:
+            if known.pop(normalised(name), None) is None:
+                names = ", ".join(repr(place.name) for place in known.values())
+                which = f"those that people named are {names}" if names else "nobody named one"
+                raise KeyError(f"no place {name!r}; {which}")
+        known |= {normalised(place.name): replace(place, suggested=False) for place in named}
+        return self._limited(known)
 
     def merged(
         self, theirs: tuple[Place, ...], moved: PlanarCorrection
@@ -56,12 +53,15 @@ class PlaceMemory(Message):
             kept = known.setdefault(normalised(place.name), place)
             if kept != replace(place, name=kept.name):
                 stayed.append(kept.name)
+        return self._limited(known), tuple(stayed)
+
+    def _limited(self, known: dict[str, Place]) -> PlaceMemory:
         if len(known) > MAX_PLACES:
             raise ValueError(
-                f"both maps together have {len(known)} places, and a map may have {MAX_PLACES}: "
-                "forget some first"
+                f"the map would have {len(known)} places, and it may have {MAX_PLACES}: forget "
+                "some first"
             )
-        return self.changed_to(tuple(known.values())), tuple(stayed)
+        return self.changed_to(tuple(known.values()))
 
     def changed_to(self, places: tuple[Place, ...]) -> PlaceMemory:
         """These places instead; the same memory if they are the same."""

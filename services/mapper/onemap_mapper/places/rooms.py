@@ -9,14 +9,21 @@ is a room. Furniture that one can look over belongs to the room in which it stan
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from onemap_shared.geometry import I32, I64, Bool
-from onemap_shared.grid import GridSpec
-from onemap_shared.messages import NO_ROOM, MapRooms, Occupancy, RoomChange, SearchView
+from onemap_shared.grid import GridSpec, onto
+from onemap_shared.messages import (
+    MAX_ROOM_CHANGES,
+    NO_ROOM,
+    Occupancy,
+    RoomChange,
+    SearchView,
+)
 
 WALL_M = 0.8  # a shorter straight run is the side of a cupboard
 CROSSING_M = 0.5  # a run that meets this much of a wall across it ends there, not at a door
@@ -30,26 +37,21 @@ WALL_TOP_DM = 12  # seen up to there, a thing parts rooms; from 2 m a camera see
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """``ids`` over ``grid``: of the room of every free cell, or NO_ROOM; ``next_id`` is free."""
+    """``ids`` over ``grid``: of the room of every free cell, or NO_ROOM; ``next_id`` is free.
 
+    revision: of the map; changes: the latest, the newest last.
+    """
+
+    revision: int
     grid: GridSpec
     ids: I32
-    next_id: int
+    next_id: int = 0
     changes: tuple[RoomChange, ...] = ()
 
     @property
     def present(self) -> frozenset[int]:
         """The ids of all rooms."""
         return frozenset(np.unique(self.ids[self.ids != NO_ROOM]).tolist())
-
-    def over(self, grid: GridSpec) -> I32:
-        """The ids over another grid of the same cells, without those that lie outside."""
-        cells = np.argwhere(self.ids != NO_ROOM)
-        moved = cells + np.subtract(self.grid.origin_cell, grid.origin_cell)
-        inside = ((moved >= 0) & (moved < grid.shape)).all(axis=1)
-        ids = np.full(grid.shape, NO_ROOM, np.int32)
-        ids[tuple(moved[inside].T)] = self.ids[tuple(cells[inside].T)]
-        return ids
 
 
 class RoomKeeper:
@@ -61,35 +63,29 @@ class RoomKeeper:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._rooms: Rooms | None = None
-        self._reply: MapRooms | None = None
 
-    def reply(self, view: SearchView) -> MapRooms:
+    def of(self, view: SearchView) -> Rooms:
         """The rooms of the map as it is now."""
         with self._lock:
-            since = -1 if self._reply is None else self._reply.revision
-            if self._reply is None or since < view.revision:
-                self._rooms = found = rooms_of(view, self._rooms)
-                self._reply = MapRooms(view.revision, since, found.grid, found.ids, found.changes)
-            return self._reply
+            if self._rooms is None or self._rooms.revision < view.revision:
+                self._rooms = rooms_of(view, self._rooms)
+            return self._rooms
 
 
 def rooms_of(view: SearchView, previous: Rooms | None = None) -> Rooms:
     """The rooms of a map, whose walls are told from furniture by their height."""
     occupied = view.occupancy == Occupancy.OCCUPIED
     low = occupied & (view.tops_dm > 0) & (view.tops_dm < WALL_TOP_DM)
-    return rooms(view.occupancy == Occupancy.FREE, low, occupied & ~low, view.grid, previous)
+    labels = labelled(view.occupancy == Occupancy.FREE, low, occupied & ~low, view.grid.cell_size_m)
+    return identified(labels, view.grid, previous, view.revision)
 
 
-def rooms(
-    free: Bool, low: Bool, walls: Bool, grid: GridSpec, previous: Rooms | None = None
-) -> Rooms:
-    """The rooms of a map over ``grid``.
+def labelled(free: Bool, low: Bool, walls: Bool, cell_size_m: float) -> I32:
+    """Number (nx, ny) of the room of each free cell, from 1 on; 0 elsewhere.
 
     free: floor that a robot can use; low: occupied cells that one can look over; walls: the other
-    occupied ones. ``previous``: the rooms before; a room keeps the id of the one with which it
-    shares most cells.
+    occupied ones.
     """
-    cell_size_m = grid.cell_size_m
     doors = doorways(walls, cell_size_m)
     inside, count = ndimage.label((free | low) & ~walls & ~doors)
     sizes = np.bincount(inside.ravel(), minlength=count + 1)
@@ -102,7 +98,7 @@ def rooms(
         )
         labels = labels[tuple(nearest)]
     labels[~free] = 0
-    return _identified(labels, grid, previous)
+    return labels
 
 
 def doorways(walls: Bool, cell_size_m: float) -> Bool:
@@ -157,39 +153,33 @@ def _gaps(walls: Bool, ends: Bool, limits: tuple[int, int]) -> Bool:
     return gaps
 
 
-def _identified(labels: I32, grid: GridSpec, previous: Rooms | None) -> Rooms:
-    """Labels, from 1 on, as rooms: with the ids of those with which they share most cells."""
-    sizes = np.bincount(labels.ravel(), minlength=1)
-    sizes[0] = 0
-    present = np.flatnonzero(sizes)
-    ids = np.full(len(sizes), NO_ROOM, np.int32)
-    changes: tuple[RoomChange, ...] = ()
-    next_id = 0 if previous is None else previous.next_id
-    shared = np.zeros((len(sizes), next_id), np.int64)
-    if previous is not None:
-        ids_before = previous.over(grid)
-        both = (labels > 0) & (ids_before != NO_ROOM)
-        np.add.at(shared, (labels[both], ids_before[both]), 1)
-        for flat in np.argsort(-shared, axis=None, kind="stable")[: np.count_nonzero(shared)]:
-            label, before = np.unravel_index(flat, shared.shape)
-            if ids[label] == NO_ROOM and before not in ids:
-                ids[label] = before
+def identified(
+    labels: I32, grid: GridSpec, previous: Rooms | None = None, revision: int = 0
+) -> Rooms:
+    """Labels as of ``labelled`` as rooms: each keeps the id of the one before with which it shares
+    most cells."""
+    before = previous or Rooms(revision, grid, np.full(grid.shape, NO_ROOM, np.int32))
+    present = np.setdiff1d(labels, 0)
+    ids = np.full(labels.max(initial=0) + 1, NO_ROOM, np.int32)
+    shared = np.zeros((len(ids), before.next_id), np.int64)
+    ids_before = onto(grid, before.grid, before.ids, NO_ROOM)
+    both = (labels > 0) & (ids_before != NO_ROOM)
+    np.add.at(shared, (labels[both], ids_before[both]), 1)
+    for flat in np.argsort(-shared, axis=None, kind="stable")[: np.count_nonzero(shared)]:
+        label, room = np.unravel_index(flat, shared.shape)
+        if ids[label] == NO_ROOM and room not in ids:
+            ids[label] = room
     new = present[ids[present] == NO_ROOM]
-    ids[new] = next_id + np.arange(len(new))
-    if previous is not None:
-        changes = _changes(shared, ids)
-    return Rooms(grid, ids[labels], next_id + len(new), changes)
+    ids[new] = before.next_id + np.arange(len(new))
+    changes = (*before.changes, *_changes(shared, ids, revision))[-MAX_ROOM_CHANGES:]
+    return Rooms(revision, grid, ids[labels], before.next_id + len(new), changes)
 
 
-def _changes(shared: I64, ids: I32) -> tuple[RoomChange, ...]:
+def _changes(shared: I64, ids: I32, revision: int) -> Iterator[RoomChange]:
     """Which rooms split and joined: of a room, a part counts from a quarter of it on."""
     parts = shared >= np.maximum(PART * shared.sum(axis=0), 1)
-    splits = [
-        RoomChange((int(before),), tuple(ids[parts[:, before]].tolist()))
-        for before in np.flatnonzero(parts.sum(axis=0) > 1)
-    ]
-    joins = [
-        RoomChange(tuple(np.flatnonzero(parts[label]).tolist()), (int(ids[label]),))
-        for label in np.flatnonzero(parts.sum(axis=1) > 1)
-    ]
-    return (*splits, *joins)
+    for room in np.flatnonzero(parts.sum(axis=0) > 1):
+        yield RoomChange(revision, (int(room),), tuple(ids[parts[:, room]].tolist()))
+    for label in np.flatnonzero(parts.sum(axis=1) > 1):
+        before = tuple(np.flatnonzero(parts[label]).tolist())
+        yield RoomChange(revision, before, (int(ids[label]),))

@@ -8,7 +8,8 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 from scipy import ndimage
 
-from onemap_shared.messages import NO_ROOM, KeptObject, MapRooms, Place
+from onemap_mapper.places.rooms import Rooms
+from onemap_shared.messages import NO_ROOM, KeptObject, Place
 from onemap_shared.names import normalised
 from onemap_shared.places import room_at
 
@@ -22,7 +23,7 @@ FURNITURE: Mapping[str, tuple[str, ...]] = {
 
 
 def suggestions(
-    rooms: MapRooms, objects: Iterable[KeptObject], names: Iterable[str], named: Collection[int]
+    rooms: Rooms, objects: Iterable[KeptObject], names: Iterable[str], named: Collection[int]
 ) -> dict[int, Place]:
     """A place for each room that is not in ``named`` and in which furniture of a kind was found.
 
@@ -56,7 +57,7 @@ def _numbered(kind: str) -> Iterable[str]:
     yield from (f"{kind} {number}" for number in range(2, 1000))
 
 
-def _inside_m(rooms: MapRooms, room: int) -> tuple[float, float]:
+def _inside_m(rooms: Rooms, room: int) -> tuple[float, float]:
     """x, y on the floor of a room, as far from its edge as possible."""
     depth = ndimage.distance_transform_edt(np.pad(rooms.ids == room, 1))
     cell = np.array(np.unravel_index(np.argmax(depth), depth.shape)) - 1

@@ -168,9 +168,15 @@ class SavedMaps:
         with refusing(f"read {path}"):
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
+            before = self._places.kept.value.places
             stayed = self._places.kept.value.merged(content.places, moved)[1]  # or it is refused
-            summary = self._edit(lambda belief: merge_into(belief, content, moved))
-        self._places.kept.change(lambda ours: ours.merged(content.places, moved)[0])
+            # first: their zones hold when their floor is announced
+            self._places.kept.change(lambda ours: ours.merged(content.places, moved)[0])
+            try:
+                summary = self._edit(lambda belief: merge_into(belief, content, moved))
+            except Exception:
+                self._places.replace(before)
+                raise
         ours = self._objects.memory
         self._objects.replace(merged_objects(ours, content.objects, moved))
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)

@@ -14,7 +14,6 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Query, Response
 from pydantic import AfterValidator
 
-from onemap.place_replies import RoomListReply
 from onemap.replies import (
     MapContent,
     MapListReply,
@@ -43,14 +42,12 @@ from onemap_gateway.present.render import (
     render_tops,
 )
 from onemap_gateway.present.replies import map_archive, map_statistics
-from onemap_gateway.present.rooms import room_list
 from onemap_shared import keys
 from onemap_shared.messages import (
     MapClear,
     MapFile,
     MapListRequest,
     MapMerge,
-    RoomsRequest,
     SearchView,
 )
 
@@ -212,12 +209,6 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     return SharedResponse(
         archive.body, media_type="application/octet-stream", headers=archive.headers
     )
-
-
-@router.get("/rooms", summary="The rooms", responses=problem_responses(503))
-async def get_rooms(gateway: GatewayDep) -> RoomListReply:
-    """The floor cut at doors and narrow passages; computed where the map changed."""
-    return await to_thread.run_sync(room_list, await gateway.call(keys.MAP_ROOMS, RoomsRequest()))
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(503))

@@ -18,8 +18,7 @@ from onemap_gateway.present.formats import json_text
 from onemap_gateway.present.places import feature_collection, place_list
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.names import normalised, same_name
-from onemap_shared.places import room_at
+from onemap_shared.names import same_name
 
 router = APIRouter(prefix="/v1", tags=["places"])
 COLLECTION = content(
@@ -31,7 +30,7 @@ COLLECTION = content(
 
 def check_place_name(name: str) -> str:
     """Return the name without needless spaces; ValueError if no place can have it."""
-    return m.PlaceId(name).name
+    return m.PlacesChange(forgotten=(name,)).forgotten[0]
 
 
 Name = Annotated[
@@ -41,12 +40,12 @@ Name = Annotated[
 ]
 
 
-@router.get("/places", summary="Which places have a name?", responses=problem_responses(503))
+@router.get("/places", summary="Rooms and places", responses=problem_responses(503))
 async def list_places(gateway: GatewayDep) -> PlaceListReply:
-    """Named places, then names that are suggested by what was found in a room.
+    """Named places, then names that are suggested by what was found in a room, then other rooms.
 
-    They are kept with the map: saved, loaded, merged and cleared with it, and kept when the mapper
-    restarts.
+    A room is floor cut off at doors and narrow passages. Names are kept with the map: saved,
+    loaded, merged and cleared with it, and kept when the mapper restarts.
     """
     return await to_thread.run_sync(place_list, await _places(gateway))
 
@@ -59,8 +58,13 @@ async def name_place(name: Name, request: PlaceRequest, gateway: GatewayDep) -> 
 
     A place that has the name is replaced. No robot enters a `keep_out` place from now on.
     """
-    place = request.place(name, await _robot_m(gateway) if request.here else ())
-    return await _item(await gateway.call(keys.MAP_NAME_PLACE, place), name)
+    robot_m = gateway.robot_xy_m()
+    if request.is_here and not robot_m:
+        raise HttpProblem(
+            "unavailable", "No pose of the robot has arrived yet: is it running?", service="robot"
+        )
+    change = m.PlacesChange((request.place(name, robot_m),))
+    return await _item(await gateway.call(keys.MAP_CHANGE_PLACES, change), name)
 
 
 @router.delete(
@@ -69,7 +73,7 @@ async def name_place(name: Name, request: PlaceRequest, gateway: GatewayDep) -> 
 async def forget_place(name: Name, gateway: GatewayDep) -> MapPlace:
     """Remove a name or a zone, and say what it was; the map stays."""
     before = await _places(gateway)
-    await gateway.call(keys.MAP_FORGET_PLACE, m.PlaceId(name))
+    await gateway.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(forgotten=(name,)))
     return await _item(before, name)
 
 
@@ -91,54 +95,12 @@ async def import_places(collection: PlaceCollection, gateway: GatewayDep) -> Pla
 
     Nothing is changed unless all of them can be.
     """
-    known = await _places(gateway)
-    _check_import(known, collection.places)
-    for place in collection.places:
-        known = await gateway.call(keys.MAP_NAME_PLACE, place)
-    return await to_thread.run_sync(place_list, known)
-
-
-def _check_import(known: m.MapPlaces, places: tuple[m.Place, ...]) -> None:
-    """Raise HttpProblem if the mapper would refuse one of them."""
-    kept = (place for place in known.places if not place.suggested)
-    names = {normalised(place.name) for place in (*kept, *places)}
-    if len(names) > m.MAX_PLACES:
-        raise HttpProblem(
-            "invalid",
-            f"The map would have {len(names)} places, and it may have {m.MAX_PLACES}: forget some.",
-        )
-    for place in places:
-        if place.kind is m.PlaceKind.KEEP_OUT and place.inside_m and not _in_room(known, place):
-            raise HttpProblem(
-                "invalid",
-                f"The map has no room at {list(place.inside_m)}, so that {place.name!r} would keep "
-                "nothing out: give a Polygon, or a point in a room.",
-            )
-
-
-def _in_room(known: m.MapPlaces, place: m.Place) -> bool:
-    return room_at(known.ids, known.grid, place.inside_m) != m.NO_ROOM
+    changed = await gateway.call(keys.MAP_CHANGE_PLACES, collection.change())
+    return await to_thread.run_sync(place_list, changed)
 
 
 async def _places(gateway: GatewayContext) -> m.MapPlaces:
     return await gateway.call(keys.MAP_PLACES, m.PlacesRequest())
-
-
-async def _robot_m(gateway: GatewayContext) -> tuple[float, ...]:
-    """Where the robot stands; HttpProblem unless that is in a room of the map."""
-    robot_m = gateway.robot_xy_m()
-    if not robot_m:
-        raise HttpProblem(
-            "unavailable", "No pose of the robot has arrived yet: is it running?", service="robot"
-        )
-    known = await _places(gateway)
-    if room_at(known.ids, known.grid, robot_m) == m.NO_ROOM:
-        raise HttpProblem(
-            "invalid",
-            f"The robot stands at ({robot_m[0]:.2f}, {robot_m[1]:.2f}) m, where the map has no "
-            "room yet: let it look around first.",
-        )
-    return robot_m
 
 
 async def _item(message: m.MapPlaces, name: str) -> MapPlace:
