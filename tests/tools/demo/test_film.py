@@ -86,6 +86,8 @@ def test_the_objects_are_listed_with_how_they_stand() -> None:
     lines = [text for text, _ in film.object_lines(REPORT)]
     assert lines == ["bed: found after 12 s", "sofa: exploring", "desk: next"]
     assert film.caption(REPORT) == "Looking for: sofa   exploring   20 s   1 of 3 found"
+    described = {**REPORT, "objects": ["bed"], "understood": "red bed, anywhere"}
+    assert film.caption(described).startswith("Looking for: red bed, anywhere   exploring")
     assert film.caption({**REPORT, "active": False}) == "1 of 3 found in 20 s"
 
 

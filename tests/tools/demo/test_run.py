@@ -223,6 +223,9 @@ def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None
     assert demo.choose_targets(out).objects == ("Elephant",)
     assert isinstance(out.file, io.StringIO)
     assert "flat has nothing that is called 'Elephant'" in out.file.getvalue()
+    demo.options = replace(demo.options, objects=("the bed next to the sofa",))
+    assert demo.choose_targets(out) == DemoTargets(("the bed next to the sofa",), {"bed": "bed"})
+    assert "the name alone is judged" in out.file.getvalue()
     with pytest.raises(OneMapError, match="no word that mini knows"):  # before any robot drives
         demo_of(tmp_path, alone, other).choose_targets(out)
 

@@ -71,6 +71,8 @@ def test_a_list_without_names_is_a_usage_error(objects: str) -> None:
     assert error.value.exit_code == EXIT_USAGE_ERROR
     assert parse_objects(None) == ()
     assert parse_objects("bed, teddy bear,") == ("bed", "teddy bear")
+    described = "the lamp next to the bed, not in the hall"
+    assert parse_objects(f"{described}, bed") == (described, "bed")
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,9 @@ def caption(report: dict[str, Any]) -> str:
     total = f"{found} of {len(report['objects'])} found"
     elapsed = f"{report['elapsed_s']:.0f} s"
     if report["active"]:
-        return f"Looking for: {report['target']}   {report['state']}   {elapsed}   {total}"
+        alone = len(report["objects"]) == 1
+        sought = report["understood"] if alone else report["target"]
+        return f"Looking for: {sought}   {report['state']}   {elapsed}   {total}"
     return f"{total} in {elapsed}"
 
 

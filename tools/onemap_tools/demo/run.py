@@ -41,6 +41,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.rates import mean_rate_hz
 from onemap_shared.runner import is_starting
+from onemap_shared.sentence import parse
 from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.demo import recorded
@@ -207,6 +208,14 @@ class RobotSearch:
             return None
 
 
+def noun_of(text: str) -> str:
+    """The name of what a sentence describes; the text where the gateway will not understand it."""
+    try:
+        return parse(text).name
+    except ValueError:
+        return text
+
+
 def _waiting(subscription: Subscription[M]) -> Iterator[M]:
     """All messages in the queue."""
     while (message := subscription.take(0.0)) is not None:
@@ -298,7 +307,10 @@ class DemoRun:
         known = {name for names in names_of_classes(vocabulary) for name in names}
         count = OBJECTS_EACH * len(self.searches) if several else OBJECTS
         objects = wanted or choose_objects(categories, known, count)
-        names = {word: scene_category(word, categories, vocabulary) for word in objects}
+        nouns = dict.fromkeys(map(noun_of, objects))
+        names = {word: scene_category(word, categories, vocabulary) for word in nouns}
+        if not nouns.keys() >= set(objects):
+            console.print("Of a sentence the name alone is judged: any object of it counts.")
         for word, name in names.items():
             if truth is not None and name not in categories:
                 unjudged = "" if truth.names_complete else ", without ground truth"
@@ -336,7 +348,7 @@ class DemoRun:
             closest_m = min(closest_m, separation_m(self.searches))
         now_s = time.monotonic()
         return DemoSummary(
-            wanted=targets.objects,
+            wanted=tuple(map(noun_of, targets.objects)),
             robots=tuple(search.summary(targets.scene_categories) for search in self.searches),
             duration_s=now_s - self.began_s,
             search_s=now_s - began_s,

@@ -16,6 +16,7 @@ import yaml
 from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
+from onemap_shared.sentence import listed_sentences
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
@@ -129,8 +130,9 @@ class DemoSetup:
 
 
 def parse_objects(objects: str | None) -> tuple[str, ...]:
-    """Split a comma-separated list; empty for None. CliError if the list holds no name."""
-    names = tuple(name for part in (objects or "").split(",") if (name := part.strip()))
+    """The names and sentences between commas; empty for None. CliError if there are none."""
+    parts = listed_sentences(objects or "")
+    names = tuple(name for part in parts if (name := part.strip(" ,")))
     if objects is not None and not names:
         raise CliError(
             f"--objects is {objects!r}, which names nothing: write bed,television or leave it out",
