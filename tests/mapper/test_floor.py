@@ -14,7 +14,7 @@ from onemap_mapper.occupancy.image import occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
-from onemap_shared.messages import Occupancy
+from onemap_shared.messages import Layer, Occupancy
 from tests.mapper import scenes
 from tests.mapper.scenes import Box
 
@@ -147,6 +147,32 @@ def test_an_opening_is_closed_on_all_sides(below: float) -> None:
     assert not (inside == Occupancy.FREE).any()
     beside = states(belief, np.arange(2.65, 3.1, 0.1), np.array([-0.65, -0.55, 0.55, 0.65]))
     assert (beside == Occupancy.FREE).mean() > 0.5
+
+
+@pytest.mark.parametrize("place", [(-0.6, -0.6, 10.0), (2.0, 2.2, -70.0)], ids=["afar", "aside"])
+def test_an_edge_stays_known_where_floor_is_seen_beside_it(
+    place: tuple[float, float, float],
+) -> None:
+    """The opening begins within cells, in which the camera sees floor as well."""
+    low, high, side = 2.56, 3.3, 0.47
+    opening = (
+        Box((-9, -9, -4), (low, 9, 0)),
+        Box((high, -9, -4), (9, 9, 0)),
+        Box((low, -9, -4), (high, -side, 0)),
+        Box((low, side, -4), (high, 9, 0)),
+        Box((low, -side, -9), (high, side, -3)),
+    )
+    camera, belief = Intrinsics.from_fov(160, 120, np.deg2rad(79)), BeliefMap(PARAMS)
+    places = np.stack(np.meshgrid([low], np.arange(-0.35, 0.4, 0.1)), axis=-1)
+    for (x_m, y_m, yaw_deg), times in (((1.0, 0.0, 0.0), 8), (place, 20)):
+        T = pose_2d(x_m, y_m, np.deg2rad(yaw_deg)) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+        depth = scenes.depth_of(opening, T, camera, (120, 160))
+        cloud = PointCloud.of(depth, intrinsics=camera, T_map_camera=T)
+        frame = occupancy_update(cloud, PARAMS)
+        for _ in range(times):
+            belief.fuse_occupancy(frame, belief.grow(frame.cells))
+        drops = belief.shared_version().layers() & Layer.DROP
+        assert drops[tuple(np.moveaxis(belief.grid.cells(places), -1, 0))].all()
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.003])

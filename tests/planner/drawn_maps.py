@@ -42,12 +42,12 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
 
     ``#`` occupied, ``.`` free and explored and searched, ``,`` free and observed only, ``o``
     free, explored, not searched, ``a`` as ``.`` but assumed, not seen, ``g`` occupied where the
-    floor was seen once, blank unknown. Each
+    floor was seen once, ``v`` a drop, blank unknown. Each
     character is ``scale`` cells square.
     """
     letters = np.array([list(row) for row in rows]).repeat(scale, axis=0).repeat(scale, axis=1)
     occupancy = np.full(letters.shape, Occupancy.FREE, np.uint8)
-    occupancy[np.isin(letters, ["#", "g"])] = Occupancy.OCCUPIED
+    occupancy[np.isin(letters, ["#", "g", "v"])] = Occupancy.OCCUPIED
     occupancy[letters == " "] = Occupancy.UNKNOWN
     observed = letters != " "
     return MapView(
@@ -57,6 +57,7 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
         explored=observed & (letters != ","),
         assumed=letters == "a",
         floor_seen=np.isin(letters, list(".,og")),
+        drops=letters == "v",
         searched=observed & ~np.isin(letters, [",", "o"]),
         similarity=(
             np.where(observed, np.float32(0.1), np.float32(np.nan)).astype(np.float32)
@@ -124,6 +125,7 @@ def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:
         + map_view.searched * Layer.SEARCHED
         + map_view.assumed * Layer.ASSUMED
         + map_view.floor_seen * Layer.FLOOR_SEEN
+        + map_view.drops * Layer.DROP
     )
     return SearchView(
         text=text,

@@ -55,6 +55,7 @@ class Layer(IntEnum):
     SEARCHED = 4  # C: the same, since the search of this object began
     ASSUMED = 8  # counts as free, but no camera saw the floor, or not since something stood here
     FLOOR_SEEN = 16  # a camera saw the floor here, whatever stands here now
+    DROP = 32  # occupied, because there is no floor: a step down, a stairwell
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,6 +83,30 @@ def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
         assert not touches(ends, unknown, known_m)
 
 
+@settings(deadline=None, max_examples=60)
+@given(
+    arrays(np.uint8, (12, 12), elements=st.sampled_from([0, 1, 1, 1, 1, 1, 1, 3])),
+    speeds | vectors,
+    headings,
+)
+def test_no_part_of_it_comes_over_a_drop_nor_over_unseen_floor_beside_one(
+    letters: np.ndarray, command: Velocity2d, yaw_rad: float
+) -> None:
+    """Nor on its own trail, on which it creeps nearer to obstacles."""
+    letters[3:9, 3:9] = Occupancy.FREE
+    rows = ["".join(" .#v"[each] for each in row) for row in letters]
+    trail = np.column_stack([np.linspace(0.05, 0.6, 12), np.full(12, 0.6)])
+    trail = np.vstack([trail, np.tile([[0.6, 0.6]], (10, 1))])
+    costmap = costmap_of(drawn_map(*rows), (0.6, 0.6), SIZE, trail_xy=trail)
+    pose, velocity = Pose2d(0.6, 0.6, yaw_rad), STOP
+    for _ in range(40):
+        wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
+        velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
+        pose = moved(pose, velocity, DT_S)
+        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, HOLONOMIC)])
+        assert not touches(ends, costmap.drops, SIZE.radius_m)
+
+
 @given(speeds | vectors, speeds | vectors, headings)
 @settings(deadline=None)
 def test_in_the_open_every_command_passes(

@@ -154,3 +154,33 @@ def test_a_narrow_gap_of_unknown_floor_can_be_opened(gap: str, crossed: bool) ->
     )
     assert not (opened.crossable & (opened.free | opened.occupied)).any()
     assert opened.unseen[opened.crossable].all()
+
+
+def test_floor_that_no_camera_saw_beside_a_drop_is_a_drop_too() -> None:
+    """Assumed floor as unknown one; what was seen to be floor stays open, also right beside it."""
+    rows = [*["....."] * 2, ".. v.", "..aa.", *["....."] * 2, *["     "] * 2]
+    map_view = drawn_map(*rows, scale=5)
+    costmap = costmap_of(map_view, (0.5, 0.5), PARAMS.costmap)
+    drop = np.argwhere(map_view.drops)
+    away_m = np.linalg.norm(np.argwhere(map_view.drops >= 0)[:, None] - drop, axis=2).min(axis=1)
+    near = (away_m.reshape(map_view.drops.shape) * 0.1) <= PARAMS.costmap.beside_drop_m + 1e-9
+    unseen = (map_view.occupancy == Occupancy.UNKNOWN) | map_view.assumed
+    assert (unseen & near).sum() > 40
+    assert (unseen & ~near).any()
+    np.testing.assert_array_equal(costmap.drops, map_view.drops | (unseen & near))
+    assert not (costmap.drops & ~costmap.occupied).any()
+    assert not costmap.passable[costmap.drops].any()
+
+
+def test_no_way_back_or_out_leads_nearer_to_a_drop_than_the_robot_reaches() -> None:
+    """Its own trail may lead past obstacles that are nearer."""
+    trail = np.column_stack([np.linspace(0.55, 2.45, 20), np.full(20, 0.65)])
+    for beside, open_to_it in (("#", True), ("v", False)):
+        rows = ["." * 5, *["." + beside * 4] * 3, "." * 5]
+        map_view = drawn_map(*rows, scale=5)
+        map_view.occupancy[:, 5:8] = Occupancy.FREE  # 0.3 m wide, on both sides more of it
+        map_view.occupancy[:, :5] = Occupancy.OCCUPIED
+        drops = map_view.drops & (map_view.occupancy == Occupancy.OCCUPIED)
+        map_view = replace(map_view, drops=drops)
+        costmap = costmap_of(map_view, (2.45, 0.65), PARAMS.costmap, trail_xy=trail)
+        assert costmap.passable[12, 6] == open_to_it

@@ -253,6 +253,7 @@ class BeliefMap:
             occupancy=to_host(self.occupancy.states.values),
             assumed=to_host(self.occupancy.assumed.values),
             clear=to_host(self.occupancy.clear.values),
+            drops=to_host(self.occupancy.drops()),
             confidences=to_host(self.store.confidences(slice(0, self.store.count))),
             heights=self.store.all_heights,
             view_log=self.view_log,

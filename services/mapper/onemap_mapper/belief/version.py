@@ -70,13 +70,15 @@ def observed_bits(confidences: F32, explored_variance: float, robot: int = 0) ->
     return bits
 
 
-def floor_bits(assumed: Bool, clear: Bool) -> U8:
+def floor_bits(assumed: Bool, clear: Bool, drops: Bool) -> U8:
     """Bits of ``Layer`` for what is known of the floor, of masks of the same shape.
 
-    clear: where a camera saw it once, or it is assumed: only counts as free.
+    clear: where a camera saw it once, or it is assumed: only counts as free; drops: where it is
+    missing.
     """
     seen = clear & ~assumed
     bits: U8 = assumed * np.uint8(Layer.ASSUMED) | seen * np.uint8(Layer.FLOOR_SEEN)
+    bits |= drops * np.uint8(Layer.DROP)
     return bits
 
 
@@ -86,7 +88,7 @@ class MapVersion:
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
     ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
-    once, or it is assumed. By slots: confidences
+    once, or it is assumed; drops: there is no floor. By slots: confidences
     (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
     ``explored_variance``. Heights (count, LEVELS) float32 and the view log are on the device of the
     map, because a reply needs those of few cells.
@@ -103,6 +105,7 @@ class MapVersion:
     occupancy: U8
     assumed: Bool
     clear: Bool
+    drops: Bool
     confidences: F32
     heights: Tensor
     view_log: ViewLog
@@ -151,8 +154,8 @@ class MapVersion:
         bits = observed_bits(self.confidences, self.explored_variance, self.robot)
         bits = np.append(bits, np.uint8(0))
         dense: U8 = bits[self._dense(self.slots, NO_SLOT)]
-        assumed, clear = (self._dense(each, False) for each in (self.assumed, self.clear))
-        return dense | floor_bits(assumed, clear)
+        floor = (self._dense(each, False) for each in (self.assumed, self.clear, self.drops))
+        return dense | floor_bits(*floor)
 
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""

@@ -106,6 +106,11 @@ def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
     return states.masked_fill_(occupied, int(Occupancy.OCCUPIED))
 
 
+def _are_drops(evidence: Tensor) -> Tensor:
+    """Mask (n,), by evidence (n, levels + 1): there is no floor."""
+    return evidence[:, -1] >= OCCUPIED_THRESHOLD
+
+
 def settled_states(before: Tensor, evidence: Tensor, states: Tensor) -> Tensor:
     """What of ``Occupancy`` (n,) cells have lasted in, from what they had before.
 
@@ -170,13 +175,16 @@ def add_evidence(
     different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         row = rows[k]
+        had_drop = evidence[row, -1] >= OCCUPIED_THRESHOLD
         highest, gone = _add_to_column(evidence[row], added[k])
+        drops = (evidence[row, -1] >= OCCUPIED_THRESHOLD) != had_drop
         newly_clear = cleared[k] & (not clear[row])
         clear[row] |= cleared[k]
         now_assumed = (assumed[row] | (gone & clear[row])) & (not cleared[k])
         state = FREE if clear[row] else UNKNOWN
         state = OCCUPIED if highest >= OCCUPIED_THRESHOLD else state
         different[k] = (state != occupancy[row]) | (now_assumed != assumed[row]) | newly_clear
+        different[k] |= drops
         assumed[row], occupancy[row] = now_assumed, state
         before = settled[row]
         after = FREE if state == FREE else before
@@ -216,7 +224,7 @@ def evidence_of(
     """Cells (n, 2), evidence (n, levels + 1), clear and blind (n,) of ``OccupancyUpdate``.
 
     voxels: points in each voxel (nx, ny, levels), and whether a ray crosses it; origin: world cell
-    of voxel [0, 0].
+    of voxel [0, 0]. Floor that is seen beside a drop does not show that none is missing.
     """
     (hits, crossed), (low, drops, seen, blind) = voxels, counts
     nx, ny, levels = hits.shape
@@ -237,7 +245,8 @@ def evidence_of(
                     value = LOW_HIT
                 row[level] = value
                 touched |= value != 0
-            value = -MISS if floor else np.int64(0)
+            around = drops[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
+            value = -MISS if floor and not np.any(around >= MIN_HITS) else np.int64(0)
             value = DROP_HIT if drops[i, j] >= MIN_HITS else value
             row[levels] = value
             if touched | (value != 0):
@@ -267,6 +276,10 @@ class OccupancyLayers:
     @property
     def layers(self) -> tuple[TileLayer, ...]:
         return (self.evidence, self.clear, self.assumed, self.states, self.settled)
+
+    def drops(self, rows: Tensor | slice = slice(None)) -> Tensor:
+        """Mask (n,) by rows: there is no floor."""
+        return _are_drops(self.evidence.values[rows])
 
     @property
     def known_rows(self) -> Tensor:
@@ -315,6 +328,7 @@ class OccupancyLayers:
         different = self.states.values[rows] != states
         different |= self.assumed.values[rows] != assumed
         different |= self.clear.values[rows] != clear
+        different |= self.drops(rows) != _are_drops(evidence)
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.assumed.values[rows] = assumed

@@ -360,7 +360,9 @@ def _evidence(
     voxels.masked_fill_(hits > 0, SINGLE_HIT).masked_fill_(hits >= MIN_HITS, HIT)
     lowest = voxels[..., 0]
     lowest.masked_fill_((low >= MIN_HITS) & (lowest < LOW_HIT), LOW_HIT)
-    drop = (clear * -MISS).to(torch.int8).masked_fill_(drops >= MIN_HITS, DROP_HIT)
+    there = drops >= MIN_HITS
+    beside = torch.nn.functional.max_pool2d(there[None].float(), 3, stride=1, padding=1)[0] > 0
+    drop = ((clear & ~beside) * -MISS).to(torch.int8).masked_fill_(there, DROP_HIT)
     evidence = torch.cat([voxels, drop[..., None]], dim=2)
     place = torch.nonzero(clear | blind | evidence.any(dim=2), as_tuple=True)
     (i, j), (x, y) = place, box.origin_cell

@@ -69,8 +69,8 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
     slots = belief.slots.values[rows]
     observed = slots[slots != NO_SLOT].long()
     driving = belief.occupancy
-    floor = torch.stack([driving.assumed.values[rows], driving.clear.values[rows]])
-    layers = floor_bits(*to_host(floor))
+    floor = (driving.assumed.values[rows], driving.clear.values[rows], driving.drops(rows))
+    layers = floor_bits(*to_host(torch.stack(floor)))
     slots_of_rows: I32 = to_host(slots)
     confidences = to_host(belief.store.confidences(observed))
     layers[slots_of_rows != NO_SLOT] |= observed_bits(

@@ -5,8 +5,8 @@ robot's disc while the command acts for ``reaction_s`` and the robot then brakes
 limits allow. The disc may touch no occupied cell and reach over unknown ones only by
 ``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew, and over the
 blind spot around its start at ``blind_mps``. It may not be where somebody who has just appeared can
-have come by then. No part of it comes into a keep-out zone. A robot that already does any of this
-may move so that it does not get worse.
+have come by then. No part of it comes into a keep-out zone or over a drop. A robot that already
+does any of this may move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -204,7 +204,8 @@ class _Surroundings:
     """The cells that the robot's disc must keep away from, and how far its centre has to stay.
 
     here (1, 2): the robot's centre in metres. occupied and unknown (N, 2): centres in metres;
-    occupied_m and unknown_m: metres to keep from their edges. known (N, 2): cells that are not
+    occupied_m and unknown_m: metres to keep from their edges. drops (N, 2): occupied cells without
+    floor. known (N, 2): cells that are not
     unknown, which the centre may leave by leave_m. unseen and blind (N, 2): cells that no camera
     saw, elsewhere and below its image at the start. here_m: metres from the centre to the nearest
     occupied cell; corner_m: to keep when creeping past one.
@@ -213,6 +214,7 @@ class _Surroundings:
     costmap: Costmap
     here: F64
     occupied: F64
+    drops: F64
     unknown: F64
     known: F64
     unseen: F64
@@ -242,6 +244,7 @@ class _Surroundings:
             costmap,
             here,
             occupied,
+            _without_own(centres[inside & costmap.drops[at]], here, size, radius_m),
             unknown,
             centres[known],
             centres[~inside | (costmap.unseen & ~costmap.blind)[at]],
@@ -261,6 +264,8 @@ class _Surroundings:
         nearer: without that the robot stood for ever a millimetre before a corner.
         """
         size = self.costmap.grid.cell_size_m
+        if len(self.drops) and self._covers(points, self.drops, self.costmap.params.radius_m):
+            return False
         if (edge_distance(points, self.unknown, size) < self.unknown_m).any():
             return False
         if (edge_distance(points, self.known, size) > self.leave_m).any():
@@ -275,16 +280,16 @@ class _Surroundings:
 
     def limit_mps(self, points: F64, params: DriveParams) -> float:
         """The speed that what the disc comes over on this path (N, 2) allows."""
-        if self._covers(points, self.unseen):
+        radius_m = self.costmap.params.radius_m - SLACK_M
+        if self._covers(points, self.unseen, radius_m):
             return params.unseen_mps
-        return params.blind_mps if self._covers(points, self.blind) else np.inf
+        return params.blind_mps if self._covers(points, self.blind, radius_m) else np.inf
 
-    def _covers(self, points: F64, cells: F64) -> bool:
+    def _covers(self, points: F64, cells: F64, radius_m: float) -> bool:
         """Whether the disc comes over cells (M, 2) on this path (N, 2) that it is not over yet."""
         if len(cells) == 0:
             return False
         size = self.costmap.grid.cell_size_m
-        radius_m = self.costmap.params.radius_m - SLACK_M
         now = np.minimum(edge_distances(self.here, cells, size)[0], radius_m)
         closest = edge_distances(points, cells, size).min(axis=0)
         return bool((closest < now - NOT_WORSE_M).any())

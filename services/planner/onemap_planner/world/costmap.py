@@ -57,6 +57,9 @@ class CostmapParams(Params):
     # speed of driving backwards: where the robot was put down, its camera missed a ring about that
     # wide.
     escape_unknown_m: ClassVar[float] = 0.5
+    # Metres around a drop in which floor that no camera saw counts as missing too: wider than what
+    # the footprint may reach over unknown cells.
+    beside_drop_m: ClassVar[float] = 0.4
     # Widest gap of unknown floor, metres, that a search crosses, creeping, when nothing else is
     # left and floor was seen beyond it: narrower than a stair. 0: none.
     gap_m: ClassVar[float] = 0.7
@@ -89,10 +92,13 @@ class Costmap:
     bool: of these, assumed floor around the place where the search began, below the camera's image;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
     size. keep_out: zones that no path enters and that hide nothing; None without any.
+    drops bool: of the occupied, where there is no floor, or beside that none that was seen: no part
+    of the robot comes over them, however slowly.
     """
 
     grid: GridSpec
     occupied: Bool
+    drops: Bool
     free: Bool
     navigable: Bool
     cost: F64
@@ -130,8 +136,11 @@ def build_costmap(
     covered = driven_m <= params.radius_m - size  # as a whole, wherever in its cell it drove
     seen_free = map_view.occupancy == Occupancy.FREE
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
-    free = (seen_free | driven) & ~occupied
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
+    drops = map_view.drops | (unseen & (_distance(map_view.drops) * size <= params.beside_drop_m))
+    occupied |= drops
+    unseen &= ~drops
+    free = (seen_free | driven) & ~occupied
     start = grid.cells(np.vstack([trail_xy, robot_xy])[0])
     around = distance_cells(grid, start) * size <= params.blind_m
     blind = unseen & seen_free & map_view.assumed & around
@@ -142,16 +151,20 @@ def build_costmap(
     navigable &= ~_near_unknown(free | occupied, size, params)
     cost = np.where(navigable, _effort(clearance_m, unseen_m, params), IMPASSABLE)
     wide_enough = clearance_m >= params.radius_m / 2  # for the way that the robot came
-    cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
     robot = grid.cells(robot_xy)
+    drop_m = _distance(drops) * size - size / 2
+    on_floor = drop_m >= min(params.radius_m, float(drop_m[tuple(robot)]))
+    wide_enough &= on_floor
+    cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
-        way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0)
+        way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0) & on_floor
         cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
 
     trail_m = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
     return Costmap(
         grid=grid,
         occupied=occupied,
+        drops=drops,
         free=free,
         navigable=navigable,
         cost=cost,

@@ -151,7 +151,7 @@ class MapView:
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool; assumed
     bool: counts as free, but no camera saw it; floor_seen bool: the camera saw the floor there
-    once, whatever stands there now;
+    once, whatever stands there now; drops bool: occupied, because there is no floor;
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
@@ -166,6 +166,7 @@ class MapView:
     searched: Bool
     assumed: Bool
     floor_seen: Bool
+    drops: Bool
     similarity: F32
     margin: F32
     guidance: F32
@@ -246,6 +247,7 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         searched=(layers & Layer.SEARCHED) > 0,
         assumed=(layers & Layer.ASSUMED) > 0,
         floor_seen=(layers & Layer.FLOOR_SEEN) > 0,
+        drops=(layers & Layer.DROP) > 0,
         similarity=similarity if part.calibrated else by_rank(guidance),
         margin=margin,
         guidance=guidance,
