@@ -74,15 +74,15 @@ class SearchControl:
             LOG.warning("%s", self._refused)
 
     def _request(self, word: str) -> SearchRequest:
-        """The search for what a text lists; ValueError if it is not understood."""
+        """The search for what a text lists; ValueError if it is not understood.
+
+        The planner refuses places that the map does not know.
+        """
         texts = listed_sentences(word)
         sentences = [parse(text) for text in texts]
         if any(each.asks_for_places for each in sentences):
             known = self._bus.call(MAP_PLACES, PlacesRequest(), ANSWER_S).places
-            names = [place.name for place in known]
-            sentences = [parse(text, names) for text in texts]
-            if unknown := [name for each in sentences for name in each.unknown_places(names)]:
-                raise ValueError(f"the map knows no place {unknown[0]!r}; its places are {names}")
+            sentences = [parse(text, [place.name for place in known]) for text in texts]
         return search_for(sentences, ANSWER_S)
 
     def _cancel(self, request: ServiceRequest) -> None:
