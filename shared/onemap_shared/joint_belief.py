@@ -141,42 +141,33 @@ def joint_belief(
     return JointBelief(fits, guidance)
 
 
-def place_weights(detail: Detail, places: MapPlaces | None, grid: GridSpec) -> F64:
+def place_masks(detail: Detail, places: MapPlaces, grid: GridSpec) -> dict[str, Bool]:
+    """Cells (nx, ny) of each place that a detail names and the map shows.
+
+    Those of a room are also of what stands in it and of its walls: of the nearest room within
+    ``ROOM_GROWTH_M``.
+    """
+    names, none = (*detail.inside, *detail.outside), places.ids == NO_ROOM
+    if names and not none.all():
+        away, (x, y) = ndimage.distance_transform_edt(none, return_indices=True)
+        near = away * places.grid.cell_size_m <= ROOM_GROWTH_M
+        ids = np.where(near, places.ids[x, y], NO_ROOM).astype(np.int32)
+        places = replace(places, ids=ids)
+    masks = {name: place_mask(places, name, grid) for name in names}
+    return {name: mask for name, mask in masks.items() if mask.any()}
+
+
+def place_weights(detail: Detail, masks: Mapping[str, Bool], grid: GridSpec) -> F64:
     """M (nx, ny): 1 in one of the places inside of which it is, 0 in those that it is not in.
 
-    Beside a place it fades. Places that the map does not show yet restrict nothing.
+    masks: as of ``place_masks``. Beside a place it fades; places that the map does not show yet
+    restrict nothing.
     """
     weights: F64 = np.ones(grid.shape)
-    if places is None or not (detail.inside or detail.outside):
-        return weights
-    inside, outside = (_covered(names, places, grid) for names in (detail.inside, detail.outside))
-    if inside.any():
-        away_m = grid.cell_size_m * ndimage.distance_transform_edt(~inside)
+    if inside := [masks[name] for name in detail.inside if name in masks]:
+        away_m = grid.cell_size_m * ndimage.distance_transform_edt(~np.logical_or.reduce(inside))
         weights = np.exp2(-((away_m / FADE_M) ** 2))
-    weights[outside] = 0.0
+    for name in detail.outside:
+        if name in masks:
+            weights[masks[name]] = 0.0
     return weights
-
-
-def _covered(names: tuple[str, ...], places: MapPlaces, grid: GridSpec) -> Bool:
-    """Cells (nx, ny) of these places, of a room also those of its furniture."""
-    covered = np.zeros(grid.shape, bool)
-    for name in names:
-        try:
-            covered |= place_mask(places, name, grid)
-        except KeyError:  # it was forgotten since the request was made
-            continue
-    return covered
-
-
-def with_furniture(places: MapPlaces) -> MapPlaces:
-    """The places with rooms that also cover what stands in them and their walls.
-
-    Each cell within ``ROOM_GROWTH_M`` of a room's floor is of the nearest room.
-    """
-    none = places.ids == NO_ROOM
-    if none.all() or not none.size:
-        return places
-    away, (x, y) = ndimage.distance_transform_edt(none, return_indices=True)
-    near = away * places.grid.cell_size_m <= ROOM_GROWTH_M
-    ids = np.where(near, places.ids[x, y], NO_ROOM).astype(np.int32)
-    return replace(places, ids=ids)

@@ -17,3 +17,8 @@ def normalised(name: str) -> str:
 def same_name(one: str, other: str) -> bool:
     """Whether two names are one: ``normalised`` they are equal."""
     return normalised(one) == normalised(other)
+
+
+def indefinite(name: str) -> str:
+    """A name with "a" or "an"."""
+    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"

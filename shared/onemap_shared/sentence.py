@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 from onemap_shared.messages import Detail, Relation, RelationKind, SearchRequest, check_text
 from onemap_shared.messages.details import NEXT_TO_M, NO_DETAIL
-from onemap_shared.names import ARTICLES, normalised
+from onemap_shared.names import ARTICLES, indefinite, normalised
 
 # The words of a clause, by the part of the request that says the same.
 CLAUSES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -111,13 +111,10 @@ class Sentence:
 
     def unknown_places(self, places: Iterable[str]) -> tuple[str, ...]:
         """Places that it names and the map does not know; a room's word may become one later."""
-        known = set(map(normalised, places))
-        of_object = [
-            name
-            for name in (*self.detail.inside, *self.detail.outside)
-            if normalised(name) not in ROOM_WORDS
-        ]
-        return tuple(name for name in (*of_object, *self.stay_out) if normalised(name) not in known)
+        known, told = set(map(normalised, places)), (*self.detail.inside, *self.detail.outside)
+        of_robot = tuple(name for name in self.stay_out if normalised(name) not in known)
+        later = known | ROOM_WORDS
+        return tuple(name for name in told if normalised(name) not in later) + of_robot
 
 
 def is_description(text: str) -> bool:
@@ -261,54 +258,33 @@ def _thing(phrase: str) -> str:
 
 
 def in_words(
-    name: str,
-    detail: Detail,
-    stay_out: Sequence[str] = (),
-    *,
-    places: Collection[str] | None = None,
-) -> str:
-    """How a description was understood: "lamp, within 1 m of a bed, anywhere".
-
-    places: names of the map's places, to say which rooms are not known yet; None: do not say.
-    """
-    unknown = set() if places is None else ROOM_WORDS - set(map(normalised, places))
-
-    def listed(names: Sequence[str], last: str) -> str:
-        later = {each: " (as soon as one is known)" for each in names if each in unknown}
-        return f" {last} ".join(f"{_definite(each)}{later.get(each, '')}" for each in names)
-
-    where = [f"in {listed(detail.inside, 'or')}"] if detail.inside else []
-    where += [f"not in {listed(detail.outside, 'or')}"] if detail.outside else []
-    said = [f"{detail.colour} {_bare(name)}".strip(), *map(_relation_in_words, detail.relations)]
-    out = [f"staying out of {listed(stay_out, 'and')}"] if stay_out else []
-    return ", ".join([*said, *(where or ["anywhere"]), *out])
-
-
-def all_in_words(
     sentences: Sequence[Sentence],
     places: Collection[str] | None = None,
     stands_for: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> str:
-    """How several were understood; stands_for: names for which a description stands, by its text.
+    """How sentences were understood: "lamp, within 1 m of a bed, anywhere".
 
-    The robot stays out of the places of all of them at once, so these come last.
+    places: names of the map's places, to say which rooms are not known yet; None: do not say.
+    stands_for: names for which a description stands, by its text. The robot stays out of the places
+    of all sentences at once, so these come last.
     """
-    out = tuple(dict.fromkeys(place for each in sentences for place in each.stay_out))
+    unknown = set() if places is None else ROOM_WORDS - set(map(normalised, places))
+
+    def listed(names: Iterable[str], last: str) -> str:
+        later = dict.fromkeys(unknown, " (as soon as one is known)")
+        the = {each: f"the {each}" for each in ROOM_WORDS}
+        return f" {last} ".join(the.get(each, each) + later.get(each, "") for each in names)
+
     said = []
-    for number, each in enumerate(sentences, 1):
-        names = " or ".join(stands_for.get(each.name, ()))
-        name = f"{each.name} ({names})" if names else each.name
-        last = number == len(sentences)
-        said.append(in_words(name, each.detail, out if last else (), places=places))
-    return "; ".join(said)
-
-
-def _relation_in_words(relation: Relation) -> str:
-    near = relation.kind is RelationKind.NEXT_TO
-    words = f"within {NEXT_TO_M:g} m of" if near else str(relation.kind)
-    names = (f"{'an' if each[0].lower() in 'aeiou' else 'a'} {each}" for each in relation.anchors)
-    return f"{words} {' and '.join(names)}"
-
-
-def _definite(place: str) -> str:
-    return f"the {place}" if place in ROOM_WORDS else place
+    for each in sentences:
+        detail, names = each.detail, " or ".join(stands_for.get(each.name, ()))
+        parts = [f"{detail.colour} {_bare(each.name)}".strip() + (f" ({names})" if names else "")]
+        for relation in detail.relations:
+            near = relation.kind is RelationKind.NEXT_TO
+            words = f"within {NEXT_TO_M:g} m of" if near else relation.kind.words
+            parts.append(f"{words} {' and '.join(map(indefinite, relation.anchors))}")
+        where = [f"in {listed(detail.inside, 'or')}"] if detail.inside else []
+        where += [f"not in {listed(detail.outside, 'or')}"] if detail.outside else []
+        said.append(", ".join([*parts, *(where or ["anywhere"])]))
+    out = dict.fromkeys(place for each in sentences for place in each.stay_out)
+    return "; ".join(said) + (f", staying out of {listed(out, 'and')}" if out else "")

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
 from onemap_shared.joint_belief import (
     DRAW,
@@ -21,9 +21,9 @@ from onemap_shared.joint_belief import (
     Layers,
     joint_belief,
     kernel,
+    place_masks,
     place_weights,
     relation_belief,
-    with_furniture,
 )
 from onemap_shared.messages import (
     NO_ROOM,
@@ -33,6 +33,7 @@ from onemap_shared.messages import (
     Relation,
     RelationKind,
 )
+from onemap_shared.places import NOWHERE
 
 CELL_M = 0.1
 SHAPE = (60, 50)
@@ -139,12 +140,15 @@ def test_places_limit_where_it_is_and_cover_the_furniture_of_rooms() -> None:
         GRID,
         ids,
     )
-    grown = with_furniture(places)
-    weights = place_weights(Detail(inside=("kitchen",)), grown, GRID)
+
+    def weights_of(detail: Detail, places: MapPlaces = places) -> F64:
+        return place_weights(detail, place_masks(detail, places, GRID), GRID)
+
+    weights = weights_of(Detail(inside=("kitchen",)))
     assert weights[15, 13] == weights[6, 6] == 1.0
     assert weights[15, 40] < 0.01
-    outside = place_weights(Detail(outside=("Kitchen",)), grown, GRID)
+    outside = weights_of(Detail(outside=("Kitchen",)))
     assert (outside == np.where(weights == 1.0, 0.0, 1.0)).all()
     unknown = replace(places, ids=np.full(SHAPE, NO_ROOM, np.int32), rooms=(NO_ROOM, NO_ROOM))
-    for known in (None, with_furniture(unknown)):
-        assert (place_weights(Detail(inside=("kitchen",)), known, GRID) == 1.0).all()
+    for known in (NOWHERE, unknown):
+        assert (weights_of(Detail(inside=("kitchen",)), known) == 1.0).all()

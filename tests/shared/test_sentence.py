@@ -137,8 +137,8 @@ def test_what_was_understood_is_said_in_words() -> None:
     }
     for text, words in said.items():
         sentence = parse(text, PLACES)
-        assert in_words(sentence.name, sentence.detail, sentence.stay_out, places=PLACES) == words
-    assert in_words("cup", Detail(inside=("hall",))) == "cup, in the hall"
+        assert in_words([sentence], PLACES) == words
+    assert in_words([thing("cup", inside=("hall",))]) == "cup, in the hall"
 
 
 def test_places_that_nobody_knows_are_found_and_rooms_may_become_known() -> None:

@@ -49,7 +49,6 @@ from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
-from onemap_shared.joint_belief import with_furniture
 from onemap_shared.messages import (
     NO_DETAIL,
     FeatureField,
@@ -68,6 +67,7 @@ from onemap_shared.messages import (
     ViewChanges,
     ViewChangesRequest,
 )
+from onemap_shared.places import NOWHERE
 from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
@@ -202,9 +202,8 @@ class Mapper:
         scored = session.scores.of(queries, robot.number)
         if scored.version.count == 0:
             raise _empty()
-        detail, places = request.detail, None
-        if detail.inside or detail.outside:
-            places = with_furniture(self._places.places())
+        named = request.detail.inside or request.detail.outside
+        places = self._places.places() if named else NOWHERE
         reply = similarity_reply(scored, request=request, places=places)
         coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from enum import Enum
 from math import atan2, degrees, dist, pi, remainder
 
+from onemap_shared.names import indefinite
+
 NEAR_M = 1.5  # from a thing, a place is near it: the distance from which a thing counts as found
 HERE_M = 0.75  # nearer, a distance rounds to no whole metre worth naming
 BEHIND_M = 0.5  # by which a thing is nearer to the robot than what lies behind it
@@ -69,7 +71,7 @@ def a(name: str) -> str:
     """A name with its article; plurals, and names that have one, as they are."""
     if _determined(name) or (name.endswith("s") and not name.endswith(SINGULAR)):
         return name
-    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"
+    return indefinite(name)
 
 
 def the(name: str) -> str:
@@ -210,6 +212,12 @@ def no_place(name: str, known: Sequence[str]) -> str:
 def zone_in_the_way(name: str) -> str:
     """Why the robot cannot go there."""
     return f"the keep-out zone {name!r} is in the way"
+
+
+def no_way(zones: Sequence[str]) -> str:
+    """Why the robot cannot go there, which keeps out of these zones."""
+    kept = f" that keeps out of {', '.join(map(repr, zones))}" if zones else ""
+    return f"no way leads there{kept}"
 
 
 def waiting_for(what: str, how: str) -> str:

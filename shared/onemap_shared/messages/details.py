@@ -7,6 +7,7 @@ from typing import Annotated
 
 from onemap_shared.messages.checks import Message, Word, cleaned, items
 from onemap_shared.messages.places import MAX_PLACES
+from onemap_shared.names import indefinite
 
 NEXT_TO_M = 1.0  # between two objects that are next to each other
 MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
@@ -20,6 +21,11 @@ class RelationKind(Word):
     UNDER = "under"
     IN = "in"
     BETWEEN = "between"
+
+    @property
+    def words(self) -> str:
+        """As one says it: "next to"."""
+        return self.value.replace("_", " ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +66,7 @@ class Detail(Message):
         """An object of this name, so described, in words: "lamp next to a bed"."""
         words = [self.colour, name]
         for relation in self.relations:
-            kind = str(relation.kind).replace("_", " ")
-            words += [kind, " and ".join(map(_indefinite, relation.anchors))]
+            words += [relation.kind.words, " and ".join(map(indefinite, relation.anchors))]
         for where, names in (("in", self.inside), ("not in", self.outside)):
             words += [f"{where} the {' or the '.join(names)}"] if names else []
         return " ".join(filter(None, words))
@@ -78,7 +83,3 @@ class Detail(Message):
 
 
 NO_DETAIL = Detail()
-
-
-def _indefinite(name: str) -> str:
-    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"

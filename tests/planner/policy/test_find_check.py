@@ -23,9 +23,11 @@ from onemap_shared.messages import (
     Relation,
     RelationKind,
 )
+from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 from tests.planner.one_room import POSE, ROOM, candidate, context, having_seen, planner_state
 
+DEN = ((0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0))
 NEXT_TO, ON, UNDER = RelationKind.NEXT_TO, RelationKind.ON, RelationKind.UNDER
 
 
@@ -33,7 +35,7 @@ def related(kind: RelationKind) -> Detail:
     return Detail(relations=(Relation(kind, ("bed",)),))
 
 
-def seen_in_room(detail: Detail, places: MapPlaces | None = None) -> PlanningContext:
+def seen_in_room(detail: Detail, places: MapPlaces = NOWHERE) -> PlanningContext:
     """The room, in which a bed shows from (2, 2) to (3, 3)."""
     here = context()
     bed = np.full(ROOM.grid.shape, 0.05, np.float32)
@@ -103,7 +105,7 @@ def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
     ],
 )
 def test_a_place_holds_it_or_not(detail: Detail, x: float, expected: FindCheck) -> None:
-    den = Place("den", corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0)))
+    den = Place("den", corners_m=DEN)
     ids = np.full(ROOM.grid.shape, NO_ROOM, np.int32)
     places = MapPlaces(1, 1, (den,), (NO_ROOM,), ROOM.grid, ids)
     here = seen_in_room(detail, places)
@@ -111,13 +113,19 @@ def test_a_place_holds_it_or_not(detail: Detail, x: float, expected: FindCheck) 
 
 
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
-    attic = Place("attic", inside_m=(30.0, 30.0))
+    attic, den = Place("attic", inside_m=(30.0, 30.0)), Place("den", corners_m=DEN)
     ids = np.full(ROOM.grid.shape, 0, np.int32)
-    here = seen_in_room(
-        Detail(inside=("attic",)), MapPlaces(1, 1, (attic,), (NO_ROOM,), ROOM.grid, ids)
-    )
-    check = check_find(candidate(1.0, 2.0), here, TargetMemory())
-    assert (check.holds, check.wrong) == (None, ("perhaps not in the attic",))
+    places = MapPlaces(1, 1, (attic, den), (NO_ROOM, NO_ROOM), ROOM.grid, ids)
+
+    def checked(detail: Detail, x: float) -> FindCheck:
+        return check_find(candidate(x, 2.0), seen_in_room(detail, places), TargetMemory())
+
+    inside = Detail(inside=("attic",), outside=("den",))
+    perhaps = ("perhaps not in the attic",)
+    assert checked(inside, 3.0) == FindCheck(None, ("not in the den",), perhaps)
+    assert checked(inside, 1.0) == FindCheck(False, (), ("in the den",))
+    told = ("not in the den", "attic not checked: no such place is known")
+    assert checked(Detail(outside=("attic", "den")), 3.0) == FindCheck(True, told)
 
 
 RGB = {

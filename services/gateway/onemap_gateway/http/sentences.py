@@ -13,7 +13,7 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import Described
 from onemap_shared import keys
 from onemap_shared.messages import PlacesRequest, TextRequest
-from onemap_shared.sentence import Sentence, all_in_words, is_description
+from onemap_shared.sentence import Sentence, in_words, is_description
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Understood:
 
     def in_words(self, *sentences: Sentence) -> str:
         """How these, or all of them, were understood."""
-        return all_in_words(sentences or self.sentences, self.places, self.stands_for)
+        return in_words(sentences or self.sentences, self.places, self.stands_for)
 
 
 class WordsReply(Reply):

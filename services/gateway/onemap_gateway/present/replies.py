@@ -36,7 +36,7 @@ from onemap_shared.messages import (
     SearchStatus,
     SearchView,
 )
-from onemap_shared.sentence import Sentence, all_in_words
+from onemap_shared.sentence import Sentence, in_words
 from onemap_shared.transport import Counters
 
 R = TypeVar("R", bound=Reply)
@@ -66,7 +66,7 @@ def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
         SearchSnapshot,
         status,
         id=status.search_id,
-        understood=all_in_words(sentences),
+        understood=in_words(sentences),
         left=_left(status, sentences),
         results=tuple(map(_object_outcome, results)),
         choice=status.choice if status.choice.options else None,

@@ -23,7 +23,7 @@ from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, Sc
 from onemap_mapper.query.similarity import CellScores, TextQuery, against, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
-from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_weights
+from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_masks, place_weights
 from onemap_shared.messages import (
     NO_VIEW,
     RANKS,
@@ -39,13 +39,14 @@ from onemap_shared.messages import (
     ViewChangesRequest,
     ViewKey,
 )
+from onemap_shared.places import NOWHERE
 
 NO_GRID: F32 = np.zeros((0, 0), np.float32)
 NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 
 
 def similarity_reply(
-    scored: ScoredVersion, *, request: SimilarityRequest, places: MapPlaces | None = None
+    scored: ScoredVersion, *, request: SimilarityRequest, places: MapPlaces = NOWHERE
 ) -> SimilarityReply:
     """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
@@ -100,15 +101,16 @@ def _described(
     texts: Sequence[CellScores],
     *,
     detail: Detail,
-    places: MapPlaces | None,
+    places: MapPlaces,
 ) -> F32:
     """The scores (nx, ny) of the first text, joined with the belief in places and anchors."""
+    masks = place_masks(detail, places, version.grid)
     target, *others = (_layers(version, text) for text in texts)
     joint = joint_belief(
         target,
         dict(zip(detail.anchors, others, strict=True)),
         detail,
-        places=place_weights(detail, places, version.grid),
+        places=place_weights(detail, masks, version.grid),
         cell_size_m=version.grid.cell_size_m,
     )
     return joint.similarity(scores)

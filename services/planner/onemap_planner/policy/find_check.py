@@ -6,8 +6,9 @@ Where it does not, and floor around the object was not seen yet, it cannot be to
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -45,6 +46,7 @@ class FindCheck:
 
 
 AS_DESCRIBED = FindCheck()
+Part: TypeAlias = tuple[bool | None, str]  # whether it holds, and what does, or what does not
 
 
 def check_find(
@@ -57,27 +59,22 @@ def check_find(
 
     An anchor is where the map shows it clearly, where it was detected and where it was found.
     """
-    description = context.description
+    description, map_view = context.description, context.map_view
     if description is None:
         return AS_DESCRIBED
-    cells = context.map_view.indices_of(candidate.surface)
+    cells = map_view.indices_of(candidate.surface)
     if len(cells) == 0:
         return FindCheck(None)
-    anchors = {
-        name: _anchor_cells(name, description, context.map_view, memory, found_objects)
-        for name in description.detail.anchors
-    }
-    parts = [
-        _relation(relation, candidate, anchors, context.map_view, memory)
-        for relation in description.detail.relations
-    ]
-    parts += _places(cells, description)
-    parts += _colour(candidate, description.detail.colour)
-    held = {part.holds for part in parts}
+    detail, anchors = description.detail, {}
+    for name in description.detail.anchors:
+        anchors[name] = _anchor_cells(name, description, map_view, memory, found_objects)
+    parts = [_relation(each, candidate, anchors, map_view, memory) for each in detail.relations]
+    parts += [*_places(cells, description), *_colour(candidate, detail.colour)]
+    held = {holds for holds, _ in parts}
     return FindCheck(
         False if False in held else None if None in held else True,
-        tuple(text for part in parts for text in part.told),
-        tuple(text for part in parts for text in part.wrong),
+        tuple(what for holds, what in parts if holds),
+        tuple(f"{'perhaps ' * (holds is None)}{what}" for holds, what in parts if not holds),
     )
 
 
@@ -87,15 +84,17 @@ def _relation(
     anchors: Mapping[str, I64],
     map_view: MapView,
     memory: TargetMemory,
-) -> FindCheck:
-    cells = map_view.indices_of(candidate.surface)
+) -> Part:
+    cells, kind = map_view.indices_of(candidate.surface), relation.kind
     away_m = np.array([_distance_m(cells, anchors[name], map_view) for name in relation.anchors])
-    near = bool((kernel(relation.kind, away_m) >= HOLDS).all())
+    near = bool((kernel(kind, away_m) >= HOLDS).all())
     if near and _at_height(relation, candidate, memory):
-        return FindCheck(True, (_holding(relation, float(away_m.max())),))
-    hidden = not near and _unseen_m2(cells, map_view, REACH_M[relation.kind] + FADE_M) >= UNSEEN_M2
-    wrong = f"not {_words(relation.kind)} {' and '.join(map(a, relation.anchors))}"
-    return FindCheck(None, (), (f"perhaps {wrong}",)) if hidden else FindCheck(False, (), (wrong,))
+        next_to = kind is RelationKind.NEXT_TO
+        words = f"{away_m.max():.1f} m from" if next_to else kind.words
+        return True, f"{words} {' and '.join(map(the, relation.anchors))}"
+    hidden = not near and _unseen_m2(cells, map_view, REACH_M[kind] + FADE_M) >= UNSEEN_M2
+    wrong = f"not {kind.words} {' and '.join(map(a, relation.anchors))}"
+    return None if hidden else False, wrong
 
 
 def _at_height(relation: Relation, candidate: ObjectCandidate, memory: TargetMemory) -> bool:
@@ -147,35 +146,25 @@ def _unseen_m2(cells: I64, map_view: MapView, range_m: float) -> float:
     return float(area_in_view(around, ~map_view.explored, middle[None], range_m)[0])
 
 
-def _places(cells: I64, description: Description) -> list[FindCheck]:
-    detail = description.detail
-    if not (detail.inside or detail.outside):
-        return []
-    there = float(np.median(description.places[tuple(cells.T)])) >= HOLDS
-    said = (("", detail.inside), ("not ", detail.outside))
-    words = [(no, f"in {' or '.join(map(the, names))}") for no, names in said if names]
-    if there and not description.shows_place:
-        return [FindCheck(None, (), (f"perhaps not in {' or '.join(map(the, detail.inside))}",))]
-    if there:
-        return [FindCheck(True, tuple(no + where for no, where in words))]
-    wrong = " or ".join(where if no else f"not {where}" for no, where in words)
-    return [FindCheck(False, (), (wrong,))]
+def _places(cells: I64, description: Description) -> Iterator[Part]:
+    detail, shown = description.detail, description.shown
+    others = [name for name in detail.outside if name in shown]
+    in_one, in_others = (f"in {' or '.join(map(the, each))}" for each in (detail.inside, others))
+    is_shown = any(name in shown for name in detail.inside)
+    if float(np.median(description.places[tuple(cells.T)])) < HOLDS:
+        yield False, " or ".join([f"not {in_one}"] * is_shown + [in_others] * bool(others))
+        return
+    if detail.inside:
+        yield (True, in_one) if is_shown else (None, f"not {in_one}")
+    if others:
+        yield True, f"not {in_others}"
+    for name in detail.outside:
+        if name not in shown:
+            yield True, f"{name} not checked: no such place is known"
 
 
-def _colour(candidate: ObjectCandidate, colour: str) -> list[FindCheck]:
-    if not colour:
-        return []
-    has, unchecked = has_colour(candidate.best_view, colour)
-    if has:
-        return [FindCheck(True, (f"colour not checked: {unchecked}" if unchecked else colour,))]
-    return [FindCheck(has, (), (f"not {colour}" if has is False else f"perhaps not {colour}",))]
-
-
-def _words(kind: RelationKind) -> str:
-    return str(kind).replace("_", " ")
-
-
-def _holding(relation: Relation, away_m: float) -> str:
-    if relation.kind is RelationKind.NEXT_TO:
-        return f"{away_m:.1f} m from {the(relation.anchors[0])}"
-    return f"{_words(relation.kind)} {' and '.join(map(the, relation.anchors))}"
+def _colour(candidate: ObjectCandidate, colour: str) -> Iterator[Part]:
+    if colour:
+        has, unchecked = has_colour(candidate.best_view, colour)
+        told = f"colour not checked: {unchecked}" if unchecked else colour
+        yield has, told if has else f"not {colour}"

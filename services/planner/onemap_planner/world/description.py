@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +14,8 @@ from onemap_shared.joint_belief import (
     JointBelief,
     Layers,
     joint_belief,
+    place_masks,
     place_weights,
-    with_furniture,
 )
 from onemap_shared.messages import Detail, MapPlaces
 
@@ -24,19 +24,16 @@ from onemap_shared.messages import Detail, MapPlaces
 class Description:
     """What is said of the object that is sought, and what the map shows of it.
 
-    anchors: the layers of each other object that is named, on the grid of the map view; places
-    (nx, ny): as of ``place_weights``; joint: None if nothing says where the object is.
+    anchors: the layers of each other object that is named, on the grid of the map view; shown:
+    names of the places that the map shows; places (nx, ny): as of ``place_weights``; joint: None if
+    nothing says where the object is.
     """
 
     detail: Detail
     anchors: Mapping[str, Layers]
+    shown: Collection[str]
     places: F64
     joint: JointBelief | None
-
-    @property
-    def shows_place(self) -> bool:
-        """Whether the map shows one of the places inside of which the object is, if there are."""
-        return not self.detail.inside or bool((self.places < 1.0).any())
 
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
         """The map view with the joint belief as similarity and guidance.
@@ -53,7 +50,7 @@ class Description:
 def described(
     detail: Detail,
     views: Iterable[PlanningView],
-    places: MapPlaces | None,
+    places: MapPlaces,
     map_view: MapView,
     robot_xy: tuple[float, float],
 ) -> Description | None:
@@ -67,15 +64,13 @@ def described(
     grid = map_view.grid
     anchors = {}
     for name in detail.anchors:
-        shown = map_view_around(by_name[name], np.asarray(robot_xy))
-        anchors[name] = Layers(
-            onto(grid, shown.grid, shown.similarity, np.nan),
-            onto(grid, shown.grid, shown.guidance, np.nan),
-        )
-    in_places = bool(detail.inside or detail.outside)
-    weights = place_weights(detail, with_furniture(places) if places and in_places else None, grid)
+        around = map_view_around(by_name[name], np.asarray(robot_xy))
+        layers = (around.similarity, around.guidance)
+        anchors[name] = Layers(*(onto(grid, around.grid, each, np.nan) for each in layers))
+    shown = place_masks(detail, places, grid)
+    weights = place_weights(detail, shown, grid)
     joint = None
     if detail.located:
         target = Layers(map_view.similarity, map_view.guidance)
         joint = joint_belief(target, anchors, detail, places=weights, cell_size_m=grid.cell_size_m)
-    return Description(detail, anchors, weights, joint)
+    return Description(detail, anchors, shown.keys(), weights, joint)

@@ -38,11 +38,6 @@ PAINTS = {
     "purple": (120, 50, 150),
     "white": (235, 235, 230),
 }
-WORDS = {
-    RelationKind.NEXT_TO: "next to",
-    RelationKind.ON: "on",
-    RelationKind.UNDER: "under",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +217,7 @@ def _related(things: _Things) -> Iterator[DescribedObject]:
                 things.gap_m(one, other) > CLEARLY_NOT_M for one, other in pairs if one not in meant
             )
             if things.alone(meant, instances) and clear:
-                phrase = f"{noun} {WORDS[kind]} the {anchor}"
+                phrase = f"{noun} {kind.words} the {anchor}"
                 detail = Detail(relations=(Relation(kind, (anchor,)),))
                 yield DescribedObject(noun, phrase, detail, meant[0])
 
