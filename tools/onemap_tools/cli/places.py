@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -17,7 +15,6 @@ from onemap_tools.processes.network import DEFAULT_URL
 
 app = typer.Typer()
 Name = Annotated[str, typer.Argument(help="Its case does not matter.")]
-File = Annotated[Path, typer.Argument(dir_okay=False, help="GeoJSON, in metres of the map.")]
 
 
 @app.command(rich_help_panel=FIRST)
@@ -75,43 +72,6 @@ def forget_place(
     show(forgotten, as_json, describe)
 
 
-@app.command("places export", rich_help_panel=OPERATE)
-def export_places(
-    file: File, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
-) -> None:
-    """Write the named places to a GeoJSON file, in metres of the map, not degrees."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        collection = gateway.export_places()
-    try:
-        file.write_text(json.dumps(collection, indent=1), encoding="utf-8")
-    except OSError as problem:
-        raise CliError(f"Cannot write {file}: {problem.strerror}.") from problem
-
-    def describe(written: dict[str, Any], console: Console) -> None:
-        console.print(f"Wrote {written['places']} places to {written['path']}.", soft_wrap=True)
-
-    show({"path": str(file), "places": len(collection["features"])}, as_json, describe)
-
-
-@app.command("places import", rich_help_panel=OPERATE)
-def import_places(
-    file: File, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
-) -> None:
-    """Add or replace the places of a GeoJSON file: all of them, or none."""
-    from onemap_tools.gateway import gateway_client
-
-    try:
-        collection = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise CliError(f"Cannot read {file}: {problem.strerror}.") from problem
-    except ValueError as problem:
-        raise CliError(f"{file} is no GeoJSON: {problem}.", EXIT_USAGE_ERROR) from problem
-    with gateway_client(url, token) as gateway:
-        _show([dict(each.document) for each in gateway.import_places(collection).places], as_json)
-
-
 def parse_points(text: str, option: str) -> list[tuple[float, float]]:
     """x, y in metres of each ``x,y`` of a text."""
     try:
@@ -136,7 +96,7 @@ def _show(places: list[dict[str, Any]], as_json: bool) -> None:
             x_m, y_m = place["inside_m"] or place["corners_m"][0]
             kind = place["kind"].replace("_", " ") + (", suggested" if place["suggested"] else "")
             area = f"{place['area_m2']:.1f} m2" if place["outlines_m"] else "no room there yet"
-            table.add_row(place["name"], kind, area, f"({x_m:.2f}, {y_m:.2f}) m")
+            table.add_row(place["name"] or "-", kind, area, f"({x_m:.2f}, {y_m:.2f}) m")
         console.print(table)
 
     show({"places": places}, as_json, describe)
