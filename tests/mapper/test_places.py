@@ -34,7 +34,7 @@ from onemap_shared.messages import (
     PlacesChange,
     PlacesRequest,
 )
-from onemap_shared.places import place_mask, polygon_mask, room_at, zones_mask
+from onemap_shared.places import Zones, place_mask, polygon_mask, room_at
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import decode, encode
 from tests.mapper import scenes
@@ -165,7 +165,7 @@ def test_a_room_keeps_its_name_and_grows_with_the_map(tmp_path: Path) -> None:
         kept.rooms = drawn(free, walls, first_row)
         reply = kept.name(Place("Nursery", PlaceKind.KEEP_OUT, (2.0, 1.5)))
         assert kept.listed() == {"Nursery": room_at(kept.rooms.ids, kept.rooms.grid, (2.0, 1.5))}
-        mask = zones_mask(reply, grid_of(free))
+        mask = Zones(reply).mask(grid_of(free))
         np.testing.assert_array_equal(mask, place_mask(reply, "the nursery", grid_of(free)))
         assert not mask[41:].any()
         covered.append(mask.sum())

@@ -33,6 +33,7 @@ from onemap_planner.search.state_machine import (
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detail, Detections, Layer, MapPlaces, Occupancy, SearchView
+from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 
 CELL_M = 0.1
@@ -264,7 +265,7 @@ class SimulatedSearch:
     stale_reason: str = ""
     patience_from_s: float = float("-inf")
     reached: Pose2d | None = None
-    places: MapPlaces | None = None
+    places: MapPlaces = NOWHERE
     off_m: float = 1.5 * ARRIVE_M  # from the goal to where the robot stands for it
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)

@@ -33,6 +33,7 @@ from onemap_shared.messages import (
     TextRequest,
     VelocityCommand,
 )
+from onemap_shared.places import NOWHERE
 from onemap_shared.transport import RequestRejected
 from tests.memory_bus import MemoryRouter
 from tests.planner.drawn_maps import drawn_map, search_view_of
@@ -60,6 +61,7 @@ class SimulatedServices:
         )
         self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
+        self.serve_places(NOWHERE)
         self.perception = self.router.bus("p")
         self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config

@@ -15,7 +15,7 @@ from onemap_shared.messages import (
     PlacesRequest,
     SearchRequest,
 )
-from onemap_shared.transport import RemoteError
+from onemap_shared.transport import RemoteError, RequestRejected
 from tests.planner.drawn_maps import places_of
 from tests.planner.simulated_services import ROOM, SimulatedServices, moves
 
@@ -28,18 +28,18 @@ def drives(services: SimulatedServices) -> None:
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 
-def test_a_mapper_of_an_earlier_release_has_no_zones(services: SimulatedServices) -> None:
-    services.start("sofa")
-    drives(services)
-
-
 def test_unknown_zones_stop_the_robot_until_they_are_known(services: SimulatedServices) -> None:
     services.start("sofa")
     drives(services)
+
+    def failing(_: PlacesRequest) -> MapPlaces:
+        raise RequestRejected("internal", "no places")
+
+    services.mapper.serve(keys.MAP_PLACES, failing)
     services.places_version = 3
     services.frame()
     services.sent_commands()
-    services.until(lambda: "waiting for the keep-out zones" in services.get().reason)
+    services.until(lambda: "waiting for the keep-out zones: no places" in services.get().reason)
     assert not any(map(moves, services.sent_commands()))
     told = services.serve_places(places_of(ROOM.grid, FAR, version=3))
     drives(services)

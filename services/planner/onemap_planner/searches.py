@@ -27,7 +27,6 @@ from onemap_planner.search.state_machine import (
     transition,
 )
 from onemap_planner.sentences import no_place
-from onemap_planner.world.keep_out import Zones
 from onemap_shared import keys
 from onemap_shared.messages import (
     PlacesRequest,
@@ -41,7 +40,8 @@ from onemap_shared.messages import (
     SearchStatus,
     subject_of,
 )
-from onemap_shared.names import normalised, same_name
+from onemap_shared.names import normalised
+from onemap_shared.places import Zones
 from onemap_shared.sentence import ROOM_WORDS
 from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import Bus, CallError, NoReply, RequestRejected
@@ -277,18 +277,18 @@ class SearchCommands:
         try:
             places = self._bus.call(keys.MAP_PLACES, PlacesRequest(), PLACES_TIMEOUT_S)
         except NoReply as problem:  # of an earlier release, perhaps: it has none
-            if names:
-                why = "no mapper answers for the places of the map"
-                raise RequestRejected("unavailable", why) from problem
-            places = None
+            if not names:
+                return
+            why = "no mapper answers for the places of the map"
+            raise RequestRejected("unavailable", why) from problem
         except CallError as problem:
             why = f"the places of the map are not known: {problem}"
             raise RequestRejected("unavailable", why) from problem
-        known = () if places is None else tuple(place.name for place in places.places)
         for name in names:
-            if not any(same_name(name, other) for other in known):
+            if places.get(name) is None:
+                known = tuple(place.name for place in places.places)
                 raise RequestRejected("unknown_place", no_place(name, known))
-        if places is not None and request.kind is SearchKind.GO_TO:
+        if request.kind is SearchKind.GO_TO:
             x_m, y_m = request.place_m
             zones = Zones(places, request.stay_out)
             if zone := zones.at((x_m, y_m), 0.0, places.grid.cell_size_m):

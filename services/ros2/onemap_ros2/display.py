@@ -54,6 +54,7 @@ from onemap_shared.messages import (
     SearchView,
     SearchViewRequest,
 )
+from onemap_shared.places import Zones
 from onemap_shared.transport import Bus, CallError, RemoteError
 
 LOG = logging.getLogger("onemap.ros2")
@@ -223,7 +224,7 @@ class Display:
         if 0 in places.grid.shape:
             return
         stamp_ns, frame = self._stamp_ns(), self._config.map_frame
-        mask = keepout_mask(places, stay_out, stamp_ns, frame)
+        mask = keepout_mask(Zones(places, stay_out), stamp_ns, frame)
         info = keepout_info(f"{self._prefix}/keepout_mask", stamp_ns, frame)
         self._writers["keepout_mask"].put(mask)
         if not self._zones:

@@ -29,13 +29,11 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     KeptObject,
     Layer,
-    MapPlaces,
     Occupancy,
     PlannedPath,
     SearchView,
 )
-from onemap_shared.names import normalised
-from onemap_shared.places import zones_mask
+from onemap_shared.places import Zones
 
 UNKNOWN, FREE, UNEXPLORED, OCCUPIED = -1, 0, 30, 100  # 30: free, and not looked at well enough
 
@@ -105,20 +103,19 @@ AROUND_M = 50.0  # of the map: what a zone covers beyond is in no way of the rob
 KEEP_OUT_FILTER = 0  # of nav2_msgs/CostmapFilterInfo
 
 
-def keepout_mask(places: MapPlaces, stay_out: Iterable[str], stamp_ns: int, frame: str) -> bytes:
+def keepout_mask(zones: Zones, stamp_ns: int, frame: str) -> bytes:
     """What nav2's keep-out filter reads: 100 in a zone and 0 elsewhere.
 
-    It covers the map and the zones around it; of ``stay_out`` the places that the map has.
+    It covers the map and the zones around it.
     """
-    known = {normalised(place.name) for place in places.places}
-    there = [name for name in stay_out if normalised(name) in known]
+    places = zones.places
     x0, y0, x1, y1 = places.grid.bounds_m
     low, high = np.array([x0, y0]), np.array([x1, y1])
     corners = [corner for place in places.places for corner in place.corners_m]
     points = np.clip(np.array([low, *corners, high - 1e-6]), low - AROUND_M, high + AROUND_M)
     (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     grid = GridSpec.covering(places.grid.cell_size_m, (x0, y0), (x1, y1))
-    values = np.where(zones_mask(places, grid, there), OCCUPIED, FREE).astype(np.int8)
+    values = np.where(zones.mask(grid), OCCUPIED, FREE).astype(np.int8)
     return _grid(grid, stamp_ns, values, frame)
 
 

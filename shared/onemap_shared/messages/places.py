@@ -10,7 +10,7 @@ import numpy as np
 from onemap_shared.geometry import I32, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages.checks import Message, Shape, Word, cleaned, expect, items
-from onemap_shared.names import normalised
+from onemap_shared.names import normalised, same_name
 
 MAX_PLACES = 100  # of one map: a building's rooms, and its zones
 MAX_CORNERS = 64  # of a polygon; as many places of these fit into one message
@@ -154,3 +154,8 @@ class MapPlaces(Message):
         if len(self.rooms) != len(self.places):
             raise ValueError(f"{len(self.rooms)} rooms for {len(self.places)} places")
         different_names(self.places)
+
+    def get(self, name: str) -> tuple[Place, int] | None:
+        """The place of this name, whatever its case, and its room; None if there is none."""
+        pairs = zip(self.places, self.rooms, strict=True)
+        return next((pair for pair in pairs if same_name(pair[0].name, name)), None)

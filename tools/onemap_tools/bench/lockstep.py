@@ -53,6 +53,7 @@ from onemap_shared.messages import (
     SearchViewRequest,
     ViewChangesRequest,
 )
+from onemap_shared.places import NOWHERE
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors import true_place
 from onemap_simulator.parts import RobotParts
@@ -326,7 +327,7 @@ class LockstepSimulation:
         return True
 
     def _take_map(self, belief: BeliefMap) -> None:
-        self._places: MapPlaces | None = None
+        self._places = NOWHERE
         self.belief = belief
         self._replies = ViewReplies(MapScores(belief), "lockstep")
         self._views: dict[SearchViewRequest, AssembledView] = {}  # the newest of each
@@ -392,7 +393,7 @@ class LockstepSimulation:
                 state.search.search_id, decision.motion, decision.costmap, self.now_s
             )
 
-    def _map_places(self) -> MapPlaces | None:
+    def _map_places(self) -> MapPlaces:
         """The places as the mapper would tell them, with the rooms of at most a second ago."""
         if self._named and self._is_due("places", PLACES_HZ):
             view = search_view(MapScores(self.belief).of([]), text="")

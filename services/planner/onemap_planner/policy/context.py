@@ -24,10 +24,10 @@ from onemap_planner.world.costmap import (
     with_zones,
 )
 from onemap_planner.world.description import Description
-from onemap_planner.world.keep_out import NO_ZONES, Zones
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import CameraView, Coverage, Occupancy
+from onemap_shared.places import NO_ZONES, Zones
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
 # Metres tried when nothing nearer can be reached; success is 1.5 m (paper), and what the map takes
@@ -186,17 +186,6 @@ def keeping_out(context: PlanningContext, zones: Zones) -> PlanningContext:
         return replace(context, zones=zones)
     cost_to_go = _cost_to_go(costmap, context.pose)
     return replace(context, zones=zones, costmap=costmap, cost_to_go=cost_to_go)
-
-
-def without_zones(context: PlanningContext) -> PlanningContext:
-    """The context as if there were no keep-out zones: what they keep the robot from."""
-    keep_out, costmap = context.costmap.keep_out, context.costmap
-    if keep_out is None:
-        return context
-    cost = np.where(keep_out.closed, keep_out.opened, costmap.cost)
-    navigable = costmap.navigable | (keep_out.closed & costmap.free & (cost > 0))
-    costmap = replace(costmap, cost=cost, navigable=navigable, keep_out=None)
-    return replace(context, costmap=costmap, cost_to_go=_cost_to_go(costmap, context.pose))
 
 
 def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:

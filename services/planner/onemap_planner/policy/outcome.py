@@ -13,6 +13,7 @@ from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import CameraView, Detections, MapPlaces, ObjectFind
+from onemap_shared.places import NOWHERE
 
 STAND = Rest()
 
@@ -27,8 +28,8 @@ class Observation:
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
-    the goal at which its own navigation says it stands, None without one; places: of the map, None
-    if it has none; anchor_views: of the anchors of the object's description.
+    the goal at which its own navigation says it stands, None without one; places: of the map;
+    anchor_views: of the anchors of the object's description.
     """
 
     now_s: float
@@ -46,7 +47,7 @@ class Observation:
     camera: CameraView = USUAL_CAMERA
     reached: Pose2d | None = None
     anchor_views: tuple[PlanningView, ...] = ()
-    places: MapPlaces | None = None
+    places: MapPlaces = NOWHERE
 
 
 @dataclass(frozen=True, slots=True)

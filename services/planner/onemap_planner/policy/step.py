@@ -69,11 +69,11 @@ from onemap_planner.search.state_machine import (
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.description import Description, described
-from onemap_planner.world.keep_out import Zones
 from onemap_planner.world.map_view import known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import NO_DETAIL, Detail, FailureCode, SearchState
 from onemap_shared.params import Params
+from onemap_shared.places import Zones
 
 
 class ExploreParams(Params):

@@ -12,7 +12,7 @@ from scipy import ndimage
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
 from onemap_planner.policy.arrival import ArrivalState, arrive
-from onemap_planner.policy.context import PlanningContext, without_zones
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility, explain_goal
 from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.policy.outcome import Move
@@ -25,9 +25,8 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.policy.zones import zone_on_way
 from onemap_planner.search.state_machine import Destination, Ending, without_choice
-from onemap_planner.sentences import OBSTACLE, ONWARD, driving, onward, zone_in_the_way
+from onemap_planner.sentences import OBSTACLE, ONWARD, driving, no_way, onward
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
@@ -460,14 +459,6 @@ def _failure(destination: Destination, context: PlanningContext) -> Ending:
         if np.isfinite(away_m)
         else "no floor around the robot is known to be free"
     )
-    place, zone = subject_of("", destination.xy), _zone_before(destination, context)
-    why = zone_in_the_way(zone) if zone else "no way leads there"
-    reason = f"{place} cannot be {done}: {why}; {nearest}"
+    zones = context.zones.names if context.costmap.keep_out is not None else ()
+    reason = f"{subject_of('', destination.xy)} cannot be {done}: {no_way(zones)}; {nearest}"
     return Ending(SearchState.FAILED, reason, FailureCode.UNREACHABLE)
-
-
-def _zone_before(destination: Destination, context: PlanningContext) -> str:
-    """The keep-out zone on the way there, or to where the known part of it ends; empty if none."""
-    opened = without_zones(context)
-    frontier = frontier_goal(destination, opened, visit_counts(opened, ()))
-    return zone_on_way(frontier.viewpoint_xy if frontier else destination.xy, context)

@@ -1,4 +1,4 @@
-"""What a robot does about keep-out zones: leave one around it, and say which is in the way."""
+"""What a robot does about keep-out zones: leave the one that it stands in, and name others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_planner.policy.context import PlanningContext, without_zones
+from onemap_planner.policy.context import APPROACH_NEAREST_M, PlanningContext
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.viewpoints import find_viewpoint
@@ -41,30 +41,11 @@ def leave_zone(state: PlannerState, context: PlanningContext) -> Move | None:
 
 
 def zone_before(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> str:
-    """The zone that alone keeps the robot from looking at one of the candidates; empty if none."""
-    opened = without_zones(context)
-    if opened is context:
-        return ""
-    for candidate in candidates:
+    """The zone around one of the candidates that cannot be looked at; empty if none."""
+    size_m = context.costmap.grid.cell_size_m
+    for candidate in candidates if context.costmap.keep_out is not None else ():
         if find_viewpoint(candidate, context) is None:
-            viewpoint_xy = find_viewpoint(candidate, opened)
-            zone = zone_on_way(viewpoint_xy, context) if viewpoint_xy is not None else ""
+            zone = context.zones.at(candidate.xyz[:2], APPROACH_NEAREST_M, size_m)
             if zone:
                 return zone
     return ""
-
-
-def zone_on_way(xy: tuple[float, float], context: PlanningContext) -> str:
-    """The zone that a place (metres), or the first of the way to it, lies in; empty if none."""
-    keep_out, opened = context.costmap.keep_out, without_zones(context)
-    cell, size_m = opened.cell_at(xy), opened.costmap.grid.cell_size_m
-    zone = context.zones.at(xy, 0.0, size_m)
-    known = bool(opened.costmap.grid.contains(cell))
-    if zone or keep_out is None or not known:
-        return zone
-    if not np.isfinite(opened.cost_to_go.cost_m[tuple(cell)]):
-        return ""
-    path = opened.cost_to_go.path_to((int(cell[0]), int(cell[1])))
-    closed = path[keep_out.closed[tuple(path.T)]]
-    within_m = context.params.min_clearance_m + context.params.margin_m + size_m
-    return context.zones.at(opened.xy_of(closed[0]), within_m, size_m) if len(closed) else ""

@@ -13,12 +13,13 @@ from pydantic import Field, PositiveFloat
 from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
-from onemap_planner.world.keep_out import KeepOut, Zones
+from onemap_planner.world.keep_out import KeepOut
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
+from onemap_shared.places import Zones
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than any way through N
@@ -210,7 +211,7 @@ def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
         cost=cost,
         clearance_m=np.minimum(costmap.clearance_m, away_m).astype(np.float32),
         crossable=costmap.crossable & (cost > 0),
-        keep_out=KeepOut(grid, cells_xy, closed, way_out_m, costmap.cost),
+        keep_out=KeepOut(grid, cells_xy, closed, way_out_m),
     )
 
 

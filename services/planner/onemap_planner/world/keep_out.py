@@ -12,9 +12,6 @@ import numpy as np
 
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import NO_ROOM, MapPlaces
-from onemap_shared.names import same_name
-from onemap_shared.places import place_mask, zone_names, zones_mask
 
 ROUNDING_M = 1e-6
 
@@ -25,15 +22,13 @@ class KeepOut:
 
     cells_xy (n, 2): centres, metres, of the cells that a zone covers, also in part and beyond the
     grid; closed (nx, ny) bool: the robot's centre is nearer to one than paths lead; way_out_m
-    (nx, ny) float64: from there to where paths lead, 0 outside and infinity without a way; opened
-    (nx, ny) float64: costs as if there were no zones.
+    (nx, ny) float64: from there to where paths lead, 0 outside and infinity without a way.
     """
 
     grid: GridSpec
     cells_xy: F64
     closed: Bool
     way_out_m: F64
-    opened: F64
 
     def distances_m(self, points: F64, within_m: float) -> F64:
         """Distances (n,) of points (n, 2), metres, to the nearest zone; infinity if none is within
@@ -58,56 +53,3 @@ class KeepOut:
         cells = self.grid.cells(np.vstack([here, points]))
         way_m = self.way_out_m[tuple(np.clip(cells, 0, np.subtract(self.grid.shape, 1)).T)]
         return bool(((way_m[1:] <= way_m[0]) | (away_m[1:] >= radius_m)).all())
-
-
-@dataclass(frozen=True, slots=True)
-class Zones:
-    """Where the robot must not be: the keep-out zones among places, and those named to stay out of.
-
-    places: of the map; None if it has none.
-    """
-
-    places: MapPlaces | None = None
-    stay_out: tuple[str, ...] = ()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of all zones."""
-        return self.stay_out if self.places is None else zone_names(self.places, self.stay_out)
-
-    def mask(self, grid: GridSpec) -> Bool:
-        """Cells (nx, ny) of a grid that a zone covers, also in part."""
-        if self.places is None:
-            return np.zeros(grid.shape, bool)
-        return zones_mask(self.places, grid, self.stay_out)
-
-    def at(self, xy: tuple[float, float], within_m: float, cell_size_m: float) -> str:
-        """The name of a zone within about a distance of a point, metres; empty if there is none."""
-        if self.places is None:
-            return ""
-        (x0, y0), (x1, y1) = np.subtract(xy, within_m).tolist(), np.add(xy, within_m).tolist()
-        grid = GridSpec.covering(cell_size_m, (x0, y0), (x1, y1))
-        for name in self.names:
-            if place_mask(self.places, name, grid, in_part=True).any():
-                return name
-        return ""
-
-    def problem(self) -> str:
-        """Why it is not known where a zone is; empty if it is known of all."""
-        known = (
-            ()
-            if self.places is None
-            else tuple(zip(self.places.places, self.places.rooms, strict=True))
-        )
-        for name in self.names:
-            found = [(place, room) for place, room in known if same_name(place.name, name)]
-            if not found:
-                return f"there is no place {name!r} any more"
-            place, room = found[0]
-            if place.inside_m and room == NO_ROOM:
-                x_m, y_m = place.inside_m
-                return f"the map shows no room for {name!r} at ({x_m:.1f}, {y_m:.1f})"
-        return ""
-
-
-NO_ZONES = Zones()
