@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import anyio
@@ -10,12 +12,14 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+import onemap_gateway
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.routes.queries import query_events
 from onemap_gateway.http.schemas import SearchStart, StandingRequest
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.messages import Detail, Relation, RelationKind
+from onemap_shared.sentence import CLAUSES
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import WAIT_S, FakeMapper, FakePlanner, client_of, gateway_on
 from tests.memory_bus import MemoryRouter
@@ -177,3 +181,12 @@ def test_the_schema_offers_a_sentence_and_its_parts() -> None:
     items = SearchStart.model_json_schema()["properties"]["objects"]["anyOf"][0]["items"]["anyOf"]
     assert [each["type"] for each in items] == ["string", "object"]
     assert {"text", "near", "in", "between", "colour"} <= set(items[1]["properties"])
+
+
+def test_the_page_knows_all_words_that_begin_a_clause() -> None:
+    """So that a comma before one does not begin another object."""
+    source = Path(onemap_gateway.__file__).with_name("static").joinpath("app.js").read_text()
+    (pattern,) = re.findall(r"^const CLAUSE = /(.*)/i;$", source, re.MULTILINE)
+    words = {each for several in CLAUSES.values() for each in several}
+    assert {each for each in words if not re.match(pattern, f"{each} the hall", re.I)} == set()
+    assert not re.match(pattern, "inkwell")

@@ -24,7 +24,7 @@ const EDGE_PX = 14; // around what lies over the map, as in style.css
 const TAGS_PX = 48; // the age of the map at its top
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
 // What begins a clause, and a description, of docs/queries.md.
-const CLAUSE = /^(and |but |or )*(next to|near|close to|beside|by|on|under|underneath|below|beneath|between|in|inside|outside|not in|stay out|keep out)\b/i;
+const CLAUSE = /^(and |but |or )*(next to|near|close to|beside|by|on|under|underneath|below|beneath|between|(not )?in|(not )?inside|outside|stay(ing)? out|keep out)\b/i;
 const DESCRIPTION = /^(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) \S/i;
 const TYPED_MS = 400; // after the last key
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
