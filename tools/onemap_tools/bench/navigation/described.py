@@ -14,7 +14,7 @@ from math import inf
 
 import numpy as np
 
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import Detail, ObjectResult, Place, Relation, RelationKind
 from onemap_shared.messages.details import NEXT_TO_M
 from onemap_simulator.config import SimulatorConfig
@@ -84,11 +84,14 @@ class DescribedObject:
 
 def cells_of(scene: Scene, index: int, cell_size_m: float) -> frozenset[tuple[int, int]]:
     """World cells under an object's box."""
-    points = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)[:, :2]
-    low, high = (
-        np.floor(edge / cell_size_m).astype(int) for edge in (points.min(0), points.max(0))
-    )
+    low, high = np.floor(_box(scene, index)[:, :2] / cell_size_m).astype(int)
     return frozenset(product(range(low[0], high[0] + 1), range(low[1], high[1] + 1)))
+
+
+def _box(scene: Scene, index: int) -> F32:
+    """Box (2, 3) around an object: the least and the largest x, y, z."""
+    points = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def merged(legs: Sequence[ObjectResult]) -> tuple[ObjectResult, ...]:
@@ -110,16 +113,8 @@ def described_objects(
     scene: Scene, simulator: SimulatorConfig, goals: GoalsName, nouns: frozenset[str]
 ) -> list[DescribedObject]:
     """All objects that one property tells from at least one other of their class."""
-    things = _Things(scene, nouns)
-    match goals:
-        case "relations":
-            return list(_related(things))
-        case "rooms":
-            return list(_in_rooms(things, scene, simulator))
-        case "colours":
-            return list(_coloured(things, simulator.seed))
-        case _:
-            return []
+    finders = {"relations": _related, "rooms": _in_rooms, "colours": _coloured}
+    return list(finders[goals](_Things(scene, nouns), scene, simulator))
 
 
 def painted(scene: Scene, seed: int) -> Scene:
@@ -137,17 +132,11 @@ def draw_order(found: list[DescribedObject], rng: np.random.Generator) -> list[D
     """In random order: first the kind of relation, then the class, then the description."""
     ranks: dict[object, float] = {}
 
-    def rank(key: object) -> float:
-        return ranks.setdefault(key, float(rng.random()))
+    def rank(each: DescribedObject) -> tuple[float, ...]:
+        keys = (tuple(relation.kind for relation in each.detail.relations), each.noun, each.phrase)
+        return tuple(ranks.setdefault(key, float(rng.random())) for key in keys)
 
-    return sorted(
-        found,
-        key=lambda each: (
-            rank(tuple(relation.kind for relation in each.detail.relations)),
-            rank(each.noun),
-            rank(each.phrase),
-        ),
-    )
+    return sorted(found, key=rank)
 
 
 class _Things:
@@ -159,9 +148,7 @@ class _Things:
         self.of_class: dict[str, list[int]] = {}
         for index, thing in enumerate(scene.objects):
             if thing.category in nouns:
-                points = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)
-                box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
-                self.boxes[index] = box
+                self.boxes[index] = box = _box(scene, index).astype(np.float64)
                 self.rooms[index] = _room_at(scene.rooms, box[:, :2].mean(axis=0))
                 self.of_class.setdefault(thing.category, []).append(index)
 
@@ -199,7 +186,7 @@ def _room_at(rooms: tuple[Room, ...], place: F64) -> int:
     return next(held, -1)
 
 
-def _related(things: _Things) -> Iterator[DescribedObject]:
+def _related(things: _Things, _: Scene, __: SimulatorConfig) -> Iterator[DescribedObject]:
     for (noun, instances), (anchor, anchors) in product(things.several(), things.of_class.items()):
         if anchor == noun:
             continue
@@ -228,10 +215,10 @@ def _colours(things: _Things, noun: str, seed: int) -> Iterator[tuple[int, str]]
     return zip(things.of_class[noun], rng.permutation(list(PAINTS)).tolist(), strict=False)
 
 
-def _coloured(things: _Things, seed: int) -> Iterator[DescribedObject]:
+def _coloured(things: _Things, _: Scene, simulator: SimulatorConfig) -> Iterator[DescribedObject]:
     for noun, instances in things.several():
         if noun in PAINTED and len(instances) <= len(PAINTS):
-            for index, colour in _colours(things, noun, seed):
+            for index, colour in _colours(things, noun, simulator.seed):
                 if things.alone([index], instances):
                     yield DescribedObject(noun, f"{colour} {noun}", Detail(colour), index)
 
