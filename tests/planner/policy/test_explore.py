@@ -17,7 +17,10 @@ from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
 from onemap_planner.sentences import DOUBTED, ONWARD
 from onemap_planner.world.candidates import ViewpointTally
+from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
+from onemap_shared.joint_belief import Layers
+from onemap_shared.messages import Detail, Relation, RelationKind
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
@@ -77,6 +80,27 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
     _, _, event, _ = explored(state, there)
     assert event == CandidateSelected(state.memory.disputed[0])
+
+
+def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_else_is_left() -> (
+    None
+):
+    state, here = doubtful(rank=0.95, hits=8)
+    nowhere = Layers(np.zeros_like(here.map_view.similarity), here.map_view.guidance)
+    detail = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
+    ones = np.ones(here.map_view.grid.shape)
+    here = replace(here, description=Description(detail, {"bed": nowhere}, ones, None))
+    state = replace(state, search=replace(SEARCH, details=(detail,) * len(SEARCH.objects)))
+    state, motion, *_ = explored(state, here)
+    assert state.memory.active_goal is None
+    assert not isinstance(motion, Drive)
+    state, event = given_up(state, here)
+    for _ in range(2):  # reconsidered, then taken all the same
+        state, *_ = explored(replace(state, active_time_s=state.active_time_s + GIVE_UP_S), here)
+    state, motion, *_ = explored(state, here)
+    assert event is None
+    assert state.memory.settles
+    assert isinstance(motion, Drive)
 
 
 def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, Event | None]:

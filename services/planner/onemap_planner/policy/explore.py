@@ -221,13 +221,27 @@ def _unconfirmed(
 
     Those seen, but not often enough to be approached, or of which it cannot be told whether they
     are as described; and those that the map does not support, while they are not certainly
-    something else.
+    something else, or another one.
     """
     seldom = [(c, c.similarity) for c in state.memory.candidates if c.sightings < MIN_SIGHTINGS]
     seldom += _undecided(state.memory, context)
-    often = [c for c in state.memory.disputed if c.sightings >= MIN_SIGHTINGS]
+    often = [
+        candidate
+        for candidate in state.memory.disputed
+        if candidate.sightings >= MIN_SIGHTINGS and _may_fit(candidate, state, context)
+    ]
     disputed = likely_disputed(often[:MAX_CANDIDATES_TRIED], context)
     return seldom[:MAX_CANDIDATES_TRIED] + disputed
+
+
+def _may_fit(candidate: ObjectCandidate, state: PlannerState, context: PlanningContext) -> bool:
+    """Whether it may be as described, or the search takes any object of the name."""
+    memory = state.memory
+    if context.description is None or memory.settles:
+        return True
+    if memory.is_aside(candidate):
+        return False
+    return check_find(candidate, context, memory, state.found_objects).holds is not False
 
 
 def _undecided(
@@ -361,7 +375,9 @@ def settle(state: PlannerState, _: PlanningContext) -> Move | None:
     """Walk up to an object of the name that is not as described, to say that it is there."""
     memory = state.memory
     known = (*memory.candidates, *memory.undecided, *memory.aside)
-    if memory.settles or memory.others or not known or state.search.detail == NO_DETAIL:
+    if memory.settles or memory.others or state.search.detail == NO_DETAIL:
+        return None
+    if not (known or memory.disputed):
         return None
     memory.settles, memory.idle_since_s = True, None
     memory.candidates, memory.undecided, memory.aside = known, (), ()
