@@ -266,6 +266,7 @@ class SimulatedSearch:
     patience_from_s: float = float("-inf")
     reached: Pose2d | None = None
     places: MapPlaces = NOWHERE
+    offset_m: float = 0.0
     off_m: float = 1.5 * ARRIVE_M  # from the goal to where the robot stands for it
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
@@ -298,6 +299,7 @@ class SimulatedSearch:
             patience_from_s=self.patience_from_s,
             reached=self.reached,
             places=self.places,
+            offset_m=self.offset_m,
             anchor_views=tuple(map(self.world.view, self.state.search.detail.anchors)),
         )
         outcome = step(self.state, observation, params)

@@ -66,6 +66,7 @@ class SimulatedServices:
         self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config
         self.count = self.places_version = 0
+        self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
         self.start_planner()
 
     def start_planner(self, map_id: str = "m1") -> None:
@@ -114,12 +115,12 @@ class SimulatedServices:
         self.count += 1
         stamp_ns = self.count * 50_000_000
         if odometry:
-            pose = pose_2d(2.0, 2.0, 0.0)
             echo = self._obey(stamp_ns)
-            self.odometry.put(Odometry(self.count, stamp_ns, pose, 0.0, 0.0, False, *echo))
+            self.odometry.put(Odometry(self.count, stamp_ns, self.pose, 0.0, 0.0, False, *echo))
         if revision:
             known = MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
-            self.revisions.put(replace(known, places_version=self.places_version))
+            known = replace(known, places_version=self.places_version, offset_m=self.offset_m)
+            self.revisions.put(known)
         self.planner.step(0.0)
         self.planner.step(0.05)
 

@@ -14,6 +14,7 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.search.journal import FILE_NAME, SET_ASIDE
 from onemap_planner.service import Planner
 from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
     SearchId,
     SearchKind,
@@ -123,6 +124,26 @@ def test_alone_a_cancel_of_another_search_stops_nothing(services: SimulatedServi
     with pytest.raises(RemoteError, match="there is no search"):
         services.caller.call(keys.SEARCH_CANCEL, SearchId("other"))
     assert services.get().active
+
+
+@pytest.mark.parametrize("odometry_tells", [True, False])
+def test_a_robot_that_was_moved_says_so_stops_and_goes_on(
+    services: SimulatedServices, odometry_tells: bool
+) -> None:
+    """Its pose jumps aside, or what the camera sees stands beside the map."""
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    said = "its position jumped by 0.6 m" if odometry_tells else "stands 0.4 m beside where the map"
+    if odometry_tells:
+        services.pose = pose_2d(2.0, 2.6, 0.0)
+    else:
+        services.offset_m = 0.4
+    services.until(lambda: said in services.get().reason)
+    services.offset_m = 0.0
+    services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
+    assert said in services.get().reason
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.until(lambda: "standing still" not in services.get().reason)
 
 
 @pytest.mark.parametrize("role", ["robot", "mapper"])

@@ -44,8 +44,8 @@ class LatestInputs:
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
     robots or mappers come, empty if they do not; held: why a search of before the planner's restart
-    does not go on yet; camera: of the robot, as the mapper last told it; reached and hold: what the
-    robot's own navigation says, see ``Odometry``.
+    does not go on yet; camera: of the robot, and offset_m, see ``MapRevision``, as the mapper last
+    told them; reached and hold: what the robot's own navigation says, see ``Odometry``.
     """
 
     pose: Pose2d | None = None
@@ -69,6 +69,7 @@ class LatestInputs:
     start: str = ""
     start_at_s: float = float("-inf")
     camera: CameraView = USUAL_CAMERA
+    offset_m: float = 0.0
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -180,4 +181,5 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         places_version=(inputs.map_count + another, message.places_version),
         exchange_count=inputs.exchange_count + (another and revisions > 0),
         camera=message.camera[0] if message.camera else inputs.camera,
+        offset_m=message.offset_m,
     )

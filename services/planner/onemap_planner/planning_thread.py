@@ -367,6 +367,7 @@ class PlanningThread:
             reached=now.inputs.reached,
             anchor_views=anchor_views,
             places=self._places.known,
+            offset_m=now.inputs.offset_m,
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision

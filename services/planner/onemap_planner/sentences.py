@@ -151,6 +151,7 @@ def onward(place: str) -> str:
 
 
 MAP_ANEW = "the map began anew: "
+MOVED = "it was moved, or its position was wrong: "
 
 
 def asking(name: str) -> str:
@@ -194,6 +195,17 @@ def creeps_unseen(floor_m: float) -> str:
     """
     shows = "no floor" if floor_m == float("inf") else f"the floor from {floor_m:.1f} m on only"
     return f"slowly, over floor not seen yet: the camera shows {shows}, tilted down or lower more"
+
+
+def position_jumped(by_m: float) -> str:
+    """That the robot stands, because its position changed by more than it can drive."""
+    return f"standing still: its position jumped by {by_m:.1f} m, was it pushed or carried?"
+
+
+def beside_map(by_m: float) -> str:
+    """That the robot stands, because what it sees is elsewhere on the map."""
+    where = f"{by_m:.1f} m beside where the map has it"
+    return f"standing still: what the camera sees stands {where}, was it pushed?"
 
 
 def leaving_zone(name: str, *, known: bool) -> str:

@@ -94,6 +94,8 @@ class MapRevision:
         objects_version: changes whenever the list of found objects does.
         camera: of this robot's newest fused frame; empty: not known.
         places_version: changes whenever a person changed a place.
+        offset_m: how far beside where the map has it what the newest frame shows stands, metres:
+            the robot was moved, or its pose is wrong; 0 if it fits.
     """
 
     revision: int
@@ -109,6 +111,7 @@ class MapRevision:
     objects_version: int = 0
     camera: tuple[CameraView, ...] = ()
     places_version: int = 0
+    offset_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

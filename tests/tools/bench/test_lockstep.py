@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,13 @@ import pytest
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.pure_pursuit import DriveParams
-from onemap_planner.search.state_machine import CANCELLED, EventStamp, transition
-from onemap_shared.geometry import Velocity2d
+from onemap_planner.search.state_machine import (
+    CANCELLED,
+    EventStamp,
+    LookingAround,
+    transition,
+)
+from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
@@ -77,6 +83,51 @@ def test_a_cancelled_search_stops_within_300_ms_and_braking() -> None:
     assert simulation.now_s - began_s - speed / braking_mps2 <= 0.3
     away_m = float(np.hypot(*np.subtract(simulation.xy, began_xy)))
     assert away_m <= 0.3 * speed + speed**2 / (2 * braking_mps2)
+
+
+class PushedRobot(SimulatedRobot):
+    """Its odometry does not tell of a push."""
+
+    pushed_m = (0.0, 0.0)
+
+    def odometry(self) -> F64:
+        """As if it had not been pushed."""
+        T_map_body = super().odometry().copy()
+        T_map_body[:2, 3] -= self.pushed_m
+        return T_map_body
+
+    def push_left(self, by_m: float) -> None:
+        """Move sideways at once."""
+        state = self.simulation.state
+        self.pushed_m = (-by_m * float(np.sin(state.yaw_rad)), by_m * float(np.cos(state.yaw_rad)))
+        x_m, y_m = np.add((state.x_m, state.y_m), self.pushed_m).tolist()
+        self.simulation.state = replace(state, x_m=x_m, y_m=y_m)
+
+
+@pytest.mark.slow
+def test_a_robot_that_was_pushed_says_so_stops_and_goes_on_after_a_look_around() -> None:
+    """Within one period each of camera and planner, and braking; its odometry does not tell."""
+    config = SystemConfig(simulator=SimulatorConfig(seed=2, rgbd_hz=4.0))
+    robot = PushedRobot(generate_apartment(2), config.simulator)
+    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
+    simulation.search(("sofa",), 0.0)
+
+    def step_until(within_s: float, happened: Callable[[], bool]) -> None:
+        end_s = simulation.now_s + within_s
+        while not happened():
+            assert simulation.now_s < end_s, simulation.state.search
+            simulation.step()
+
+    truth, fast_mps = robot.simulation, 0.8 * config.planner.drive.max_linear_mps
+    step_until(60.0, lambda: truth.state.velocity.linear_mps > fast_mps)
+    robot.push_left(0.4)
+    braking_s = truth.state.velocity.linear_mps / config.simulator.robot.linear_acceleration_mps2
+    step_until(0.6 + braking_s, lambda: truth.state.velocity.speed_mps == 0.0)
+    assert "beside where the map has it, was it pushed?" in simulation.state.search.slow
+    step_until(3.0, lambda: isinstance(simulation.state.search.phase, LookingAround))
+    assert simulation.state.search.reason.startswith("it was moved, or its position was wrong")
+    step_until(30.0, lambda: truth.state.velocity.linear_mps > 0.3)
+    assert truth.counts.collisions == 0
 
 
 def drive(robot: SimulatedRobot, steps: int) -> None:

@@ -378,6 +378,7 @@ class LockstepSimulation:
             blocked=self._controller.blocked,
             creeps=self._controller.creeps(self._config.planner.drive),
             places=self._map_places(),
+            offset_m=self.belief.history().offset_m,
         )
         self._detections.clear()
         method = self._method

@@ -22,11 +22,13 @@ from onemap_mapper.belief.tiles import ChangeLog, MapTooLarge, TileIndex, TileLa
 from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVersion
 from onemap_mapper.belief.view_log import NO_VIEW, ViewLog, Views
 from onemap_mapper.frame.update import FrameUpdate
-from onemap_mapper.occupancy.evidence import OccupancyLayers, OccupancyUpdate, cells_within
+from onemap_mapper.occupancy.evidence import HIT, OccupancyLayers, OccupancyUpdate, cells_within
+from onemap_mapper.occupancy.offset import REACH_CELLS, offset_cells
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, I64, U8
 from onemap_shared.grid import GridSpec, world_cells
+from onemap_shared.messages import Occupancy
 
 # Around the camera's first position, which counts as free: the robot stands there, its camera does
 # not see that floor, and unknown is not free.
@@ -101,6 +103,7 @@ class BeliefMap:
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
         self.revision += 1
+        offset_m = self._offset_m(update.occupancy)
         self._doubt_beside(self.fuse_occupancy(update.occupancy, driving))
         slots = self.slots_at(rows, update.cells)
         own = history.keyframes.views(update.T_map_camera)
@@ -123,7 +126,21 @@ class BeliefMap:
         )
         self.assume_free(floor)
         self.frames_fused += 1
-        self.histories[robot] = history.after(update, self.newest_views)
+        self.histories[robot] = history.after(update, self.newest_views, offset_m)
+
+    def _offset_m(self, frame: OccupancyUpdate) -> float:
+        """How far beside the map what a frame shows stands, metres; 0 if it does not."""
+        cells: I64 = to_host(frame.cells[(frame.evidence[:, :-1] >= HIT).any(dim=1)])
+        if len(cells) == 0:
+            return 0.0
+        first = cells.min(axis=0) - REACH_CELLS
+        shape = cells.max(axis=0) + REACH_CELLS + 1 - first
+        box = np.argwhere(np.ones(shape, bool)) + first
+        rows = self.tiles.rows_on_device(to_device(box, self._device))
+        lasting = self.occupancy.settled.values[rows.clamp(min=0)]
+        lasting = lasting.masked_fill(rows < 0, int(Occupancy.UNKNOWN))
+        states: U8 = to_host(lasting).reshape(shape)
+        return offset_cells(cells - first, states) * self.params.cell_size_m
 
     def check_pose(self, T_map_camera: F64) -> None:
         """Raise ``MapTooLarge`` if the camera is where this map cannot reach.

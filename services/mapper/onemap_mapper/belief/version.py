@@ -26,7 +26,8 @@ class FrameHistory:
 
     sequence and stamp_ns: of the newest one, 0 before the first; frames: how many were fused since
     the map was begun or loaded; start_m and camera_m (3,): the camera's position in the first and
-    in the newest one, map frame, None if it is not known.
+    in the newest one, map frame, None if it is not known; offset_m: how far beside the map that one
+    stands, see ``MapRevision``.
     """
 
     sequence: int = 0
@@ -34,9 +35,10 @@ class FrameHistory:
     frames: int = 0
     start_m: F64 | None = None
     camera_m: F64 | None = None
+    offset_m: float = 0.0
     keyframes: Keyframes = field(default_factory=Keyframes)
 
-    def after(self, update: FrameUpdate, views: Views) -> FrameHistory:
+    def after(self, update: FrameUpdate, views: Views, offset_m: float) -> FrameHistory:
         """The history after a frame that counted for so many views."""
         return FrameHistory(
             sequence=update.sequence,
@@ -44,6 +46,7 @@ class FrameHistory:
             frames=self.frames + 1,
             start_m=update.camera_m if self.start_m is None else self.start_m,
             camera_m=update.camera_m,
+            offset_m=offset_m,
             keyframes=self.keyframes.after(update.T_map_camera, views),
         )
 

@@ -229,6 +229,7 @@ def revision_of(
         update_ms=update_ms,
         rate_hz=rate_hz,
         objects_version=objects_version,
+        offset_m=history.offset_m,
     )
 
 

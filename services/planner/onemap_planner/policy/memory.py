@@ -327,6 +327,16 @@ def _changed(dead_end: DeadEnd, map_view: MapView) -> bool:
     return area_m2 >= DEAD_END_CHANGED_M2
 
 
+@dataclass(frozen=True, slots=True)
+class Displacement:
+    """Of a robot that was moved: why it stands, in words, until which second of active time, and
+    whether its pose does not tell of it."""
+
+    why: str
+    until_s: float
+    unnoticed: bool
+
+
 @dataclass(slots=True)
 class PlannerState:
     """State of the planner during one search; memory: of the present object.
@@ -343,7 +353,7 @@ class PlannerState:
     what was around them. other_memories: what is known of objects, by their indices, that wait
     while others are sought, and places: where the map may show them; asked_turn: the last turn of
     asking it; ordered_s: active time of the last revision of their order. appeared: what has just
-    appeared on the map.
+    appeared on the map. displacement: while the robot stands because it was moved.
     """
 
     search: Search
@@ -367,6 +377,7 @@ class PlannerState:
     asked_turn: int = -1
     ordered_s: float | None = None
     appeared: Appeared = NOTHING
+    displacement: Displacement | None = None
 
     def copy(self) -> PlannerState:
         """A state that changes apart from this one."""

@@ -29,7 +29,8 @@ class Observation:
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
     the goal at which its own navigation says it stands, None without one; places: of the map;
-    anchor_views: of the anchors of the object's description.
+    anchor_views: of the anchors of the object's description; offset_m: how far beside the map the
+    newest frame stands, see ``MapRevision``.
     """
 
     now_s: float
@@ -48,6 +49,7 @@ class Observation:
     reached: Pose2d | None = None
     anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces = NOWHERE
+    offset_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ from onemap_planner.policy.context import (
     keeping_out,
     with_change,
 )
+from onemap_planner.policy.displaced import notice, stand
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
 from onemap_planner.policy.explore import (
     can_follow,
@@ -139,6 +140,7 @@ def step(
     """
     state = state.copy()
     count_turn(state)
+    notice(state, observation, params.drive)
     _advance_clock(state, observation, params)
     pose, view = observation.pose, observation.view
     if observation.stale_reason or pose is None or view is None:
@@ -162,11 +164,11 @@ def step(
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
     state.search = replace(state.search, slow=slow)
     _take_in_map(state, observation, context)
-    leaving = leave_zone(state, context)
-    if leaving is None:
+    aside = stand(state) or leave_zone(state, context)
+    if aside is None:
         move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
     else:
-        move, events = leaving, ()
+        move, events = aside, (aside.event,) if aside.event else ()
     active = state.memory.active_goal
     goal = active.goal if active else None
     if stuck:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from onemap_planner.sentences import (
     MAP_ANEW,
+    MOVED,
     approaching,
     asking,
     confirmed,
@@ -248,6 +249,11 @@ class MapRestarted:
 
 
 @dataclass(frozen=True, slots=True)
+class Displaced:
+    """The robot was moved, or its pose was wrong, and the pose did not tell of it."""
+
+
+@dataclass(frozen=True, slots=True)
 class CandidateSelected:
     """A candidate was detected often enough and has a reachable viewpoint."""
 
@@ -304,6 +310,7 @@ Event = (
     MapReady
     | Rotated
     | MapRestarted
+    | Displaced
     | CandidateSelected
     | Arrived
     | Confirmed
@@ -345,8 +352,8 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             total = turned_rad + by_rad
             full = total >= 2 * math.pi
             return _set_out(search) if full else replace(search, phase=LookingAround(total))
-        case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted()):
-            return _look_around(search, MAP_ANEW)
+        case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted() | Displaced()):
+            return _look_around(search, MOVED if isinstance(event, Displaced) else MAP_ANEW)
         case (LookingAround() | Exploring() | Confirming(), CandidateSelected(candidate)):
             search = without_choice(search)
             return replace(

@@ -1,0 +1,98 @@
+"""A robot that was moved says so, stands still, and goes on once the map has seen the place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_planner.motion.motions import STOP, Pose2d
+from onemap_planner.policy.displaced import STANDS_S, notice
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Observation
+from onemap_planner.search.state_machine import (
+    EventStamp,
+    Exploring,
+    LookingAround,
+    new_search,
+)
+from tests.planner.drawn_maps import PARAMS
+from tests.planner.grid_world import (
+    CONTROLS_PER_STEP,
+    STEP_S,
+    SimulatedSearch,
+    in_four_rooms,
+    start,
+)
+
+DRIVE, PERIOD_S = PARAMS.drive, CONTROLS_PER_STEP * STEP_S
+
+
+def on_its_way() -> SimulatedSearch:
+    """A robot that looked around and drives."""
+    run = start(in_four_rooms(), "vase")
+    while not isinstance(run.state.search.phase, Exploring) or run.world.velocity.linear_mps < 0.3:
+        assert run.now_s < 20.0
+        run.step()
+    return run
+
+
+def test_it_stands_for_a_second_when_its_position_jumps_and_drives_on() -> None:
+    run = on_its_way()
+    pose = run.world.pose
+    run.world.pose = replace(pose, y_m=pose.y_m + 0.6)
+    jumped_s, speed_mps = run.now_s, run.world.velocity.linear_mps
+    run.step()
+    while run.state.search.slow:
+        assert run.state.search.slow == (
+            "standing still: its position jumped by 0.6 m, was it pushed or carried?"
+        )
+        braking_s = speed_mps / DRIVE.max_linear_mps2
+        assert run.world.velocity == STOP or run.now_s - jumped_s <= braking_s + PERIOD_S
+        run.step()
+    assert STANDS_S <= run.now_s - jumped_s <= STANDS_S + 2 * PERIOD_S
+    assert isinstance(run.state.search.phase, Exploring)
+    while run.world.velocity.linear_mps < 0.3:
+        assert run.now_s - jumped_s <= 5.0
+        run.step()
+
+
+def test_it_looks_around_where_only_the_camera_tells_and_drives_on() -> None:
+    run = on_its_way()
+    run.offset_m = 0.4
+    run.step()
+    run.offset_m = 0.0
+    run.step()
+    assert run.world.velocity == STOP
+    assert run.state.search.slow == (
+        "standing still: what the camera sees stands 0.4 m beside where the map has it, was it "
+        "pushed?"
+    )
+    turned_rad = 0.0
+    while not isinstance(run.state.search.phase, Exploring) or turned_rad == 0.0:
+        before, xy = run.world.pose, run.world.pose.xy
+        run.step()
+        assert run.world.pose.xy == pytest.approx(xy)
+        turned_rad += abs(run.world.pose.yaw_rad - before.yaw_rad)
+        if isinstance(run.state.search.phase, LookingAround):
+            expected = "it was moved, or its position was wrong: looking around for a vase"
+            assert run.state.search.reason == expected
+    assert turned_rad > 6.0
+    while run.world.velocity.linear_mps < 0.3:
+        assert run.now_s < 60.0
+        run.step()
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.05, 2.0))
+def test_what_it_can_drive_and_small_corrections_are_no_jump(share: float, passed_s: float) -> None:
+    """However late the step comes."""
+    stamp = EventStamp(0.0, 0.0, (0.0, 0.0), 0.0)
+    driven_m = share * DRIVE.max_linear_mps * passed_s
+    for beyond_m, jumps in ((0.29, False), (0.31 + DRIVE.max_linear_mps * passed_s, True)):
+        state = PlannerState(new_search("s", ("sofa",), stamp, 0), pose=Pose2d(0.0, 0.0, 0.0))
+        state.last_step_s = 10.0
+        pose, at_s = Pose2d(driven_m + beyond_m, 0.0, 1.0), 10.0 + passed_s
+        notice(state, Observation(at_s, pose, 0.0, STOP, False, None, (), ""), DRIVE)
+        assert (state.displacement is not None) == jumps
