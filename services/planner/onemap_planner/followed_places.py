@@ -34,10 +34,11 @@ class FollowedPlaces:
         """
         current = self.version == inputs.places_version
         due = time.monotonic() - self._asked_s >= EVERY_S
-        named = any(each.inside or each.outside for each in search.details)
-        named = named or bool(Zones(self.known, search.stay_out).names)
+        places = filter(None, map(self.known.get, Zones(self.known, search.stay_out).names))
+        rooms = any(place.inside_m for place, _ in places)
+        rooms = rooms or any(each.inside or each.outside for each in search.details)
         problem = ""
-        if not current or (named and due and self.known.revision < revision):
+        if not current or (rooms and due and self.known.revision < revision):
             self._asked_s = time.monotonic()
             try:
                 self.known = self._bus.call(keys.MAP_PLACES, PlacesRequest(), TIMEOUT_S)
