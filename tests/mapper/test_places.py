@@ -279,7 +279,12 @@ def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None
     assert merged.places_stayed == ("Stairs",)
     assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
     rig.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("Stairs",)))
+    before = rig.newest()
+    revisions = rig.router.bus("planner").subscribe(keys.MAP_REVISION, capacity=8)
     rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
+    told = [each for each in iter(lambda: revisions.take(0.0), None) if each != before]
+    assert told[-1].revision > before.revision
+    assert {each.places_version for each in told} == {before.places_version + 1}  # from the first
     (turned,) = rig.client.call(keys.MAP_PLACES, LIST).places
     np.testing.assert_allclose(turned.corners_m, [(0, 0), (0, 2), (-1, 2)], atol=1e-9)
     grid = GridSpec(0.1, (-30, -30), (60, 60))
