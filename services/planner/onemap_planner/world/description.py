@@ -24,16 +24,16 @@ from onemap_shared.messages import Detail, MapPlaces
 class Description:
     """What is said of the object that is sought, and what the map shows of it.
 
-    anchors: the layers of each other object that is named, on the grid of the map view; shown:
-    names of the places that the map shows; places (nx, ny): as of ``place_weights``; joint: None if
-    nothing says where the object is.
+    anchors: the layers of each other object that is named, on the grid of the map view; places
+    (nx, ny): as of ``place_weights``; joint: None if nothing says where the object is; shown: names
+    of the places that the map shows.
     """
 
     detail: Detail
     anchors: Mapping[str, Layers]
-    shown: Collection[str]
     places: F64
     joint: JointBelief | None
+    shown: Collection[str] = ()
 
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
         """The map view with the joint belief as similarity and guidance.
@@ -73,4 +73,4 @@ def described(
     if detail.located:
         target = Layers(map_view.similarity, map_view.guidance)
         joint = joint_belief(target, anchors, detail, places=weights, cell_size_m=grid.cell_size_m)
-    return Description(detail, anchors, shown.keys(), weights, joint)
+    return Description(detail, anchors, weights, joint, shown.keys())
