@@ -38,7 +38,7 @@ from onemap_planner.world.costmap import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import FeatureField, SearchState, SearchView, TextEmbeddings
 from onemap_tools.bench.options import MethodName
 
@@ -213,12 +213,9 @@ class ConfidenceValueMap:
 
     def view(self, view: SearchView) -> SearchView:
         """The view with the values where the map has any, and no competing names."""
-        first = np.asarray(view.grid.origin_cell) - np.asarray(self._grid.origin_cell)
-        cells = np.argwhere(np.ones(view.grid.shape, bool)).reshape(*view.grid.shape, 2) + first
-        inside = self._grid.contains(cells)
-        x, y = np.moveaxis(np.clip(cells, 0, np.asarray(self._grid.shape) - 1), -1, 0)
-        known = inside & (self._confidence[x, y] > 0)
-        return scored_view(view, np.where(known, self._value[x, y], np.float32(np.nan)))
+        layers = (self._value, self._confidence)
+        value, confidence = (onto(view.grid, self._grid, layer) for layer in layers)
+        return scored_view(view, np.where(confidence > 0, value, np.float32(np.nan)))
 
 
 def image_score(field: FeatureField, query: TextEmbeddings) -> float:
