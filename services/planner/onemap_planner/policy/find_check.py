@@ -74,7 +74,7 @@ def check_find(
     return FindCheck(
         False if False in held else None if None in held else True,
         tuple(what for holds, what in parts if holds),
-        tuple(f"{'perhaps ' * (holds is None)}{what}" for holds, what in parts if not holds),
+        tuple(f"perhaps {what}" if holds is None else what for holds, what in parts if not holds),
     )
 
 
@@ -152,7 +152,8 @@ def _places(cells: I64, description: Description) -> Iterator[Part]:
     in_one, in_others = (f"in {' or '.join(map(the, each))}" for each in (detail.inside, others))
     is_shown = any(name in shown for name in detail.inside)
     if float(np.median(description.places[tuple(cells.T)])) < HOLDS:
-        yield False, " or ".join([f"not {in_one}"] * is_shown + [in_others] * bool(others))
+        wrong = ([f"not {in_one}"] if is_shown else []) + ([in_others] if others else [])
+        yield False, " or ".join(wrong)
         return
     if detail.inside:
         yield (True, in_one) if is_shown else (None, f"not {in_one}")
