@@ -35,11 +35,13 @@ def related(kind: RelationKind) -> Detail:
     return Detail(relations=(Relation(kind, ("bed",)),))
 
 
-def seen_in_room(detail: Detail, places: MapPlaces = NOWHERE) -> PlanningContext:
+def seen_in_room(
+    detail: Detail, places: MapPlaces = NOWHERE, shown: float = 0.9
+) -> PlanningContext:
     """The room, in which a bed shows from (2, 2) to (3, 3)."""
     here = context()
     bed = np.full(ROOM.grid.shape, 0.05, np.float32)
-    bed[20:30, 20:30] = 0.9
+    bed[20:30, 20:30] = shown
     views = [replace(ROOM, text=name, similarity=bed) for name in detail.anchors]
     return replace(here, description=described(detail, views, places, here.map_view, POSE.xy))
 
@@ -55,6 +57,14 @@ def seen_in_room(detail: Detail, places: MapPlaces = NOWHERE) -> PlanningContext
 def test_a_lamp_is_next_to_the_bed_within_a_metre(x: float, expected: FindCheck) -> None:
     lamp = candidate(x, 2.45)
     assert check_find(lamp, seen_in_room(related(NEXT_TO)), TargetMemory()) == expected
+
+
+@pytest.mark.parametrize(("shown", "holds"), [(0.6, True), (0.4, None), (0.2, False)])
+def test_an_anchor_that_shows_weakly_is_looked_at_more_closely(
+    shown: float, holds: bool | None
+) -> None:
+    here = seen_in_room(related(NEXT_TO), shown=shown)
+    assert check_find(candidate(1.45, 2.45), here, TargetMemory()).holds is holds
 
 
 def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:

@@ -1,7 +1,8 @@
 """Whether what was found is as described: where its anchors are, in which place, of which colour.
 
-A relation holds if the kernel of the joint belief holds by half or more between the cells of both.
-Where it does not, and floor around the object was not seen yet, it cannot be told.
+A relation holds if the probability of the anchor times the kernel of the joint belief is half or
+more for a cell of it. It cannot be told where a cell may be the anchor, or where the relation does
+not hold and floor around the object was not seen yet.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ from onemap_planner.world.colours import has_colour
 from onemap_planner.world.description import Description
 from onemap_planner.world.frontiers import area_in_view
 from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import I64
+from onemap_planner.world.regions import SIMILAR
+from onemap_shared.geometry import F64, I64
 from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import Occupancy, Relation, RelationKind
 from onemap_shared.names import same_name
 
 HOLDS = 0.5  # of the kernel, or of a place's weight
-ANCHOR_FOUND = 0.5  # similarity from which cells count as the anchor; SIMILAR is right in a quarter
 SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
@@ -57,7 +58,7 @@ def check_find(
 ) -> FindCheck:
     """The check of a candidate.
 
-    An anchor is where the map shows it clearly, where it was detected and where it was found.
+    An anchor is where the map shows it, and certainly where it was detected or found.
     """
     description, map_view = context.description, context.map_view
     if description is None:
@@ -67,7 +68,7 @@ def check_find(
         return FindCheck(None)
     detail, anchors = description.detail, {}
     for name in description.detail.anchors:
-        anchors[name] = _anchor_cells(name, description, map_view, memory, found_objects)
+        anchors[name] = _anchor(name, description, map_view, memory, found_objects)
     parts = [_relation(each, candidate, anchors, map_view, memory) for each in detail.relations]
     parts += [*_places(cells, description), *_colour(candidate, detail.colour)]
     held = {holds for holds, _ in parts}
@@ -81,18 +82,21 @@ def check_find(
 def _relation(
     relation: Relation,
     candidate: ObjectCandidate,
-    anchors: Mapping[str, I64],
+    anchors: Mapping[str, Anchor],
     map_view: MapView,
     memory: TargetMemory,
 ) -> Part:
     cells, kind = map_view.indices_of(candidate.surface), relation.kind
-    away_m = np.array([_distance_m(cells, anchors[name], map_view) for name in relation.anchors])
-    near = bool((kernel(kind, away_m) >= HOLDS).all())
-    if near and _at_height(relation, candidate, memory):
-        next_to = kind is RelationKind.NEXT_TO
-        words = f"{away_m.max():.1f} m from" if next_to else kind.words
+    found = [anchors[name].belief(kind, cells, map_view) for name in relation.anchors]
+    believed, away_m = min(each[0] for each in found), max(each[1] for each in found)
+    if not _at_height(relation, candidate, memory):
+        believed = 0.0
+    if believed >= HOLDS:
+        words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
         return True, f"{words} {' and '.join(map(the, relation.anchors))}"
-    hidden = not near and _unseen_m2(cells, map_view, REACH_M[kind] + FADE_M) >= UNSEEN_M2
+    hidden = believed >= SIMILAR or (
+        away_m > REACH_M[kind] and _unseen_m2(cells, map_view, REACH_M[kind] + FADE_M) >= UNSEEN_M2
+    )
     wrong = f"not {kind.words} {' and '.join(map(a, relation.anchors))}"
     return None if hidden else False, wrong
 
@@ -115,26 +119,39 @@ def _detected(name: str, memory: TargetMemory) -> list[ObjectCandidate]:
     return [c for c in memory.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS]
 
 
-def _anchor_cells(
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """Cells (K, 2) that may be of the anchor, and the probability (K,) that each is."""
+
+    cells: I64
+    probability: F64
+
+    def belief(self, kind: RelationKind, cells: I64, map_view: MapView) -> tuple[float, float]:
+        """Probability that the relation holds between it and the cells (N, 2), and metres between
+        them and what speaks for it most; 0 and infinity without any."""
+        if len(self.cells) == 0:
+            return 0.0, float("inf")
+        away, _ = cKDTree(cells).query(self.cells)
+        away_m = away * map_view.grid.cell_size_m
+        believed = self.probability * kernel(kind, away_m)
+        most = int(np.lexsort((-away_m, believed))[-1])
+        return float(believed[most]), float(away_m[most])
+
+
+def _anchor(
     name: str,
     description: Description,
     map_view: MapView,
     memory: TargetMemory,
     found_objects: Sequence[FoundObject],
-) -> I64:
-    """Cells (K, 2) of the anchor."""
-    similar = np.nan_to_num(description.anchors[name].similarity, nan=0.0) >= ANCHOR_FOUND
+) -> Anchor:
+    similarity = np.nan_to_num(description.anchors[name].similarity, nan=0.0)
+    similar = np.argwhere(similarity >= SIMILAR)
     known = [anchor.surface for anchor in _detected(name, memory)]
     known += [each.cells for each in found_objects if same_name(each.name, name)]
-    return np.vstack([np.argwhere(similar), *map(map_view.indices_of, known)])
-
-
-def _distance_m(cells: I64, anchor: I64, map_view: MapView) -> float:
-    """Metres between the nearest cells of both, infinity without any."""
-    if len(anchor) == 0:
-        return float("inf")
-    away, _ = cKDTree(anchor).query(cells)
-    return float(away.min()) * map_view.grid.cell_size_m
+    cells = np.vstack([np.empty((0, 2), np.int64), *map(map_view.indices_of, known)])
+    probability = np.concatenate([similarity[tuple(similar.T)], np.ones(len(cells))])
+    return Anchor(np.vstack([similar, cells]), probability)
 
 
 def _unseen_m2(cells: I64, map_view: MapView, range_m: float) -> float:
