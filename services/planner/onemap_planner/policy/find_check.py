@@ -128,14 +128,14 @@ class Anchor:
 
     def belief(self, kind: RelationKind, cells: I64, map_view: MapView) -> tuple[float, float]:
         """Probability that the relation holds between it and the cells (N, 2), and metres between
-        them and what speaks for it most; 0 and infinity without any."""
+        them and what speaks for it; 0 and infinity without any."""
         if len(self.cells) == 0:
             return 0.0, float("inf")
         away, _ = cKDTree(cells).query(self.cells)
         away_m = away * map_view.grid.cell_size_m
         believed = self.probability * kernel(kind, away_m)
-        most = int(np.lexsort((-away_m, believed))[-1])
-        return float(believed[most]), float(away_m[most])
+        most = float(believed.max())
+        return most, float(away_m[believed >= min(most, HOLDS)].min())
 
 
 def _anchor(
