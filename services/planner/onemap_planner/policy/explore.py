@@ -239,8 +239,6 @@ def _may_fit(candidate: ObjectCandidate, state: PlannerState, context: PlanningC
     memory = state.memory
     if context.description is None or memory.settles:
         return True
-    if memory.is_aside(candidate):
-        return False
     return check_find(candidate, context, memory, state.found_objects).holds is not False
 
 

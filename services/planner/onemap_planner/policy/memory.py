@@ -202,8 +202,8 @@ class TargetMemory:
         self.idle_since_s = None
 
     def is_aside(self, candidate: ObjectCandidate) -> bool:
-        """Whether it is known not to be as described."""
-        return any(not each.cells.isdisjoint(candidate.cells) for each in self.aside)
+        """Whether it, as it is known now, is not as described."""
+        return any(each is candidate for each in self.aside)
 
     def doubted_from(self, candidate: ObjectCandidate) -> list[Xy]:
         """Viewpoints, metres, from which the candidate was not confirmed."""

@@ -102,7 +102,7 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
     memory.others = (*memory.others, candidate)
     if candidate.supported:
         memory.aside = (*memory.aside, candidate)
-        memory.candidates = tuple(c for c in memory.candidates if not memory.is_aside(c))
+        memory.candidates = tuple(c for c in memory.candidates if c is not candidate)
     else:
         memory.reject(candidate)
     return Rejected()
@@ -134,8 +134,6 @@ def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -
     """Face the candidate and count the new detections that agree."""
     memory, waited_s = state.memory, state.active_time_s - phase.since_s
     candidate = memory.latest(phase.candidate)
-    if memory.is_aside(candidate):
-        return Move(event=Rejected())
     motion = Drive(np.array([context.pose.xy]), candidate.xyz[:2])
     if not candidate.supported:
         return Move(motion, _weigh(memory, phase.candidate, candidate, context, waited_s))
