@@ -77,6 +77,18 @@ def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     assert event == (Confirmed(now) if sure else None)
 
 
+def test_a_part_of_it_that_is_not_as_described_rules_it_not_out() -> None:
+    whole = candidate(2.5, 2.5, 9)
+    part = replace(whole, sightings=4)
+    state = planner_state(whole)
+    state = replace(state, memory=replace(state.memory, aside=(part,)))
+    _, motion, event = decided(approach, state, Approaching(whole), context())
+    assert isinstance(motion, Drive)
+    assert event is None
+    state = replace(state, memory=TargetMemory(aside=(part,)))
+    assert decided(approach, state, Approaching(part), context())[2] == Rejected()
+
+
 LATE_S = CONFIRM_S + 0.1
 
 
