@@ -28,7 +28,7 @@ Scene = Annotated[
 ]
 Objects = Annotated[
     str | None,
-    typer.Option(help="What to find, separated by commas; by default what the scene has."),
+    typer.Option(help="Names or sentences, separated by commas; by default what the scene has."),
 ]
 PagePort = Annotated[
     int, typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any.")
