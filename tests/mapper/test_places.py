@@ -288,8 +288,8 @@ def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None
     (turned,) = rig.client.call(keys.MAP_PLACES, LIST).places
     np.testing.assert_allclose(turned.corners_m, [(0, 0), (0, 2), (-1, 2)], atol=1e-9)
     grid = GridSpec(0.1, (-30, -30), (60, 60))
-    before, after = (polygon_mask(np.array(p.corners_m), grid) for p in (ZONE, turned))
-    np.testing.assert_array_equal(np.rot90(before), after)  # of [x, y]: to the left
+    here, there = (polygon_mask(np.array(p.corners_m), grid) for p in (ZONE, turned))
+    np.testing.assert_array_equal(np.rot90(here), there)  # of [x, y]: to the left
 
 
 def test_places_of_another_world_are_set_aside(tmp_path: Path) -> None:

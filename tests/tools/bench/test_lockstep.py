@@ -92,7 +92,7 @@ class PushedRobot(SimulatedRobot):
 
     def odometry(self) -> F64:
         """As if it had not been pushed."""
-        T_map_body = super().odometry().copy()
+        T_map_body: F64 = super().odometry().copy()
         T_map_body[:2, 3] -= self.pushed_m
         return T_map_body
 
