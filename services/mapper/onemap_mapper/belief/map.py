@@ -26,7 +26,7 @@ from onemap_mapper.occupancy.evidence import HIT, OccupancyLayers, OccupancyUpda
 from onemap_mapper.occupancy.offset import REACH_CELLS, offset_cells
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F64, I64, U8
+from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Occupancy
 
@@ -130,17 +130,21 @@ class BeliefMap:
 
     def _offset_m(self, frame: OccupancyUpdate) -> float:
         """How far beside the map what a frame shows stands, metres; 0 if it does not."""
-        cells: I64 = to_host(frame.cells[(frame.evidence[:, :-1] >= HIT).any(dim=1)])
+        cells = frame.cells[(frame.evidence[:, :-1] >= HIT).any(dim=1)]
         if len(cells) == 0:
             return 0.0
-        first = cells.min(axis=0) - REACH_CELLS
-        shape = cells.max(axis=0) + REACH_CELLS + 1 - first
-        box = np.argwhere(np.ones(shape, bool)) + first
-        rows = self.tiles.rows_on_device(to_device(box, self._device))
+        bounds = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)]))
+        first, last = bounds[0] - REACH_CELLS, bounds[1] + REACH_CELLS
+        sides = [
+            torch.arange(a, b + 1, device=cells.device) for a, b in zip(first, last, strict=True)
+        ]
+        rows = self.tiles.rows_on_device(torch.cartesian_prod(*sides))
         lasting = self.occupancy.settled.values[rows.clamp(min=0)]
         lasting = lasting.masked_fill(rows < 0, int(Occupancy.UNKNOWN))
-        states: U8 = to_host(lasting).reshape(shape)
-        return offset_cells(cells - first, states) * self.params.cell_size_m
+        states = lasting.reshape(len(sides[0]), len(sides[1]))
+        return (
+            offset_cells(cells - cells.amin(dim=0) + REACH_CELLS, states) * self.params.cell_size_m
+        )
 
     def check_pose(self, T_map_camera: F64) -> None:
         """Raise ``MapTooLarge`` if the camera is where this map cannot reach.

@@ -7,10 +7,9 @@ better, since people and moved chairs are a small part of what is in view.
 
 from __future__ import annotations
 
-import numpy as np
-from scipy import ndimage
+import torch
+from torch import Tensor
 
-from onemap_shared.geometry import I64, U8
 from onemap_shared.messages import Occupancy
 
 REACH_CELLS = 6  # of the shifts, to each side
@@ -20,25 +19,31 @@ GAIN = 0.2  # more of them stand on the map when shifted
 # Of those that do so only then, on floor that was free: a wall that is new to the map, beside one
 # that is not, has few: 4 in a run that was not pushed, 6 or more after a push.
 MIN_ON_FREE = 5
-AROUND = np.ones((3, 3), bool)
 
 
-def offset_cells(cells: I64, lasting: U8) -> float:
+def offset_cells(cells: Tensor, lasting: Tensor) -> float:
     """How far beside the map obstacle cells (n, 2) of a frame stand, in cells; 0 if they do not.
 
     lasting (nx, ny): values of ``Occupancy`` that lasted; the cells are indices in it,
     ``REACH_CELLS`` and more from its rim. A neighbour of what stands on the map counts as well.
+    Both lie on one device; one number leaves it.
     """
     if len(cells) < MIN_CELLS:
         return 0.0
-    shifts = np.argwhere(np.ones((2 * REACH_CELLS + 1,) * 2, bool)) - REACH_CELLS
-    shifts = shifts[np.hypot(*shifts.T) >= LEAST_CELLS]
-    standing = ndimage.binary_dilation(lasting == Occupancy.OCCUPIED, AROUND)
-    here = standing[tuple(cells.T)]
-    shifted = standing[tuple(np.moveaxis(cells[:, None] + shifts, -1, 0))]
-    best = int(shifted.sum(axis=0).argmax())
-    there = shifted[:, best]
-    on_free = there & ~here & (lasting[tuple(cells.T)] == Occupancy.FREE)
-    if there.mean() - here.mean() < GAIN or on_free.sum() < MIN_ON_FREE:
-        return 0.0
-    return float(np.hypot(*shifts[best]))
+    steps = torch.arange(-REACH_CELLS, REACH_CELLS + 1, device=cells.device)
+    shifts = torch.cartesian_prod(steps, steps)
+    lengths = shifts.float().square().sum(dim=1).sqrt()
+    standing = _grown(lasting == int(Occupancy.OCCUPIED))
+    x, y = cells.T
+    here, free = standing[x, y], lasting[x, y] == int(Occupancy.FREE)
+    shifted = standing[x[:, None] + shifts[:, 0], y[:, None] + shifts[:, 1]]
+    best = shifted.sum(dim=0).masked_fill(lengths < LEAST_CELLS, -1).argmax()
+    there = shifted.index_select(1, best[None])[:, 0]
+    gained = (there.sum() - here.sum()) / len(cells)
+    told = (gained >= GAIN) & ((there & ~here & free).sum() >= MIN_ON_FREE)
+    return float(lengths[best] * told)
+
+
+def _grown(cells: Tensor) -> Tensor:
+    """The cells (nx, ny) and their eight neighbours."""
+    return torch.nn.functional.max_pool2d(cells[None].float(), 3, stride=1, padding=1)[0] > 0
