@@ -236,7 +236,7 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def content(media_type: str, description: str = "", **schema: str) -> dict[str, Any]:
-    """OpenAPI entry of a reply that is no JSON: a text, or with ``format="binary"`` bytes."""
+    """OpenAPI entry of a reply of another type: a text, with ``format="binary"`` bytes."""
     described = {"description": description} if description else {}
     return {**described, "content": {media_type: {"schema": {"type": "string", **schema}}}}
 

@@ -25,6 +25,7 @@ COLLECTION = content(
     GEOJSON,
     "A FeatureCollection; the coordinates are metres of the map frame, not degrees. Rooms have "
     "`inside_m`, a point in them, beside their outline.",
+    type="object",
 )
 
 
