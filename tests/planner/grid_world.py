@@ -104,6 +104,16 @@ def two_rooms() -> FloorPlan:
     return plan
 
 
+def one_room() -> FloorPlan:
+    """5 x 4 m with a table and a bed."""
+    plan = FloorPlan(np.zeros((50, 40), bool))
+    for wall in ((0, 0, 5, 0.1), (0, 3.9, 5, 4), (0, 0, 0.1, 4), (4.9, 0, 5, 4)):
+        plan.wall(*wall)
+    plan.put("table", 3.4, 0.8, 0.8)
+    plan.put("bed", 0.3, 2.2, 1.4)
+    return plan
+
+
 @dataclass
 class GridWorld:
     """The robot in its floor plan and the map made so far; mutable."""
@@ -360,15 +370,22 @@ def start_drive(world: GridWorld, destination: Destination) -> SimulatedSearch:
     return SimulatedSearch(world, new_search("drive-1", (), stamp, 0, destination))
 
 
+def in_plan(floor_plan: FloorPlan, x: float = 1.0, y: float = 1.0, yaw: float = 0.0) -> GridWorld:
+    """A robot at (x, y), metres from the corner of the floor plan."""
+    ox, oy = floor_plan.grid.bounds_m[:2]
+    return GridWorld(floor_plan, Pose2d(ox + x, oy + y, yaw))
+
+
 def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> GridWorld:
     """A robot at (x, y), metres from the corner of the floor plan."""
-    floor_plan = four_rooms()
-    ox, oy = floor_plan.grid.bounds_m[:2]
-    return GridWorld(floor_plan, Pose2d(ox + x, oy + y, yaw_rad))
+    return in_plan(four_rooms(), x, y, yaw_rad)
 
 
 def in_two_rooms() -> GridWorld:
     """A robot in the room with the table."""
-    floor_plan = two_rooms()
-    ox, oy = floor_plan.grid.bounds_m[:2]
-    return GridWorld(floor_plan, Pose2d(ox + 1.0, oy + 1.0, 0.0))
+    return in_plan(two_rooms())
+
+
+def in_one_room() -> GridWorld:
+    """A robot in the room with the table and the bed."""
+    return in_plan(one_room())

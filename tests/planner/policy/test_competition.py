@@ -23,7 +23,7 @@ from onemap_shared.messages import (
     SearchState,
 )
 from tests.planner.drawn_maps import detections_of, drawn_map
-from tests.planner.grid_world import GridWorld, in_two_rooms, start
+from tests.planner.grid_world import GridWorld, in_one_room, start
 
 STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
 BED = frozenset((x, y) for x in range(4, 14) for y in range(4, 12))
@@ -143,7 +143,7 @@ class Confused(GridWorld):
 
 @pytest.mark.slow
 def test_one_object_is_not_found_under_two_names() -> None:
-    plain = in_two_rooms()
+    plain = in_one_room()
     world = Confused(plain.floor_plan, plain.pose)
     world.likeness["sofa"] = world.likeness["bed"] * np.float32(0.9)
     run = start(world, "bed", "sofa")

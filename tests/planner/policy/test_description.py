@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_planner.motion.motions import Pose2d
 from onemap_shared.messages import Detail, Relation, RelationKind, SearchState
-from tests.planner.grid_world import GridWorld, four_rooms, start
+from tests.planner.grid_world import in_plan, one_room, start, two_rooms
 
-WRONG, RIGHT = (9.3, 3.0), (2.1, 7.0)  # the second is 0.4 m from the bed; from the plan's corner
+RIGHT = (2.1, 7.0)  # 0.4 m from the bed in the other room; from the plan's corner
+WRONG = (4.3, 0.3)
 BESIDE = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
 
 
-def world_with(*lamps: tuple[float, float]) -> GridWorld:
-    """Four rooms with lamps; the robot is in the room with the table."""
-    plan = four_rooms()
-    for x, y in lamps:
-        plan.put("lamp", x, y, 0.3)
-    ox, oy = plan.grid.bounds_m[:2]
-    return GridWorld(plan, Pose2d(ox + 1.0, oy + 1.0, 0.0))
-
-
 def test_of_two_lamps_the_one_next_to_the_bed_is_found() -> None:
-    world = world_with(WRONG, RIGHT)
+    plan = two_rooms()
+    for x, y in (WRONG, RIGHT):
+        plan.put("lamp", x, y, 0.3)
+    world = in_plan(plan)
     run = start(world, "lamp", detail=BESIDE)
     search = run.until_over(300.0)
     (result,) = search.results
-    print(result, run.now_s, run.reasons)
     ox, oy = world.floor_plan.grid.bounds_m[:2]
     assert result.outcome is SearchState.FOUND
     assert result.position_m[:2] == pytest.approx(
@@ -36,10 +29,10 @@ def test_of_two_lamps_the_one_next_to_the_bed_is_found() -> None:
 
 
 def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
-    world = world_with(WRONG)
-    run = start(world, "lamp", detail=BESIDE)
-    search = run.until_over(600.0)
+    plan = one_room()
+    plan.put("lamp", *WRONG, 0.3)
+    run = start(in_plan(plan), "lamp", detail=BESIDE)
+    search = run.until_over(300.0)
     (result,) = search.results
-    print(result, run.now_s, run.reasons)
     assert result.outcome is SearchState.FOUND_OTHER
     assert result.reason == "found a lamp, but not next to a bed"

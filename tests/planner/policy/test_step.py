@@ -11,6 +11,7 @@ from tests.planner.grid_world import (
     GridWorld,
     SimulatedSearch,
     in_four_rooms,
+    in_one_room,
     in_two_rooms,
     start,
 )
@@ -122,7 +123,7 @@ def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
 
 @pytest.mark.slow
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
-    world = in_two_rooms()
+    world = in_one_room()
     run = start(world, "table")
     while not isinstance(run.state.search.phase, Approaching) and run.now_s < 60.0:
         run.step()
