@@ -77,6 +77,7 @@ class FakeRobot:
     def __init__(self, polls: int = 1, ends: str = "found", missing: tuple[str, ...] = ()) -> None:
         self.polls, self.ends = polls, ends
         self.sought: list[list[str]] = []
+        self.named: dict[str, Any] = {}
         self.router = MemoryRouter()
         self._missing = list(missing)
         self._left = 0
@@ -87,6 +88,12 @@ class FakeRobot:
             return httpx.Response(503 if missing else 200, json={"detail": missing})
         if request.url.path.endswith("/queries"):
             return httpx.Response(422, json={"detail": "'blorp' is no word that mini knows."})
+        if request.method == "PUT":
+            name, place = request.url.path.rpartition("/")[2], json.loads(request.content)
+            self.named[name] = place
+            return httpx.Response(
+                200, json={"name": name, "outlines_m": [], "area_m2": 4.0, **place}
+            )
         if request.method == "POST":
             self.sought.append(json.loads(request.content)["objects"])
             self._left = self.polls
@@ -226,6 +233,11 @@ def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None
     demo.options = replace(demo.options, objects=("the bed next to the sofa",))
     assert demo.choose_targets(out) == DemoTargets(("the bed next to the sofa",), {"bed": "bed"})
     assert "the name alone is judged" in out.file.getvalue()
+    assert not alone.named
+    demo.options = replace(demo.options, objects=("the bed, stay out of the bathroom",))
+    demo.choose_targets(out)
+    assert alone.named["bathroom"]["kind"] == "room"
+    assert len(alone.named["bathroom"]["corners_m"]) == 4
     with pytest.raises(OneMapError, match="no word that mini knows"):  # before any robot drives
         demo_of(tmp_path, alone, other).choose_targets(out)
 

@@ -41,9 +41,11 @@ from onemap_shared.messages import (
 )
 from onemap_shared.rates import mean_rate_hz
 from onemap_shared.runner import is_starting
-from onemap_shared.sentence import parse
+from onemap_shared.sentence import Sentence, parse
 from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.service import open_scene
 from onemap_tools.demo import recorded
 from onemap_tools.demo.setup import (
     OBJECTS,
@@ -210,10 +212,24 @@ class RobotSearch:
 
 def noun_of(text: str) -> str:
     """The name of what a sentence describes; the text where the gateway will not understand it."""
+    sentence = understood(text)
+    return sentence.name if sentence else text
+
+
+def places_of(text: str) -> tuple[str, ...]:
+    """Names of the places that a sentence speaks of."""
+    sentence = understood(text)
+    if sentence is None:
+        return ()
+    return (*sentence.detail.inside, *sentence.detail.outside, *sentence.stay_out)
+
+
+def understood(text: str) -> Sentence | None:
+    """A sentence; None where the gateway will not understand it, and say why."""
     try:
-        return parse(text).name
+        return parse(text)
     except ValueError:
-        return text
+        return None
 
 
 def _waiting(subscription: Subscription[M]) -> Iterator[M]:
@@ -307,6 +323,7 @@ class DemoRun:
         known = {name for names in names_of_classes(vocabulary) for name in names}
         count = OBJECTS_EACH * len(self.searches) if several else OBJECTS
         objects = wanted or choose_objects(categories, known, count)
+        self._name_rooms(objects)
         nouns = dict.fromkeys(map(noun_of, objects))
         names = {word: scene_category(word, categories, vocabulary) for word in nouns}
         if not nouns.keys() >= set(objects):
@@ -321,6 +338,19 @@ class DemoRun:
         if several:
             self.searches[0].gateway.query_all(objects)
         return DemoTargets(objects, names)
+
+    def _name_rooms(self, sentences: Sequence[str]) -> None:
+        """Name the rooms that sentences speak of, where the apartment has one of the kind."""
+        names = {name for sentence in sentences for name in places_of(sentence)}
+        if not names or self.options.scene is not None:
+            return
+        scene = open_scene(SimulatorConfig(seed=self.options.seed))
+        kinds = [room.kind for room in scene.rooms]
+        for room in scene.rooms:
+            if room.kind in names and kinds.count(room.kind) == 1:
+                x_min, y_min, x_max, y_max = room.bounds_m
+                corners_m = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
+                self.searches[0].gateway.name_place(room.kind, corners_m=corners_m)
 
     def search(self, targets: DemoTargets, view: ProgressView) -> DemoSummary:
         """Search for the targets until all are finished or the time limit has passed.
