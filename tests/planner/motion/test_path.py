@@ -9,15 +9,16 @@ from hypothesis.extra.numpy import arrays
 
 from onemap_planner.motion.path import (
     cost_to_go_from,
-    line_cost,
+    lengths_over,
+    line_costs,
     line_is_clear,
-    segment_cells,
     smooth_path,
 )
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, Bool
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 from tests.reference.planning import dijkstra, sampled_line
 
+Cell = tuple[int, int]
 cells = st.tuples(st.integers(0, 15), st.integers(0, 15))
 costs = arrays(np.float64, (12, 13), elements=st.sampled_from([-1.0, 1.0, 1.0, 1.0, 1.5, 2.0, 4.0]))
 
@@ -50,17 +51,18 @@ def test_smoothing_stays_passable_and_costs_no_more(
         adjacent = max(abs(a - b)) == 1 and steps.index(tuple(b)) == steps.index(tuple(a)) + 1
         crossed = sampled_line((int(a[0]), int(a[1])), (int(b[0]), int(b[1])))
         assert adjacent or all(cost[cell] > 0 for cell in crossed)
-        total += min(line_cost(cost, a, b), 1e9)
+        total += min(float(line_costs(cost, a[None], b[None])[0]), 1e9)
     if len(path) > 1 and total < 1e9:
         assert total * 0.5 <= 1.02 * cost_to_go.cost_m[end] + 1e-9
 
 
-@given(cells, cells)
-def test_a_segment_crosses_the_cells_under_it(start: tuple[int, int], end: tuple[int, int]) -> None:
-    crossed, lengths = segment_cells(np.array(start, float), np.array(end, float))
-    assert sampled_line(start, end) <= {(int(x), int(y)) for x, y in crossed}
-    assert len(crossed) == len(lengths)
-    np.testing.assert_allclose(lengths.sum(), np.hypot(*np.subtract(end, start)), atol=1e-9)
+@given(st.lists(st.tuples(cells, cells), max_size=5), arrays(np.bool_, (16, 16)))
+def test_lines_cross_the_cells_under_them(lines: list[tuple[Cell, Cell]], mask: Bool) -> None:
+    ends = np.array(lines, np.int64).reshape(-1, 2, 2).swapaxes(0, 1)
+    over = lengths_over(mask, *ends)
+    for (start, end), length in zip(lines, over, strict=True):
+        assert length > 0 or start == end or not any(mask[c] for c in sampled_line(start, end))
+    np.testing.assert_allclose(over + lengths_over(~mask, *ends), np.hypot(*(ends[1] - ends[0]).T))
 
 
 def test_a_line_is_blocked_by_one_cell() -> None:
@@ -83,6 +85,6 @@ def test_paths_keep_to_the_middle_of_doors() -> None:
     path = smooth_path(costmap.cost, cost_to_go.path_to((20, 30)))
     crossing = []
     for a, b in pairwise(path):
-        line, _ = segment_cells(a.astype(float), b.astype(float))
+        line = sampled_line((int(a[0]), int(a[1])), (int(b[0]), int(b[1])))
         crossing += [y for x, y in line if 10 <= x < 15]
     assert abs(np.mean(crossing) - 14.5) < 2.0  # the door is cells 10 to 19 wide

@@ -15,6 +15,7 @@ from skimage.graph import MCP_Geometric
 from onemap_shared.geometry import F64, I16, I64, Bool
 from onemap_shared.grid import GridSpec
 
+TOUCH = 1e-9  # cells: a line that is shorter inside a cell meets its corner only
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
 
 
@@ -66,28 +67,45 @@ def cost_to_go_from_any(cost: F64, cells: I64, *, cell_size_m: float) -> CostToG
     return CostToGo(cell_size_m * cost_cells, cell_size_m, paths, back)
 
 
-def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:
-    """Cells (K, 2) that the straight line between two points (cell units) crosses, in order.
-
-    Cell centres lie at integers. Also returns the length (K,) in cells inside each.
-    """
-    step = end - start
-    cuts = [np.array([0.0, 1.0])]
-    for a, d in zip(start, step, strict=True):
-        if abs(d) > 1e-9:
-            low, high = sorted((a, a + d))
-            lines = np.arange(np.floor(low - 0.5) + 1.5, high)
-            cuts.append((lines - a) / d)
-    t = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
-    middle = (t[:-1] + t[1:]) / 2
-    cells = np.floor(start + middle[:, None] * step + 0.5).astype(np.int64)
-    return cells, np.diff(t) * float(np.hypot(*step))
-
-
 def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:
     """Whether the mask (nx, ny) is true on the line between the centres of two cells (2,)."""
-    cells, _ = segment_cells(start.astype(float), end.astype(float))
-    return bool(mask[cells[:, 0], cells[:, 1]].all())
+    return bool(lengths_over(~mask, start[None], end[None])[0] == 0)
+
+
+def lengths_over(mask: Bool, starts: I64, ends: I64) -> F64:
+    """Lengths (N,) in cells over true cells of the lines between the centres of cells (N, 2)."""
+    x, y, lengths = _crossed(starts, ends)
+    over: F64 = np.where(mask[x, y], lengths, 0.0).sum(axis=1)
+    return over
+
+
+def line_costs(cost: F64, starts: I64, ends: I64) -> F64:
+    """Integrals (N,) in cells of the cost (nx, ny) along the lines between cells (N, 2).
+
+    Infinite if a cell on the line is impassable.
+    """
+    x, y, lengths = _crossed(starts, ends)
+    along = cost[x, y]
+    spent: F64 = np.where(lengths > 0, along * lengths, 0.0).sum(axis=1)
+    return np.where(((along <= 0) & (lengths > 0)).any(axis=1), np.inf, spent)
+
+
+def _crossed(starts: I64, ends: I64) -> tuple[I64, I64, F64]:
+    """Indices (N, K) of the cells under lines between the centres of cells (N, 2), and the lengths
+    (N, K), in cells, inside them; 0 where a line only meets a corner."""
+    step = (ends - starts).astype(np.float64)
+    borders = np.arange(np.abs(step).max(initial=0.0)) + 0.5  # between cells, from the start on
+    with np.errstate(divide="ignore"):
+        cuts = np.minimum(borders / np.abs(step)[..., None], 1.0)
+    sides = np.zeros((len(step), 1)), cuts[:, 0], cuts[:, 1], np.ones((len(step), 1))
+    t = np.sort(np.concatenate(sides, axis=1))
+    lengths = np.diff(t) * np.hypot(*step.T)[:, None]
+    middles = (t[:, 1:] + t[:, :-1])[..., None] / 2 * step[:, None]
+    cells = np.floor(starts[:, None] + middles + 0.5).astype(np.int64)
+    return cells[..., 0], cells[..., 1], np.where(lengths > TOUCH, lengths, 0.0)
+
+
+LINES = 32  # tried at once: most straight parts of a path are shorter
 
 
 def smooth_path(cost: F64, path: I64) -> I64:
@@ -98,25 +116,19 @@ def smooth_path(cost: F64, path: I64) -> I64:
     if len(path) < 3:
         return path
     spent = _cumulative_cost(cost, path)
-    corners = [path[0]]
-    anchor = 0
-    for ahead in range(2, len(path)):
-        allowed = (spent[ahead] - spent[anchor]) * SHORTCUT_SLACK
-        if not line_cost(cost, path[anchor], path[ahead]) <= allowed:
-            anchor = ahead - 1
-            corners.append(path[anchor])
-    corners.append(path[-1])
-    return np.asarray(corners)
-
-
-def line_cost(cost: F64, start: I64, end: I64) -> float:
-    """Integral of the cost (nx, ny) along the line between two cells (2,), in cells.
-
-    Infinite if a cell on the line is impassable.
-    """
-    cells, lengths = segment_cells(start.astype(float), end.astype(float))
-    along = cost[cells[:, 0], cells[:, 1]]
-    return float("inf") if (along <= 0).any() else float(along @ lengths)
+    corners, ahead = [0], 2
+    while ahead < len(path):
+        tried = slice(ahead, ahead + LINES)
+        ends, anchor = path[tried], corners[-1]
+        costs = line_costs(cost, np.broadcast_to(path[anchor], ends.shape), ends)
+        kept = costs <= (spent[tried] - spent[anchor]) * SHORTCUT_SLACK
+        if kept.all():
+            ahead += len(ends)
+        else:
+            first = ahead + int(np.argmin(kept))
+            corners.append(first - 1)
+            ahead = first + 1
+    return path[[*corners, len(path) - 1]]
 
 
 def _cumulative_cost(cost: F64, path: I64) -> F64:

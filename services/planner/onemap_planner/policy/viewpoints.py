@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import line_is_clear, segment_cells
+from onemap_planner.motion.path import lengths_over
 from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext, across_gaps
 from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
@@ -87,10 +87,9 @@ def first_visible(around: Viewpoints) -> I64 | None:
     It is visible if no obstacle lies between, or from the directions from which it was seen: a
     2-D map does not show that the camera looks over a table at a cup behind it.
     """
-    clear = ~around.obstructed
-    for viewpoint, look in zip(around.cells, around.look, strict=True):
-        from_side = seen_from_side(viewpoint, look, around.seen_from)
-        if line_is_clear(clear, viewpoint, look) or from_side:
+    hidden = lengths_over(around.obstructed, around.cells, around.look) > 0
+    for occluded, viewpoint, look in zip(hidden, around.cells, around.look, strict=True):
+        if not occluded or seen_from_side(viewpoint, look, around.seen_from):
             cell: I64 = viewpoint + around.corner
             return cell
     return None
@@ -103,10 +102,7 @@ def least_occluded(around: Viewpoints) -> I64 | None:
     """
     if len(around.cells) == 0:
         return None
-    hidden = [
-        _occluded_length(around.obstructed, viewpoint, look)
-        for viewpoint, look in zip(around.cells, around.look, strict=True)
-    ]
+    hidden = lengths_over(around.obstructed, around.cells, around.look)
     best: I64 = around.cells[int(np.argmin(hidden))] + around.corner
     return best
 
@@ -288,12 +284,6 @@ def own_cells(target: I64, shape: tuple[int, int]) -> Bool:
 def _grown(mask: Bool) -> Bool:
     grown: Bool = ndimage.binary_dilation(mask, CONNECTIVITY_8, iterations=BLUR_CELLS)
     return grown
-
-
-def _occluded_length(obstructed: Bool, viewpoint: I64, look: I64) -> float:
-    """Length in cells of the line of sight that lies in obstacles."""
-    cells, lengths = segment_cells(viewpoint.astype(float), look.astype(float))
-    return float(lengths @ obstructed[cells[:, 0], cells[:, 1]])
 
 
 def seen_from_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:
