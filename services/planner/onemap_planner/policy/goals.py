@@ -10,7 +10,7 @@ from math import isfinite
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import line_is_clear
+from onemap_planner.motion.path import lengths_over
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.viewpoints import (
     SightTarget,
@@ -34,7 +34,6 @@ from onemap_planner.sentences import (
     goal_sentence,
 )
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
@@ -176,22 +175,13 @@ MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle out
 
 def frontier_goals(frontiers: tuple[Frontier, ...], context: PlanningContext) -> list[Goal]:
     """A goal for each frontier with a reachable viewpoint."""
-    costmap = context.costmap
-    if not context.reachable.any():
+    if not frontiers or not context.reachable.any():
         return []
-    size = costmap.grid.cell_size_m
-    away, nearest = ndimage.distance_transform_edt(~context.reachable, return_indices=True)
-    visible: list[tuple[Frontier, I64]] = []
-    for frontier in frontiers:
-        cells = frontier.cells
-        near = away[cells[:, 0], cells[:, 1]] * size <= VIEWPOINT_WITHIN_M
-        viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
-        if viewpoint is not None:
-            visible.append((frontier, viewpoint))
-    ways_m = context.cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
+    chosen, viewpoints = _frontier_viewpoints([each.cells for each in frontiers], context)
+    ways_m = context.cost_to_go.lengths_m(viewpoints)
     return [
-        _frontier_goal(frontier, viewpoint, travel_m, context)
-        for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
+        _frontier_goal(frontiers[index], viewpoint, travel_m, context)
+        for index, viewpoint, travel_m in zip(chosen, viewpoints, ways_m.tolist(), strict=True)
     ]
 
 
@@ -210,7 +200,7 @@ def region_goals(
     regions: tuple[SimilarRegion, ...], context: PlanningContext, *, tried_xy: F64
 ) -> list[Goal]:
     """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
-    goals = []
+    seen: list[tuple[SimilarRegion, I64]] = []
     band_m = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
     tried = context.costmap.grid.cells(tried_xy)
     for region in regions:
@@ -218,13 +208,20 @@ def region_goals(
         viewpoint = first_visible(around)
         if viewpoint is None:
             viewpoint = least_occluded(around)
-        if viewpoint is None:
-            continue
-        utility = GoalUtility.of(region.score, _travel_m(viewpoint, context))
-        cells, look_xy = context.map_view.world_cells(region.cells), _pair(region.peak_xy)
-        viewpoint_xy = context.xy_of(viewpoint)
-        goals.append(Goal(GoalKind.REGION, viewpoint_xy, look_xy, utility, ALIKE, cells))
-    return goals
+        if viewpoint is not None:
+            seen.append((region, viewpoint))
+    ways_m = context.cost_to_go.lengths_m(np.array([v for _, v in seen]).reshape(-1, 2))
+    return [
+        Goal(
+            GoalKind.REGION,
+            context.xy_of(viewpoint),
+            _pair(region.peak_xy),
+            GoalUtility.of(region.score, travel_m),
+            ALIKE,
+            context.map_view.world_cells(region.cells),
+        )
+        for (region, viewpoint), travel_m in zip(seen, ways_m.tolist(), strict=True)
+    ]
 
 
 def detection_goals(
@@ -249,16 +246,30 @@ def detection_goals(
     return goals
 
 
-def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | None:
-    """The reachable cell nearest to the middle of the frontier and in sight of it."""
-    if len(cells) == 0:
-        return None
-    away = np.hypot(*(cells - cells.mean(axis=0)).T)
-    for cell in cells[np.argsort(away, kind="stable")][:MAX_FRONTIER_CELLS]:
-        viewpoint: I64 = nearest[:, cell[0], cell[1]].astype(np.int64)
-        if line_is_clear(~costmap.occupied, viewpoint, cell):
-            return viewpoint
-    return None
+def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> tuple[I64, I64]:
+    """Which segments (K_i, 2) have a viewpoint (V,), and those (V, 2).
+
+    It is the reachable cell nearest to the middle of the segment and in sight of it.
+    """
+    reachable, occupied = context.reachable, context.costmap.occupied
+    away, nearest = ndimage.distance_transform_edt(~reachable, return_indices=True)
+    cells, owner = (
+        np.concatenate(segments),
+        np.repeat(np.arange(len(segments)), [*map(len, segments)]),
+    )
+    near = away[cells[:, 0], cells[:, 1]] * context.costmap.grid.cell_size_m <= VIEWPOINT_WITHIN_M
+    cells, owner = cells[near], owner[near]
+    sizes = np.bincount(owner, minlength=len(segments))
+    middles = np.stack([np.bincount(owner, axis, len(segments)) for axis in cells.T], axis=-1)
+    off = np.hypot(*(cells - (middles / np.maximum(sizes, 1)[:, None])[owner]).T)
+    order = np.lexsort((off, owner))
+    cells, owner = cells[order], owner[order]
+    tried = np.arange(len(owner)) - (np.cumsum(sizes) - sizes)[owner] < MAX_FRONTIER_CELLS
+    cells, owner = cells[tried], owner[tried]
+    viewpoints: I64 = nearest[:, cells[:, 0], cells[:, 1]].T.astype(np.int64)
+    in_sight = lengths_over(occupied, viewpoints, cells) == 0
+    chosen, first = np.unique(owner[in_sight], return_index=True)
+    return chosen, viewpoints[in_sight][first]
 
 
 def _travel_m(cell: I64, context: PlanningContext) -> float:

@@ -7,15 +7,16 @@ the floor behind a door was seen, and only this border leads the robot through t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
 from onemap_planner.world.costmap import Costmap
-from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, components
+from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
 MIN_LENGTH_M = 0.4  # shorter borders are gaps that the robot cannot pass
@@ -114,10 +115,62 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
         (unexplored, floor & map_view.explored, False),
     ):
         border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
-        for cells in _segments(border, map_view.grid.cell_size_m):
-            score = _score(similarity_beyond, cells)
-            found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
-    return tuple(_with_prior(found, map_view, telling))
+        segments = _segments(border, map_view.grid.cell_size_m)
+        if not len(segments.first):
+            continue
+        scores = segments.maxima(_around(similarity_beyond, segments.cells).max(axis=0))
+        if is_unknown:
+            scores = np.maximum(scores, _expected(segments, map_view, telling))
+        middles = _middles_beyond(segments, beyond, map_view.grid)
+        found += [
+            Frontier(cells, beyond_xy, score, is_unknown)
+            for cells, beyond_xy, score in zip(
+                segments.split, middles, scores.tolist(), strict=True
+            )
+        ]
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class _Segments:
+    """Cells (N, 2) of segments one after the other, and which of them is each one's first (S,)."""
+
+    cells: I64
+    first: I64
+
+    @property
+    def split(self) -> list[I64]:
+        """The cells (K, 2) of each segment."""
+        return np.split(self.cells, self.first[1:])
+
+    def maxima(self, values: F64) -> F64:
+        """The largest (S,) of each segment's values (N,)."""
+        largest: F64 = np.maximum.reduceat(values, self.first)
+        return largest
+
+    def sums(self, values: F64) -> F64:
+        """Sums (S, ...) of each segment's values (N, ...)."""
+        total: F64 = np.add.reduceat(values, self.first)
+        return total
+
+    def means(self, values: F64) -> F64:
+        """Means (S, ...) of each segment's values (N, ...)."""
+        mean: F64 = (self.sums(values).T / self.sizes).T
+        return mean
+
+    @property
+    def sizes(self) -> I64:
+        """How many cells each segment has, (S,)."""
+        return np.diff(self.first, append=len(self.cells))
+
+    @property
+    def middles(self) -> I64:
+        """The cell (S, 2) of each segment that is nearest to the mean of its cells."""
+        away = self.cells - np.repeat(self.means(self.cells.astype(np.float64)), self.sizes, axis=0)
+        segment = np.repeat(np.arange(len(self.first)), self.sizes)
+        order = np.lexsort((np.hypot(*away.T), segment))
+        middles: I64 = self.cells[order[self.first]]
+        return middles
 
 
 def _parts(mask: Bool, cell_area_m2: float) -> tuple[I64, F64]:
@@ -189,37 +242,55 @@ def _adjacent(mask: Bool) -> tuple[I64, I64, F64]:
     return np.concatenate(first), np.concatenate(second), np.concatenate(steps)
 
 
-def _segments(border: Bool, cell_size_m: float) -> list[I64]:
-    """Cells (K, 2) of each component that is long enough, cut to the longest allowed."""
-    segments: list[I64] = []
-    for cells in components(border):
-        length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
-        if length_m < MIN_LENGTH_M:
-            continue
-        pieces = int(np.ceil(len(cells) * cell_size_m / MAX_LENGTH_M))
-        along = cells[np.argsort(_principal(cells), kind="stable")]
-        segments.extend(np.array_split(along, pieces))
-    return segments
+def _segments(border: Bool, cell_size_m: float) -> _Segments:
+    """Each component that is long enough, along its principal axis, cut to the longest allowed."""
+    labels, count = ndimage.label(border, CONNECTIVITY_8)
+    cells, number = np.argwhere(border), labels[border] - 1
+    bounds = ndimage.find_objects(labels)
+    extent = np.array([[s.stop - s.start for s in box] for box in bounds]).reshape(count, 2)
+    kept = (extent.max(axis=1, initial=0) * cell_size_m >= MIN_LENGTH_M)[number]
+    cells, number = cells[kept], number[kept]
+    if not len(cells):
+        return _Segments(cells, np.zeros(0, np.int64))
+    order = np.lexsort((_along(cells, number, count), number))
+    cells, number = cells[order], number[order]
+    sizes = np.bincount(number, minlength=count)
+    rank = np.arange(len(cells)) - (np.cumsum(sizes) - sizes)[number]
+    pieces = np.ceil(sizes * cell_size_m / MAX_LENGTH_M)
+    piece = np.floor(rank * (pieces / np.maximum(sizes, 1))[number])
+    cut = (np.diff(number, prepend=-1) != 0) | (np.diff(piece, prepend=-1) != 0)
+    return _Segments(cells, np.flatnonzero(cut))
 
 
-def _principal(cells: I64) -> F64:
-    """Coordinate (K,) of the cells along their principal axis."""
-    centred = cells - cells.mean(axis=0)
-    direction = np.linalg.svd(centred.T @ centred)[0][:, 0]
-    along: F64 = centred @ direction
+def _along(cells: I64, number: I64, count: int) -> F64:
+    """Coordinate (N,) of cells (N, 2) along the principal axis of the component of that number."""
+    sizes = np.maximum(np.bincount(number, minlength=count), 1)
+
+    def mean(values: F64) -> F64:
+        return (np.bincount(number, values, count) / sizes)[number]
+
+    x, y = cells.T.astype(np.float64)
+    x, y = x - mean(x), y - mean(y)
+    angle = np.arctan2(2 * mean(x * y), mean(x * x) - mean(y * y)) / 2
+    along: F64 = x * np.cos(angle) + y * np.sin(angle)
     return along
 
 
-def _neighbours(cells: I64, shape: tuple[int, int]) -> I64:
-    """Cells (M, 2) of the 3 x 3 blocks around ``cells`` that lie inside the grid."""
-    offsets = np.argwhere(CONNECTIVITY_8) - 1
-    around = (cells[:, None] + offsets).reshape(-1, 2)
-    return around[((around >= 0) & (around < shape)).all(axis=1)]
+def _around(layer: F64 | Bool, cells: I64) -> F64:
+    """Values (9, N) of a layer (nx, ny) in the 3 x 3 blocks around cells (N, 2), 0 outside."""
+    x, y = (cells[None] + np.argwhere(CONNECTIVITY_8)[:, None]).transpose(2, 0, 1)
+    values: F64 = np.pad(layer, 1)[x, y]
+    return values
 
 
-def _score(similarity_beyond: F64, cells: I64) -> float:
-    around = _neighbours(cells, (similarity_beyond.shape[0], similarity_beyond.shape[1]))
-    return float(similarity_beyond[around[:, 0], around[:, 1]].max())
+def _middles_beyond(segments: _Segments, beyond: Bool, grid: GridSpec) -> F64:
+    """Middles (S, 2), metres, of what lies directly beyond each segment."""
+    outside = _around(beyond, segments.cells)
+    offsets_m = (np.argwhere(CONNECTIVITY_8) - 1) * grid.cell_size_m
+    count = outside.sum(axis=0)
+    total = count[:, None] * grid.centres(segments.cells) + outside.T.astype(np.float64) @ offsets_m
+    middles: F64 = segments.sums(total) / segments.sums(count.astype(np.float64))[:, None]
+    return middles
 
 
 def _hints(map_view: MapView) -> F64:
@@ -238,34 +309,14 @@ def _hints(map_view: MapView) -> F64:
     return factor
 
 
-def _with_prior(frontiers: list[Frontier], map_view: MapView, telling: Bool) -> list[Frontier]:
-    """Those of the unknown score at least what may be expected there.
+def _expected(segments: _Segments, map_view: MapView, telling: Bool) -> F64:
+    """What may be expected (S,) beyond segments of the border of the unknown.
 
     In proportion to the telling area in view from the middle of the frontier, which is the chance
     that the object is in it, and by the surroundings.
     """
-    asked = [frontier.cells for frontier in frontiers if frontier.unknown]
-    if not asked:
-        return frontiers
-    middles = np.array([_middle(cells) for cells in asked])
-    area_m2 = area_in_view(map_view, telling, middles, VIEW_M)
-    hints = _hints(map_view)
-    near = np.array([hints[cells[:, 0], cells[:, 1]].mean() for cells in asked])
+    area_m2 = area_in_view(map_view, telling, segments.middles, VIEW_M)
+    x, y = segments.cells.T
+    near = segments.means(_hints(map_view)[x, y])
     expected = UNKNOWN_PRIOR * near * area_m2 / VIEW_SCALE_M2
-    priors = iter(np.minimum(expected, MOST_EXPECTED).tolist())
-    return [
-        replace(frontier, score=max(frontier.score, next(priors))) if frontier.unknown else frontier
-        for frontier in frontiers
-    ]
-
-
-def _middle(cells: I64) -> I64:
-    middle: I64 = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    return middle
-
-
-def _beyond(map_view: MapView, beyond: Bool, cells: I64) -> F64:
-    around = _neighbours(cells, map_view.grid.shape)
-    outside = around[beyond[around[:, 0], around[:, 1]]]
-    middle: F64 = map_view.grid.centres(outside).mean(axis=0)
-    return middle
+    return np.minimum(expected, MOST_EXPECTED)

@@ -180,7 +180,7 @@ class MapView:
     def world_cells(self, cells: I64) -> WorldCells:
         """World cells of grid indices (K, 2)."""
         world = np.asarray(cells) + np.asarray(self.grid.origin_cell)
-        return frozenset((int(ix), int(iy)) for ix, iy in world)
+        return frozenset(map(tuple, world.tolist()))
 
     def indices_of(self, world_cells: WorldCells) -> I64:
         """Grid indices (K, 2) of world cells, without those outside the grid."""
