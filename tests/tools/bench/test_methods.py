@@ -16,9 +16,11 @@ from onemap_planner.search.state_machine import Ending
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import FeatureField, SearchView, TextEmbeddings
+from onemap_shared.messages import Detections, FeatureField, SearchView, TextEmbeddings
 from onemap_tools.bench.navigation.methods import (
+    COMPANY_SIGHTINGS,
     NEAREST_FRONTIER,
+    CompanyMap,
     ConfidenceValueMap,
     FrontierExploration,
     search_method,
@@ -100,6 +102,13 @@ QUERY = TextEmbeddings(
 )
 
 
+NO_POINTS_3D = np.zeros((0, 3), np.float32)
+NOTHING = Detections(
+    *(1, 1, "d", (), np.zeros((0, 4), np.float32), np.zeros(0, np.float32)),
+    *(NO_POINTS_3D, np.zeros(0, np.int32)),
+)
+
+
 def field(feature: tuple[float, float], yaw_rad: float = 0.0, depth_mm: int = 4000) -> FeatureField:
     """A level camera at (0, 0) that sees a wall everywhere."""
     return FeatureField(
@@ -115,13 +124,13 @@ def field(feature: tuple[float, float], yaw_rad: float = 0.0, depth_mm: int = 40
     )
 
 
-def similarity(values: ConfidenceValueMap) -> np.ndarray:
-    """(2, 3): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m."""
+def similarity(values: ConfidenceValueMap, *ys: float) -> np.ndarray:
+    """(2, N): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m, or these."""
     grid = GridSpec(0.1, (-60, -60), (120, 120))
     zeros = np.zeros(grid.shape, np.uint8)
     view = values.view(SearchView("bed", 1, 1, 1, grid, zeros, zeros, zeros.astype(np.float32)))
     assert view.rival.size == 0
-    places = np.array([[(x, y) for y in (-2.95, 0.05, 3.05)] for x in (2.05, -1.95)])
+    places = np.array([[(x, y) for y in ys or (-2.95, 0.05, 3.05)] for x in (2.05, -1.95)])
     cells = grid.cells(places)
     found: np.ndarray = view.similarity[cells[..., 0], cells[..., 1]]
     return found
@@ -139,13 +148,37 @@ def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
 def test_frames_are_averaged_by_confidence_and_forgotten() -> None:
     values = ConfidenceValueMap(0.1)
     assert np.isnan(similarity(values)).all()
-    values.add(field((1.0, 0.0)), QUERY)
-    values.add(field((0.0, 1.0)), QUERY)
+    values.add(field((1.0, 0.0)), QUERY, NOTHING)
+    values.add(field((0.0, 1.0)), QUERY, NOTHING)
     seen = similarity(values)
     assert seen[0, 1] == pytest.approx(0.75, abs=0.01)
     assert np.isnan(np.delete(seen, 1)).all()
-    values.add(field((1.0, 0.0), yaw_rad=np.pi), QUERY)
+    values.add(field((1.0, 0.0), yaw_rad=np.pi), QUERY, NOTHING)
     assert similarity(values)[1, 1] == pytest.approx(1.0, abs=0.01)
+    values.clear()
+    assert np.isnan(similarity(values)).all()
+
+
+def test_what_the_object_keeps_company_with_draws_the_search() -> None:
+    values = CompanyMap(0.1)
+    assert {"bed", "kitchen"} < set(values.names)
+    names = ("bed", "nightstand", "oven", "bedroom", "kitchen")
+    rows = np.array([[1, 0], [1, 0], [0, 1], [1, 0], [0, 1]], np.float32)
+    queries = replace(QUERY, texts=names, embeddings=rows, neutral_mask=np.zeros((5, 0), np.uint8))
+    seen = replace(
+        NOTHING,
+        names=("nightstand", "oven", "bed"),
+        boxes_px=np.zeros((3, 4), np.float32),
+        scores=np.ones(3, np.float32),
+        points_map=np.array([[2, 3.5, 0], [2, -3.5, 0], [2, 0, 0]], np.float32),
+        point_owner=np.arange(3, dtype=np.int32),
+    )
+    in_kitchen = field((0.0, 1.0))
+    for _ in range(COMPANY_SIGHTINGS - 1):
+        values.add(in_kitchen, queries, seen)
+    assert similarity(values, -1.75, 0.05, 1.75)[0] == pytest.approx([0.25] * 3)  # the room's half
+    values.add(in_kitchen, queries, seen)
+    assert similarity(values, -1.75, 0.05, 1.75)[0] == pytest.approx([0.5, 0.25, 0.75])
     values.clear()
     assert np.isnan(similarity(values)).all()
 

@@ -28,7 +28,7 @@ from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
-from onemap_perception.target_detection import detect_in_frame, make_target, with_picture
+from onemap_perception.target_detection import Target, detect_in_frame, make_target, with_picture
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
@@ -240,6 +240,7 @@ class LockstepSimulation:
         self._method, self._watch = method, watch
         self._take_map(BeliefMap(config.mapper.map))
         self._queries: dict[str, TextQuery] = {}
+        self._wanted: dict[str, Target] = {}  # by the method's value map, for each object
         self._due_s: dict[str, float] = {}  # of each periodic task
         self._controller = VelocityController()
         self._motion_plan: Plan | None = None
@@ -347,10 +348,22 @@ class LockstepSimulation:
         if search.detail.colour:
             detections = with_picture(detections, frame.rgb, search.target)
         self._detections.append(detections)
-        if self._method.value_map is not None and target.queries is not None:
-            self._method.value_map.add(field, target.queries)
+        if (values := self._method.value_map) is not None:
+            self._add_value(values, search.target, frame, field)
         if self._watch is not None:
             self._watch(frame, detections)
+
+    def _add_value(
+        self, values: ConfidenceValueMap, name: str, frame: RgbdFrame, field: FeatureField
+    ) -> None:
+        wanted = self._wanted.get(name)
+        if wanted is None:
+            wanted = make_target(self._perception.encoder, name, values.names)
+            self._wanted[name] = wanted
+        others = replace(wanted, queries=wanted.queries if values.names else None)
+        seen = detect_in_frame(self._perception.detector, others, frame, field.features)
+        if wanted.queries is not None:
+            values.add(field, wanted.queries, seen)
 
     def _begin_object(self, index: int) -> None:
         """Clear what the method does not keep from one object to the next."""

@@ -29,6 +29,7 @@ MethodName = Literal[
     "onemap_reset",
     "onemap_no_consensus",
     "vlfm",
+    "esc",
     "nearest_frontier",
     "oracle",
     "plain",

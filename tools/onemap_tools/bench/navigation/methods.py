@@ -9,16 +9,24 @@ VLFM's value map (Yokoyama et al., 2023, "VLFM: Vision-Language Frontier Maps") 
 cell for one query: the cosine of the whole image and the text is written to all cells in view; the
 confidence is cos^2 of the angle to the optical axis, scaled to 0 at the edge of the image. The
 image's embedding is the mean of its patches' features.
+
+ESC (Zhou et al., 2023, "Exploration with Soft Commonsense Constraints") prefers frontiers near
+objects and rooms that the sought object keeps company with. Its authors ask a language model; here
+it is the cosine of the text embeddings, and their logic's weights are one mean: ESC's idea, not its
+code.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from onemap_mapper.query.replies import NO_GRID, NO_RANKS
+from onemap_perception.config import SHIPPED
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.explore import explore
@@ -39,11 +47,20 @@ from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec, onto
-from onemap_shared.messages import FeatureField, SearchState, SearchView, TextEmbeddings
+from onemap_shared.messages import (
+    Detections,
+    FeatureField,
+    SearchState,
+    SearchView,
+    TextEmbeddings,
+)
+from onemap_shared.sentence import ROOM_WORDS
 from onemap_tools.bench.options import MethodName
 
 VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
 EXTENT_M = 80.0  # side of the value map, around the origin: any apartment
+COMPANY_SIGHTINGS = 3  # of a name in a square metre before it counts: one may be an error
+COMPANY_M = 2.0  # to each side of what was detected: the depth of a frontier's view of it
 RANGE_M = 8.0  # the camera's; a wall nearer than this ends the view
 ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)  # any cell of a detection counts
 
@@ -76,7 +93,10 @@ def search_method(method: MethodName, cell_size_m: float) -> SearchMethod:
             return SearchMethod(NEAREST_FRONTIER, ANY_DETECTION, without_similarity)
         case "vlfm":
             values = ConfidenceValueMap(cell_size_m)
-            return SearchMethod(VLFM, ANY_DETECTION, value_map=values, forgets=True)
+            return SearchMethod(BEST_VALUE, ANY_DETECTION, value_map=values, forgets=True)
+        case "esc":
+            company = CompanyMap(cell_size_m)
+            return SearchMethod(BEST_VALUE, ANY_DETECTION, value_map=company, forgets=True)
         case _:
             return ONEMAP
 
@@ -151,7 +171,9 @@ def frontier_value(goal: Goal, context: PlanningContext) -> float:
 
 
 NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
-VLFM = FrontierExploration(frontier_value, margin=0.005)  # 0.01 of the cosine, as the authors'
+BEST_VALUE = FrontierExploration(
+    frontier_value, margin=0.005
+)  # 0.01 of the cosine, as the authors'
 
 
 def _give_up_finished(state: PlannerState) -> None:
@@ -182,7 +204,12 @@ def _idle(state: PlannerState) -> Event | None:
 
 
 class ConfidenceValueMap:
-    """Scores of cells for one object, from all frames since the last ``clear``."""
+    """Scores of cells for one object, from all frames since the last ``clear``.
+
+    names: of what else it wants to be detected.
+    """
+
+    names: tuple[str, ...] = ()
 
     def __init__(self, cell_size_m: float) -> None:
         half = round(EXTENT_M / 2 / cell_size_m)
@@ -194,9 +221,12 @@ class ConfidenceValueMap:
         self._value = np.zeros(self._grid.shape, np.float32)
         self._confidence = np.zeros(self._grid.shape, np.float32)
 
-    def add(self, field: FeatureField, query: TextEmbeddings) -> None:
-        """Write the image's score to the cells in view; weights are confidences (VLFM, Eq. 2)."""
-        score = image_score(field, query)
+    def add(self, field: FeatureField, queries: TextEmbeddings, _: Detections) -> None:
+        """Write the image's score to the cells in view; weights are confidences (VLFM, Eq. 2).
+
+        queries: of the object, and of ``names`` as far as they are known.
+        """
+        score = self._score(field, queries)
         camera = field.T_map_camera[:2, 3]
         corner = self._grid.cells(camera - RANGE_M)
         low = np.clip(corner, 0, self._grid.shape)
@@ -217,12 +247,64 @@ class ConfidenceValueMap:
         value, confidence = (onto(view.grid, self._grid, layer) for layer in layers)
         return scored_view(view, np.where(confidence > 0, value, np.float32(np.nan)))
 
+    def _score(self, field: FeatureField, queries: TextEmbeddings) -> float:
+        """(1 + cosine) / 2 of the image and the object."""
+        return (1 + float(image_cosines(field, queries)[0])) / 2
 
-def image_score(field: FeatureField, query: TextEmbeddings) -> float:
-    """(1 + cosine) / 2 of the mean feature and the query's first text."""
+
+class CompanyMap(ConfidenceValueMap):
+    """ESC's: how much the object keeps company with the room in view, and with what stands near."""
+
+    names = (*load_vocabulary(SHIPPED).names, *sorted(ROOM_WORDS))
+
+    def clear(self) -> None:
+        """Forget all frames."""
+        super().clear()
+        self._beside = np.zeros(self._grid.shape, np.float32)
+        self._sightings: Counter[tuple[str, int, int]] = Counter()
+
+    def add(self, field: FeatureField, queries: TextEmbeddings, seen: Detections) -> None:
+        """Take what a frame shows; ``queries`` as for the room, ``seen`` of ``names``."""
+        super().add(field, queries, seen)
+        company = dict(zip(queries.texts, company_of(queries), strict=True))
+        for number, name in enumerate(seen.names):
+            points = seen.points_map[seen.point_owner == number, :2]
+            if name == queries.texts[0] or not len(points):
+                continue
+            middle = np.median(points, axis=0).astype(np.float64)
+            place = (name, *np.rint(middle).astype(int).tolist())
+            self._sightings[place] += 1
+            if self._sightings[place] < COMPANY_SIGHTINGS:
+                continue
+            x, y = self._grid.cells(middle)
+            reach = round(COMPANY_M / self._grid.cell_size_m)
+            box = slice(max(x - reach, 0), x + reach + 1), slice(max(y - reach, 0), y + reach + 1)
+            self._beside[box] = np.maximum(self._beside[box], company[name])
+
+    def view(self, view: SearchView) -> SearchView:
+        """The view with the mean of both where the map has any."""
+        beside = onto(view.grid, self._grid, self._beside)
+        return scored_view(view, (super().view(view).similarity + beside) / 2)
+
+    def _score(self, field: FeatureField, queries: TextEmbeddings) -> float:
+        """The company of the room that the image is most like."""
+        rooms = [row for row, text in enumerate(queries.texts) if text in ROOM_WORDS]
+        cosines = image_cosines(field, queries)
+        return float(company_of(queries)[max(rooms, key=lambda row: cosines[row])])
+
+
+def company_of(queries: TextEmbeddings) -> F32:
+    """(1 + cosine) / 2 of the first text and each of the texts, (Q,)."""
+    rows = queries.embeddings / np.linalg.norm(queries.embeddings, axis=1, keepdims=True)
+    company: F32 = (1 + rows @ rows[0]) / 2
+    return company
+
+
+def image_cosines(field: FeatureField, queries: TextEmbeddings) -> F32:
+    """Cosines (Q,) of the mean feature and the texts."""
     mean = field.features.astype(np.float32).mean(axis=(0, 1))
-    cosine = float(mean @ query.embeddings[0]) / max(float(np.linalg.norm(mean)), 1e-6)
-    return (1 + cosine) / 2
+    cosines: F32 = queries.embeddings @ mean / max(float(np.linalg.norm(mean)), 1e-6)
+    return cosines
 
 
 def view_confidence(places_m: F64, field: FeatureField) -> F32:
