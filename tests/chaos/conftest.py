@@ -1,7 +1,7 @@
 """Marks every test here ``chaos`` and reports at the end.
 
-Attacks on what one process reads or writes are marked ``slow`` and run with all tests; those on a
-running system take minutes and run with ``-m chaos`` alone.
+Attacks on what one process reads or writes are marked ``slow`` and run with all tests, with a fifth
+of their attempts; those on a running system take minutes and run with ``-m chaos`` alone.
 """
 
 from __future__ import annotations
@@ -22,14 +22,20 @@ ROWS = pytest.StashKey[list[ChaosResult]]()
 ATTACK = pytest.StashKey[Attack]()
 
 
+def asked_for(config: pytest.Config) -> bool:
+    """Whether the command is about attacks, as that of ``make chaos``."""
+    return "chaos" in str(config.option.markexpr)
+
+
 @pytest.fixture
 def attack(request: pytest.FixtureRequest) -> Attack:
     """Records what a test measured: ``attack.holds(test, limit=, measured=, held=)``."""
-    recorded = Attack()
+    recorded = Attack(share=1.0 if asked_for(request.config) else SHARE)
     request.node.stash[ATTACK] = recorded
     return recorded
 
 
+SHARE = 0.2  # of an attack's attempts, with all tests
 LOOP_SECONDS = "--loop-seconds"
 AROUND_S = 600.0  # for start, warm-up and end of a system
 
@@ -56,7 +62,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if isinstance(item, pytest.Function) and "loop_s" in item.fixturenames:
             limit_s = config.getoption(LOOP_SECONDS) + AROUND_S
             item.add_marker(pytest.mark.timeout(limit_s))
-    if "chaos" not in str(config.option.markexpr):
+    if not asked_for(config):
         long = [item for item in attacks if item.get_closest_marker("slow") is None]
         config.hook.pytest_deselected(items=long)
         items[:] = [item for item in items if item not in long]

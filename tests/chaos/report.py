@@ -21,9 +21,14 @@ class ChaosResult:
 
 @dataclass(slots=True)
 class Attack:
-    """Records what one test measured."""
+    """Records what one test measured; ``share``: of an attack's full number of attempts."""
 
     rows: list[ChaosResult] = field(default_factory=list)
+    share: float = 1.0
+
+    def attempts(self, full: int) -> int:
+        """How many attempts are made where ``make chaos`` makes ``full``."""
+        return max(1, round(self.share * full))
 
     def holds(self, test: str, *, limit: str, measured: object, held: bool) -> None:
         """Record a row of the table; fails the test unless the limit was held."""

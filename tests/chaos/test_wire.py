@@ -41,11 +41,11 @@ def mutated(data: bytes, rng: random.Random) -> bytes:
 
 
 def test_mutated_messages(attack: Attack) -> None:
-    rng = random.Random(SEED)
+    rng, count = random.Random(SEED), attack.attempts(MUTATIONS)
     messages = samples.SAMPLES
     packets = [(type(message), encode(message)) for message in messages]
     outcomes: Counter[str] = Counter()
-    for number in range(MUTATIONS):
+    for number in range(count):
         message, packet = packets[number % len(packets)]
         part = "header" if rng.random() < 0.8 or not packet.body else "body"
         broken: Packet = replace(packet, **{part: mutated(getattr(packet, part), rng)})
@@ -58,7 +58,7 @@ def test_mutated_messages(attack: Attack) -> None:
             outcomes[f"{message.__name__}: {type(problem).__name__}"] += 1
     escaped = {name: n for name, n in outcomes.items() if name not in ("decoded", "refused")}
     attack.holds(
-        f"{MUTATIONS:,} mutated messages of {len(packets)} types",
+        f"{count:,} mutated messages of {len(packets)} types",
         limit="0 escape as another error",
         measured=f"{outcomes['refused']} refused, {outcomes['decoded']} decoded, "
         f"{sum(escaped.values())} escaped {escaped or ''}".strip(),
