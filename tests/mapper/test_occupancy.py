@@ -92,6 +92,21 @@ def test_what_moves_away_disappears() -> None:
     assert state_at(belief, (1.05, 0.0)) == [Occupancy.FREE]
 
 
+@pytest.mark.parametrize(("dx_m", "dy_m"), [(0.0, 0.25), (-0.25, 0.0), (-0.18, -0.18)])
+def test_somebody_who_walks_is_on_the_map_of_every_frame_and_then_leaves_it(
+    dx_m: float, dy_m: float
+) -> None:
+    """At 1 m/s and 4 frames per second: in each one in other cells, which were free."""
+    belief, camera = seen(ROOM, [scenes.pose(-2.0)] * 12), scenes.pose(-2.0)
+    places = [(1.05 + k * dx_m, -0.75 * (dy_m > 0) + k * dy_m) for k in range(7)]
+    for x, y in places:
+        somebody = Box((x - 0.2, y - 0.2, 0.0), (x + 0.2, y + 0.2, 1.7))
+        look_around(belief, (*ROOM, somebody), [camera])
+        assert state_at(belief, (x - 0.2, y)) == [Occupancy.OCCUPIED]
+    look_around(belief, ROOM, [camera] * 2)
+    assert state_at(belief, *((x - 0.2, y) for x, y in places[:-1])) == [Occupancy.FREE] * 6
+
+
 def test_a_doorway_stays_open() -> None:
     wall = (Box((1.0, -2.6, 0.0), (1.1, -0.4, 2.5)), Box((1.0, 0.4, 0.0), (1.1, 2.6, 2.5)))
     lintel = Box((1.0, -0.4, 2.0), (1.1, 0.4, 2.5))
@@ -203,6 +218,24 @@ def test_floor_from_which_something_went_unseen_is_assumed(compiled: bool) -> No
         told.append((int(state), bool(assumed), bool(different)))
     occupied, free = int(Occupancy.OCCUPIED), int(Occupancy.FREE)
     assert told == [(occupied, False, False), (free, True, True), (free, False, True)]
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_what_stands_upright_in_one_frame_is_an_obstacle_until_it_is_seen_through(
+    compiled: bool,
+) -> None:
+    """Evidence and what lasts stay those of all frames. A hit low and one high are no body."""
+    layers, row = new_layers(compiled=compiled), torch.tensor([7])
+    free, upright = column_frame(-1, -1, -1, clear=True), column_frame(0, 4, 0)
+    noise, elsewhere = column_frame(4, 0, 4), torch.tensor([8])
+    told = []
+    for frame in (*[free] * 12, noise, *[free] * 8, upright, free):
+        layers.add(row, frame)
+        layers.add(elsewhere, free)
+        told.append(int(layers.states.values[7]))
+    assert told == [Occupancy.FREE] * 21 + [Occupancy.OCCUPIED, Occupancy.FREE]
+    assert int(layers.settled.values[7]) == Occupancy.FREE
+    assert int(layers.evidence.values[7, :-1].max()) < 0
 
 
 @given(seed=st.integers(0, 2**16), frames=st.integers(1, 12), cells=st.integers(0, 40))

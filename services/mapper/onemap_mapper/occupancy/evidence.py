@@ -39,6 +39,9 @@ MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
 SETTLED_EVIDENCE = 10  # three frames of an unobserved cell, four of a free one: no passer-by
 MIN_HITS = 2
+# Levels with a HIT of one frame from which on a cell looks occupied until it is seen through,
+# whatever its evidence: somebody who walks is in other cells in each frame.
+UPRIGHT_LEVELS = 3
 UNKNOWN, FREE, OCCUPIED = (np.uint8(each) for each in Occupancy)
 
 
@@ -98,11 +101,16 @@ def unseen_gone(before: Tensor, added: Tensor, after: Tensor) -> Tensor:
     return (gone & (added == 0))[:, :-1].any(dim=1)
 
 
-def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
-    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,)."""
+def occupancy_states(evidence: Tensor, clear: Tensor, added: Tensor | None = None) -> Tensor:
+    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,).
+
+    added (n, levels + 1): of it, what the newest frame added.
+    """
     states = torch.full_like(clear, int(Occupancy.UNKNOWN), dtype=torch.uint8)
     states.masked_fill_(clear, int(Occupancy.FREE))
     occupied = evidence.amax(dim=1) >= OCCUPIED_THRESHOLD
+    if added is not None:
+        occupied |= (added[:, :-1] >= HIT).sum(dim=1) >= UPRIGHT_LEVELS
     return states.masked_fill_(occupied, int(Occupancy.OCCUPIED))
 
 
@@ -136,16 +144,17 @@ Layers = tuple[I8, Bool, Bool, U8]  # evidence (rows, levels + 1), clear, assume
 
 
 @compiled
-def _add_to_column(evidence: I8, added: I8) -> tuple[int, bool]:
+def _add_to_column(evidence: I8, added: I8) -> tuple[bool, int, bool]:
     """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``.
 
-    Returns the highest after, and ``unseen_gone``. The last voxel, below the floor, is no part of
-    what may lose its top.
+    Returns whether it looks occupied, the highest after, and ``unseen_gone``. The last voxel, below
+    the floor, is no part of what may lose its top.
     """
     below_floor = len(evidence) - 1
-    hit = False
+    hit, upright = False, 0
     for level in range(below_floor):
         hit |= added[level] > 0
+        upright += added[level] >= HIT
     highest, lost, gone = MIN_EVIDENCE, 0, False
     for level in range(below_floor, -1, -1):
         before, more = np.int64(evidence[level]), np.int64(added[level])
@@ -158,7 +167,7 @@ def _add_to_column(evidence: I8, added: I8) -> tuple[int, bool]:
         total = min(max(before + more, MIN_EVIDENCE), MAX_EVIDENCE)
         evidence[level] = total
         highest = max(highest, total)
-    return highest, gone
+    return highest >= OCCUPIED_THRESHOLD or upright >= UPRIGHT_LEVELS, highest, gone
 
 
 @compiled
@@ -176,13 +185,13 @@ def add_evidence(
     for k in range(len(rows)):
         row = rows[k]
         had_drop = evidence[row, -1] >= OCCUPIED_THRESHOLD
-        highest, gone = _add_to_column(evidence[row], added[k])
+        occupied, highest, gone = _add_to_column(evidence[row], added[k])
         drops = (evidence[row, -1] >= OCCUPIED_THRESHOLD) != had_drop
         newly_clear = cleared[k] & (not clear[row])
         clear[row] |= cleared[k]
         now_assumed = (assumed[row] | (gone & clear[row])) & (not cleared[k])
         state = FREE if clear[row] else UNKNOWN
-        state = OCCUPIED if highest >= OCCUPIED_THRESHOLD else state
+        state = OCCUPIED if occupied else state
         different[k] = (state != occupancy[row]) | (now_assumed != assumed[row]) | newly_clear
         different[k] |= drops
         assumed[row], occupancy[row] = now_assumed, state
@@ -303,7 +312,7 @@ class OccupancyLayers:
         clear = self.clear.values[rows] | frame.clear
         unseen = clear & unseen_gone(had, frame.evidence, evidence)
         assumed = (self.assumed.values[rows] | unseen) & ~frame.clear
-        different, states = self._put(rows, evidence, clear, assumed)
+        different, states = self._put(rows, evidence, clear, assumed, frame.evidence)
         before = self.settled.values[rows]
         self.settled.values[rows] = after = settled_states(before, evidence, states)
         return different, (before != Occupancy.UNKNOWN) & (after != before)
@@ -321,10 +330,15 @@ class OccupancyLayers:
         return self._put(rows, evidence, clear, self.assumed.values[rows] & clear)[0]
 
     def _put(
-        self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor
+        self,
+        rows: Tensor,
+        evidence: Tensor,
+        clear: Tensor,
+        assumed: Tensor,
+        added: Tensor | None = None,
     ) -> tuple[Tensor, Tensor]:
         """Set what is known of cells; which look different now (n,) bool, and their states (n,)."""
-        states = occupancy_states(evidence, clear)
+        states = occupancy_states(evidence, clear, added)
         different = self.states.values[rows] != states
         different |= self.assumed.values[rows] != assumed
         different |= self.clear.values[rows] != clear
