@@ -421,18 +421,19 @@ def test_what_keeps_the_goal_from_being_driven_to_is_named(ride: Ride) -> None:
 @pytest.mark.slow
 def test_a_search_with_nav2_at_its_stock_tolerances_loses_no_time() -> None:
     """Planner, adapter and nav2 in simulated time, against the planner's own velocities."""
-    objects = ("sofa", "vase", "bed")
+    objects = ("sofa", "vase")
     own = start(in_four_rooms(), *objects)
     own.until_over(400.0)
     ride = Nav2Search(in_four_rooms(), start(in_four_rooms(), *objects).search)
     ride.config = ride.config.model_copy(update={"recovery": RecoveryParams(stuck_s=20)})
     search = ride.until_over(400.0)
-    assert [result.outcome for result in search.results] == [SearchState.FOUND] * 3, ride.reasons
+    assert [result.outcome for result in search.results] == [SearchState.FOUND] * 2, ride.reasons
     for result in search.results:
         cells = np.argwhere(ride.world.floor_plan.things[result.name])
         away = ride.world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
         assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
-    # nav2 drives at 0.5 m/s, the planner at 0.7: 115 and 89 s. With goals sent again it was 190.
+    # nav2 drives at 0.5 m/s, the planner at 0.7. Three objects took 115 and 89 s, and 190 s where
+    # goals were sent again.
     assert ride.now_s < 1.6 * own.now_s
     assert set(ride.problems) == {""}
     metrics = ride.driver.metrics()

@@ -253,12 +253,9 @@ def run_one(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("yaw", [0.0, 2.5])
-def test_a_sofa_is_found_where_habitat_has_it(
-    habitat: FakeHabitat, tmp_path: Path, yaw: float
-) -> None:
-    record = run_one(habitat, tmp_path, "sofa", yaw=yaw)
-    assert record.start == pytest.approx((1.0, 1.0, yaw))
+def test_a_sofa_is_found_where_habitat_has_it(habitat: FakeHabitat, tmp_path: Path) -> None:
+    record = run_one(habitat, tmp_path, "sofa", yaw=2.5)
+    assert record.start == pytest.approx((1.0, 1.0, 2.5))
     assert (record.index, record.scene) == (4, "Room.basis episode 4")
     (sofa,) = record.objects
     assert (sofa.success, sofa.failure, sofa.goal_distance_m) == (True, Failure.NONE, 0.0)
