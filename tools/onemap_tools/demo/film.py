@@ -1,4 +1,4 @@
-"""``python -m onemap_tools.demo.film FILE [OPTIONS]``: a film of a headless ``onemap demo``.
+"""``python -m onemap_tools.demo.film FILE [OPTIONS]``: a film of ``onemap demo``.
 
 FILE ends in .webp, .gif or .png. The pictures are the gateway's: map and camera.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -31,17 +32,21 @@ INTERVAL_S = 0.5  # between two moments
 SIZE_PX, MAP_PX, CAMERA_PX = (960, 540), (532, 478), (392, 294)
 MARGIN_PX, ROW_PX = 12, 26
 PAGE, UNKNOWN, INK, DIM = (8, 11, 16), (15, 20, 27), (230, 237, 243), (110, 127, 147)
-FOUND = (86, 211, 100)
+FOUND, ZONE = (86, 211, 100), (229, 115, 102)
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """How a search stood: the gateway's report, its pictures, and x_min, y_min, x_max, y_max."""
+    """How a search stood: the gateway's report, its pictures, and x_min, y_min, x_max, y_max.
+
+    places: those with a name, as the gateway's documents.
+    """
 
     report: dict[str, Any]
     map: Image.Image
     bounds_m: tuple[float, ...]
     camera: Image.Image
+    places: tuple[dict[str, Any], ...] = ()
 
 
 def moment_of(url: str) -> Moment | None:
@@ -51,15 +56,18 @@ def moment_of(url: str) -> Moment | None:
             searches = json.load(reply)["searches"]
         if not searches:
             return None
-        text = urlencode({"text": searches[0]["target"]})
+        text = urlencode({"text": searches[0]["target"] or searches[0]["objects"][-1]})
         with urlopen(f"{url}/v1/map.png?{text}", timeout=5) as reply:
             bounds_m = tuple(map(float, reply.headers["X-OneMap-Bounds"].split(",")))
             seen = Image.open(io.BytesIO(reply.read())).convert("RGB")
         with urlopen(f"{url}/v1/camera.jpg", timeout=5) as reply:
             camera = Image.open(io.BytesIO(reply.read())).convert("RGB")
+        with urlopen(f"{url}/v1/places", timeout=5) as reply:
+            known = json.load(reply)["places"]
     except OSError:  # the gateway starts, ends or has no map yet
         return None
-    return Moment(searches[0], seen, bounds_m, camera)
+    places = (place for place in known if place["name"] and not place["suggested"])
+    return Moment(searches[0], seen, bounds_m, camera, tuple(places))
 
 
 def record(demo: subprocess.Popen[bytes], url: str) -> list[Moment]:
@@ -73,6 +81,8 @@ def record(demo: subprocess.Popen[bytes], url: str) -> list[Moment]:
             if len(moments) >= MAX_MOMENTS:
                 moments, interval_s = moments[::2], 2 * interval_s
             if not moment.report["active"]:
+                time.sleep(LAST_PICTURE_S)  # the demo sees the end too
+                demo.send_signal(signal.SIGINT)
                 demo.wait()
         time.sleep(interval_s)
     return moments
@@ -88,15 +98,23 @@ def draw(moment: Moment, bounds_m: Sequence[float], speed: float) -> Image.Image
     area = Image.new("RGB", MAP_PX, UNKNOWN)
     area.paste(seen, (round((left - x_min) * scale), round((y_max - top) * scale)))
     picture.paste(area, (MARGIN_PX, MARGIN_PX))
+    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(15)
+    for place in moment.places:
+        for outline in place["outlines_m"]:
+            at = [
+                (MARGIN_PX + (x - x_min) * scale, MARGIN_PX + (y_max - y) * scale)
+                for x, y in outline
+            ]
+            pen.polygon(at, outline=ZONE)
+            pen.text(min(at), place["name"], ZONE, font, anchor="lb")
     camera = moment.camera.copy()
     camera.thumbnail(CAMERA_PX)
     column, row = 2 * MARGIN_PX + MAP_PX[0], 2 * MARGIN_PX + CAMERA_PX[1]
     picture.paste(camera, (column, MARGIN_PX))
-    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(15)
     for number, (text, colour) in enumerate(object_lines(moment.report)):
         pen.text((column, row + number * ROW_PX), text, colour, font)
     line = SIZE_PX[1] - MARGIN_PX - ROW_PX + 4
-    pen.text((MARGIN_PX, line), caption(moment.report)[:110], INK, font)
+    pen.text((MARGIN_PX, line), caption(moment.report), INK, font)
     pen.text((SIZE_PX[0] - 120, line), f"{speed:.0f} x real time", DIM, font)
     return picture
 
@@ -106,11 +124,11 @@ def caption(report: dict[str, Any]) -> str:
     found = sum(result["outcome"] == "found" for result in report["results"])
     total = f"{found} of {len(report['objects'])} found"
     elapsed = f"{report['elapsed_s']:.0f} s"
-    if report["active"]:
-        alone = len(report["objects"]) == 1
-        sought = report["understood"] if alone else report["target"]
-        return f"Looking for: {sought}   {report['state']}   {elapsed}   {total}"
-    return f"{total} in {elapsed}"
+    if not report["active"]:
+        return f"{total} in {elapsed}"
+    if len(report["objects"]) == 1:
+        return f"Looking for: {report['understood'][:90]}   {elapsed}"
+    return f"Looking for: {report['target']}   {report['state']}   {elapsed}   {total}"
 
 
 def object_lines(report: dict[str, Any]) -> list[tuple[str, tuple[int, int, int]]]:
@@ -160,7 +178,7 @@ def main(arguments: Sequence[str]) -> int:
         print(f"usage: FILE ({', '.join(FORMATS)}) and options of 'onemap demo'", file=sys.stderr)
         return 2
     port = any_free_port()
-    command = onemap_command("demo", "--headless", "--port", str(port), *arguments[1:])
+    command = onemap_command("demo", "--no-headless", "--port", str(port), *arguments[1:])
     with subprocess.Popen(command) as demo:
         moments = record(demo, f"http://{LOOPBACK}:{port}")
     if moments:
