@@ -198,6 +198,7 @@ def test_the_graph_shows_the_robot_and_forgets_it(
         network.close()
 
 
+@pytest.mark.parametrize("form", ["bridge"], indirect=True)  # the graphs of both are read above
 @pytest.mark.usefixtures("planner", "robot")
 def test_the_command_lists_topics_and_names_the_missing_one(
     router: Router, form: str, tmp_path: Path

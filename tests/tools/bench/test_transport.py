@@ -162,13 +162,14 @@ def test_thin_streams_fit_their_links_and_survive_their_file(tmp_path: Path) -> 
 
 @pytest.mark.slow
 @pytest.mark.timeout(240)
-def test_a_window_bounds_the_age_on_a_thin_link() -> None:
+def test_a_window_bounds_the_age_on_a_thin_link(monkeypatch: pytest.MonkeyPatch) -> None:
     """At a fraction of what the camera sends: without a window the queues fill first."""
+    monkeypatch.setattr(benchmark, "WARM_UP_S", 1.0)
     if problem := emulation_problem():
         pytest.skip(problem)
     asked = ["compressed", "thin"]
     options = TransportBench(
-        link=4.0, delay=20.0, loss=1.0, setting=asked, rate=15.0, size="160x120", seconds=6.0
+        link=4.0, delay=20.0, loss=1.0, setting=asked, rate=15.0, size="160x120", seconds=4.0
     )
     queued, window = run(options, lambda _: None)["results"]
     assert window["rate_hz"] > 0
@@ -178,14 +179,12 @@ def test_a_window_bounds_the_age_on_a_thin_link() -> None:
 
 
 @pytest.mark.slow
-def test_every_setting_and_number_of_streams_has_a_row_over_loopback(
+def test_every_number_of_streams_has_a_row_over_loopback(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(benchmark, "WARM_UP_S", 1.0)
-    options = TransportBench(
-        setting=["raw", "thin"], streams=[2], rate=5.0, seconds=1.0, size="160x120"
-    )
-    raw, thin = run(options, lambda _: None)["results"]
-    assert (raw["setting"], raw["streams"], thin["setting"]) == ("raw", 2, "thin")
-    assert thin["field_kb"] < raw["field_kb"] / 2
-    assert all(row["slowest_hz"] > 0 and row["age_p50_ms"] > 0 for row in (raw, thin))
+    options = TransportBench(setting=["thin"], streams=[2], rate=5.0, seconds=1.0, size="160x120")
+    (thin,) = run(options, lambda _: None)["results"]
+    assert (thin["setting"], thin["streams"]) == ("thin", 2)
+    assert thin["slowest_hz"] > 0
+    assert thin["age_p50_ms"] > 0
