@@ -1,11 +1,15 @@
-"""A zone that is drawn across the way of a driving robot: real processes, the true trajectory."""
+"""What must stop or divert a driving robot, as real processes: a slow connection, a new zone."""
 
 from __future__ import annotations
+
+import json
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.config import PREFIX
 from onemap_shared.geometry import F64
 from onemap_shared.messages import (
     Odometry,
@@ -14,14 +18,67 @@ from onemap_shared.messages import (
     PlacesChange,
     PlannedPath,
     SearchRequest,
+    VelocityCommand,
 )
 from onemap_simulator.config import SimulatorConfig
-from tests.end_to_end.system import System
+from onemap_tools.processes.services import CORE
+from tests.end_to_end.conftest import SIMULATOR
+from tests.end_to_end.delaying_proxy import DelayingProxy
+from tests.end_to_end.system import START_S, System
+from tests.end_to_end.test_faults import absent_object
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 AHEAD_M, HALF_M = 1.5, 0.25  # to the middle of the zone along the way, and half its side
 LEAST_M = 0.9  # from the robot to the zone: room to stop when it hears of it
 AFTERWARDS_M = 1.5  # that the robot still drives
+COMMANDS = 60  # three seconds
+DELAY_S = 0.6  # each way; longer ones are tried in simulated time
+
+
+@pytest.fixture(scope="module")
+def slow(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[System, DelayingProxy]]:
+    """Every service, and a simulated robot behind a proxy."""
+    with System(tmp_path_factory.mktemp("slow"), CORE, {"simulator": SIMULATOR}) as system:
+        host, port = system.endpoint.removeprefix("tcp/").split(":")
+        proxy = DelayingProxy((host, int(port)))
+        system.environment[f"{PREFIX}BUS__CONNECT"] = json.dumps([proxy.endpoint])
+        system.start("simulator")
+        del system.environment[f"{PREFIX}BUS__CONNECT"]
+        system.until(system.is_ready, "frames go all the way to the map", START_S)
+        yield system, proxy
+        system.processes["simulator"].terminate()
+        proxy.close()
+
+
+def collisions(system: System) -> float:
+    return system.monitor.beats["simulator"].metrics["collisions"]
+
+
+def test_a_connection_that_slows_down_stops_the_robot(slow: tuple[System, DelayingProxy]) -> None:
+    system, proxy = slow
+    started = system.http.post("/v1/searches", json={"object": absent_object(system)})
+    assert started.status_code == 201, started.text
+    search = f"/v1/searches/{started.json()['id']}"
+    system.monitor.odometry.clear()
+    system.until(lambda: system.monitor.moves, "the robot moves", START_S)
+    commands = system.monitor.bus.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
+    proxy.delay_s = DELAY_S
+
+    def waits() -> bool:
+        return "a command takes " in system.http.get(search).json()["reason"]
+
+    system.until(waits, "the planner says how long a command takes")
+    taken: list[VelocityCommand] = []
+    while commands.take(0.0) is not None:
+        pass
+    while len(taken) < COMMANDS:
+        taken += [command] if (command := commands.take(1.0)) else []
+    assert [command for command in taken if command.moves] == []
+    system.until(lambda: system.monitor.stands, "the robot stands", 10.0)
+    assert collisions(system) == 0.0
+    system.http.delete(search)
+    proxy.delay_s = 0.0
+    system.until(system.is_ready, "the robot is ready again", START_S)
 
 
 def ahead_of(path: PlannedPath, robot_xy: F64) -> F64 | None:
@@ -44,7 +101,8 @@ def outside_m(xy: F64, middle: F64) -> float:
     return float(np.linalg.norm(np.maximum(np.abs(xy - middle) - HALF_M, 0.0)))
 
 
-def test_a_zone_across_the_way_is_not_entered(system: System) -> None:
+def test_a_zone_across_the_way_is_not_entered(slow: tuple[System, DelayingProxy]) -> None:
+    system, _ = slow
     monitor, paths, driven = system.monitor, list[PlannedPath](), list[Odometry]()
     monitor._threads += [
         monitor._follow(keys.SEARCH_PATH, paths.append),
