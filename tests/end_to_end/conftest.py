@@ -10,7 +10,7 @@ from onemap_tools.processes.services import CORE
 from tests.end_to_end.system import START_S, System
 
 SIMULATED = ("simulator", *CORE)
-SIMULATOR = {"seed": 1, "rgbd_hz": 6.0}
+SIMULATOR = {"seed": 1, "rgbd_hz": 4.0}
 
 
 @pytest.fixture(scope="module")

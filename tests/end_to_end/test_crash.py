@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from onemap_shared.services import SERVICES
-from tests.end_to_end.conftest import SIMULATED
+from onemap_tools.processes.services import CORE
 from tests.end_to_end.system import PATIENCE_S, System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -45,7 +45,7 @@ def router_only(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
         yield system
 
 
-@pytest.mark.parametrize("service", SIMULATED)
+@pytest.mark.parametrize("service", CORE)
 def test_a_service_that_raises_ends_by_itself(router_only: System, service: str) -> None:
     process = subprocess.Popen(
         [
