@@ -131,7 +131,11 @@ def supervised_planner(system: System) -> Iterator[psutil.Process]:
             env={k: v for k, v in system.environment.items() if k != "ONEMAP_PARENT_PID"},
         )
     try:
-        system.until(system.is_ready, "the planner is there", START_S)
+        system.until(
+            lambda: "planner" in system.monitor.alive and system.is_ready(),
+            "the planner is there",
+            START_S,
+        )
         yield launcher
     finally:
         launcher.send_signal(signal.SIGINT)
@@ -149,6 +153,7 @@ def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(robot: System) 
         robot.until(lambda: robot.monitor.stands, "the robot brakes")
         robot.until(lambda: robot.monitor.moves, "the robot drives on", START_S)
         assert robot.http.get("/v1/searches/current").json()["id"] == search["id"]
+    robot.until(lambda: "planner" not in robot.monitor.alive, "the planner has left")
     robot.monitor.odometry.clear()
     with supervised_planner(robot):
         stays_where_it_is(robot)
