@@ -171,9 +171,8 @@ def frontier_value(goal: Goal, context: PlanningContext) -> float:
 
 
 NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
-BEST_VALUE = FrontierExploration(
-    frontier_value, margin=0.005
-)  # 0.01 of the cosine, as the authors'
+# VLFM's authors keep a goal until another's cosine is higher by 0.01.
+BEST_VALUE = FrontierExploration(frontier_value, margin=0.005)
 
 
 def _give_up_finished(state: PlannerState) -> None:
