@@ -22,7 +22,7 @@ from onemap_gateway.present.canvas import Canvas, Viewport
 from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
 from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_shared.config import BusConfig, ConfigError
+from onemap_shared.config import BusConfig, ConfigError, read
 from onemap_shared.geometry import yaw_of
 from onemap_shared.keys import (
     MAP_REVISION,
@@ -304,9 +304,14 @@ class DemoRun:
             self.pause()
 
     def _missing(self) -> str:
-        """What the first robot that is not ready lacks, in a sentence; empty if all are ready."""
+        """What the first robot that is not ready lacks, in a sentence; empty if all are ready.
+
+        Without the question whether it runs: all processes do, or the demo has ended.
+        """
         for search in self.searches:
             if missing := search.gateway.missing_stage():
+                fact, question, _ = missing.partition(": is ")
+                missing = f"{fact}." if question else missing
                 return f"{search.robot.name}: {missing}" if search.robot.name else missing
         return ""
 
@@ -342,11 +347,12 @@ class DemoRun:
     def _name_rooms(self, sentences: Sequence[str]) -> None:
         """Name the rooms that sentences speak of, where the apartment has one of the kind."""
         names = {name for sentence in sentences for name in places_of(sentence)}
-        if not names or self.options.scene is not None:
+        if not names:
             return
-        scene = open_scene(SimulatorConfig(seed=self.options.seed))
-        kinds = [room.kind for room in scene.rooms]
-        for room in scene.rooms:
+        section = read(self.setup.config_file, {})["simulator"]
+        rooms = open_scene(SimulatorConfig.model_validate(section)).rooms
+        kinds = [room.kind for room in rooms]
+        for room in rooms:
             if room.kind in names and kinds.count(room.kind) == 1:
                 x_min, y_min, x_max, y_max = room.bounds_m
                 corners_m = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
