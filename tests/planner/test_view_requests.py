@@ -58,7 +58,7 @@ class SimulatedMapper:
     def __init__(self) -> None:
         self.asked: list[ViewChangesRequest] = []
         self.answer: Callable[[ViewChangesRequest], ViewChanges] = self.one_cell
-        router = MemoryRouter()
+        self.router = router = MemoryRouter()
         self.bus = router.bus("mapper")
         self.bus.serve(keys.MAP_VIEW_CHANGES, self.reply)
         self.requests = ViewRequests(router.bus("planner"), 10.0)
@@ -116,6 +116,19 @@ def test_a_mapper_of_an_earlier_release_sends_whole_views() -> None:
     router.bus("mapper").serve(keys.MAP_SEARCH_VIEW, lambda _: whole)
     assert isinstance(requests.view(SOFA), SearchView)
     assert (requests.whole, requests.changed) == (1, 0)
+
+
+def test_a_mapper_that_comes_back_procedure_by_procedure_sends_what_changed() -> None:
+    mapper = SimulatedMapper()
+    mapper.requests.view(SOFA)
+    mapper.bus.close()
+    bus = mapper.router.bus("mapper")
+    bus.serve(keys.MAP_SEARCH_VIEW, lambda _: pytest.fail("the whole view was asked for"))
+    with pytest.raises(NoReply):
+        mapper.requests.view(SOFA)
+    bus.serve(keys.MAP_VIEW_CHANGES, mapper.reply)
+    mapper.requests.view(SOFA)
+    assert (mapper.requests.whole, mapper.requests.changed) == (1, 1)
 
 
 def test_changes_have_to_fit_the_view() -> None:

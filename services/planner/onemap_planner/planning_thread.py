@@ -79,11 +79,14 @@ class ViewRequests:
         """The newest view. Raises ``CallError``.
 
         A lost reply costs nothing: the next request names the same view as the last one. A mapper
-        of an earlier release, which serves no changes, sends the whole view.
+        of an earlier release, which serves no changes, sends the whole view. One that served them
+        in this search is only away: while it comes back, its procedures appear one by one.
         """
         try:
             return self._updated(request)
         except NoReply:
+            if self._kept:
+                raise
             view = self._bus.call(keys.MAP_SEARCH_VIEW, request, self._timeout_s)
             self.whole += 1
             return view
