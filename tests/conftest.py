@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import logging
 import os
 import sys
@@ -12,13 +11,9 @@ from typing import Any
 import hypothesis
 import pytest
 
+from onemap_perception.errors import import_torchvision
 from tests.process_state import ProcessState
 
-SCHEMAS = (
-    "nms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
-    "qnms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
-)
-KEPT: list[Any] = []  # a library's definitions last as long as the object
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 # Small arrays gain nothing from threads, and workers of pytest-xdist share the cores. Read by
@@ -26,27 +21,8 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 for variable in THREAD_VARIABLES:
     os.environ.setdefault(variable, "1")
 
-
-def make_torchvision_importable() -> None:
-    """Declare the operators that torchvision wants at import and a CPU torch lacks.
-
-    open_clip and timm import torchvision; the registry's is built for CUDA and fails beside a
-    CPU build of torch. Nothing here ever calls these operators.
-    """
-    if importlib.util.find_spec("torchvision") is None or importlib.util.find_spec("torch") is None:
-        return
-    try:
-        import torchvision  # noqa: F401
-    except RuntimeError:
-        import torch
-
-        library: Any = torch.library.Library("torchvision", "DEF")  # type: ignore[no-untyped-call]
-        for schema in SCHEMAS:
-            library.define(schema)
-        KEPT.append(library)
-
-
-make_torchvision_importable()
+# Tests import what imports it.
+import_torchvision()
 
 # The time that an example takes says nothing where workers share the cores.
 hypothesis.settings.register_profile("shared cores", deadline=None)
