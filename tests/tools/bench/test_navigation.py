@@ -43,6 +43,7 @@ from onemap_tools.bench.navigation.episode import (
     true_results,
 )
 from onemap_tools.bench.navigation.results import Failure, episode_line, table_lines
+from onemap_tools.bench.navigation.rules import RULES
 from onemap_tools.bench.options import MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
@@ -108,6 +109,11 @@ def test_the_options_name_every_episode() -> None:
     assert apartment_seeds(3, 3, "all") == (3, 4, 5)
     assert apartment_seeds(3, 3, "even") == (4, 6, 8)
     assert apartment_seeds(4, 2, "odd") == (5, 7)
+
+
+def test_a_rule_that_is_switched_off_must_be_one() -> None:
+    with pytest.raises(ValueError, match="--without 'luck' is no rule; there are size, hyst"):
+        setups(replace(OPTIONS, method="onemap", without=["size", "luck"]))
 
 
 def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
@@ -230,6 +236,7 @@ def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
     ("method", "changes"),
     [
         ("onemap", {"order": "any", "features": "mini"}),
+        ("onemap", {"without": [*RULES]}),
         ("onemap_reset", {}),
         ("onemap_no_consensus", {"features": "uncalibrated"}),
         ("vlfm", {}),

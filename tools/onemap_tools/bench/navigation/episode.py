@@ -56,6 +56,7 @@ from onemap_tools.bench.navigation.results import (
     Failure,
     ObjectRecord,
 )
+from onemap_tools.bench.navigation.rules import without
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -128,7 +129,8 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
         time_s = sum(item.time_s for item in objects)
         return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
-    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+    with without(options.without or ()):
+        return _search(replace(scene, start=episode.start), truth, episode, setup, record)
 
 
 def _search(

@@ -282,7 +282,7 @@ RESULTS_FILE, PAGE_FILE = "results.json", "index.html"
 # Settings of the search itself; those of simulator and perception are part of the task.
 SEARCHING = ("config.planner.", "config.mapper.")
 # What may differ beside them: the apartments that both searched are compared.
-FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "order"}
+FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "order", "without"}
 COLOURS = ((200, 90, 0), (60, 150, 20), (0, 120, 240))  # BGR: blue, green, orange
 STAIRWELL = (0, 0, 220)  # red
 TITLES = {
@@ -413,6 +413,7 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[Epis
     advice = "only runs that differ in method, order, planner or mapper can be compared"
     _refuse(folder, another, advice)
     of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
+    of += [f"without {rule}" for rule in before.get("without", ())]
     name, episodes = ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
     if before["method"] != "plain":
         return {name: episodes}
