@@ -174,9 +174,19 @@ def confirming(name: str) -> str:
     return f"standing before it, making sure that it is {a(name)}"
 
 
-def confirmed(sightings: int, name: str = "", checks: Sequence[str] = ()) -> str:
+class Agreement(str, Enum):
+    """How far the map agrees with a detector, in words."""
+
+    MAP = "and the map agrees"
+    SAME_FEATURES = "and the map agrees, by the same encoder: one opinion, not two"
+    DETECTOR = "though the map does not agree"
+
+
+def confirmed(
+    sightings: int, agreement: Agreement, name: str = "", checks: Sequence[str] = ()
+) -> str:
     """That the object was found, and which parts of its description hold, if there is one."""
-    seen = f"seen in {sightings} images, from near, and the map agrees"
+    seen = f"seen in {sightings} images, from near, {agreement.value}"
     return f"{a(name)}, {'; '.join(checks)}; {seen}" if checks else seen
 
 

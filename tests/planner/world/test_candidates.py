@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from onemap_planner.sentences import confirmed
 from onemap_planner.world.candidates import (
     RECENT_SIGHTINGS,
     Consensus,
@@ -82,6 +83,27 @@ def test_a_sighting_has_its_frame_with_the_box_in_pixels_of_the_picture() -> Non
     (found,) = sighted(similarity, message)
     score = float(np.float32(0.8))
     assert found.view == PictureOfObject(score, 7, (5.0, 10.0, 15.0, 20.0), b"jpeg")
+
+
+@pytest.mark.parametrize(
+    ("independent", "supported", "said"),
+    [
+        ((False, True), True, "and the map agrees"),
+        ((False, False), True, "and the map agrees, by the same encoder: one opinion, not two"),
+        ((True,), False, "though the map does not agree"),
+    ],
+)
+def test_a_find_says_whether_two_opinions_agree(
+    independent: tuple[bool, ...], supported: bool, said: str
+) -> None:
+    similarity = np.full((20, 20), 0.8 if supported else 0.1, np.float32)
+    map_view = replace(drawn_map(*["#" * 20] * 20), similarity=similarity)
+    seen: tuple[Sighting, ...] = ()
+    for each in independent:
+        message = replace(detections([(0.5, 0.5, 0.5)]), independent=each)
+        seen += sightings_of("sofa", message, map_view, seen_from=HERE)
+    (candidate,) = merge_sightings((), seen)
+    assert confirmed(12, candidate.agreement) == f"seen in 12 images, from near, {said}"
 
 
 @pytest.mark.parametrize(

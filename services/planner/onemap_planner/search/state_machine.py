@@ -365,7 +365,7 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             reason = confirming(search.target)
             return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
         case (Confirming(), Confirmed(candidate, checks)):
-            reason = confirmed(candidate.sightings, search.target, checks)
+            reason = confirmed(candidate.sightings, candidate.agreement, search.target, checks)
             ending = Ending(SearchState.FOUND, reason, candidate=candidate, checks=checks)
             return _ended(search, ending, stamp)
         case (Approaching() | Confirming(), Rejected()):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from onemap_planner.sentences import Agreement
 from onemap_planner.world.map_view import MapView, WorldCells
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, Occupancy
@@ -133,7 +134,7 @@ class Sighting:
     xyz metres: middle of its points that the map supports; cells: world cells they cover;
     similarity in [0, 1]: highest among them; seen_from metres: where the robot was; view: the
     frame of the detection. supported: whether the map agrees; if not, the points are those on
-    obstacles.
+    obstacles. independent: whether the detector does not read the map's features.
     """
 
     xyz: tuple[float, float, float]
@@ -143,6 +144,7 @@ class Sighting:
     seen_from: tuple[float, float]
     view: PictureOfObject | None = None
     supported: bool = True
+    independent: bool = True
 
     @property
     def weight(self) -> float:
@@ -159,7 +161,8 @@ class ObjectCandidate:
     the latest positions of the robot; contradictions: frames in which another name was detected
     there and this one was not; recent: the last ``RECENT_SIGHTINGS`` sightings; best_view: the
     frame with the highest score of the detector; supported: whether the map agrees; near_views:
-    in how many of them it was detected.
+    in how many of them it was detected; independent: whether a detector found it that does not
+    read the map's features.
     """
 
     xyz: tuple[float, float, float]
@@ -174,6 +177,14 @@ class ObjectCandidate:
     weight: float = 0.0
     supported: bool = True
     near_views: tuple[ViewpointTally, ...] = ()
+    independent: bool = True
+
+    @property
+    def agreement(self) -> Agreement:
+        """How far the map agrees with the detector."""
+        if not self.supported:
+            return Agreement.DETECTOR
+        return Agreement.MAP if self.independent else Agreement.SAME_FEATURES
 
     @property
     def surface(self) -> WorldCells:
@@ -264,6 +275,7 @@ def sightings_of(
                     seen_from,
                     _view_of(detections, index),
                     supported,
+                    detections.independent,
                 )
             )
     return tuple(found)
@@ -292,6 +304,7 @@ def merge_sightings(
                     best_view=sighting.view,
                     weight=sighting.weight,
                     supported=sighting.supported,
+                    independent=sighting.independent,
                 )
             )
     known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
@@ -322,6 +335,7 @@ def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
         recent=(*candidate.recent, sighting)[-RECENT_SIGHTINGS:],
         best_view=view if view and view.is_better_than(best) else best,
+        independent=candidate.independent or sighting.independent,
     )
 
 
