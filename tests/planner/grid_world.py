@@ -29,7 +29,9 @@ from onemap_planner.search.state_machine import (
     Exploring,
     Search,
     new_search,
+    told,
 )
+from onemap_planner.sentences import confirming
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detail, Detections, Layer, MapPlaces, Occupancy, SearchView
@@ -325,6 +327,8 @@ class SimulatedSearch:
         """At every step the goal that is explained is the one at the end of the path."""
         search = self.state.search
         explained = search.choice.chosen_xy
+        if isinstance(search.phase, Confirming):
+            assert told(search) == confirming(search.target)
         for end in planned_path(search, decision, 0).goal_m:
             assert explained is not None, search
             off_m = np.hypot(*np.subtract(explained, end))

@@ -362,8 +362,10 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
         case (Exploring(), Reordered(indices)):
             return _reordered(search, indices, stamp)
         case (Approaching(), Arrived(candidate)):
+            standing = Confirming(candidate, stamp.active_time_s)
+            choice = replace(search.choice, sentence="")  # it is there: the reason tells more
             reason = confirming(search.target)
-            return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
+            return replace(search, phase=standing, choice=choice, reason=reason)
         case (Confirming(), Confirmed(candidate, checks)):
             reason = confirmed(candidate.sightings, candidate.agreement, search.target, checks)
             ending = Ending(SearchState.FOUND, reason, candidate=candidate, checks=checks)
