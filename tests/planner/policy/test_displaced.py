@@ -20,19 +20,20 @@ from onemap_planner.search.state_machine import (
 )
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.grid_world import (
-    CONTROLS_PER_STEP,
     STEP_S,
     SimulatedSearch,
     in_four_rooms,
     start,
 )
 
-DRIVE, PERIOD_S = PARAMS.drive, CONTROLS_PER_STEP * STEP_S
+DRIVE, CONTROLS_PER_STEP = PARAMS.drive, 5
+PERIOD_S = CONTROLS_PER_STEP * STEP_S
 
 
 def on_its_way() -> SimulatedSearch:
     """A robot that looked around and drives."""
     run = start(in_four_rooms(), "vase")
+    run.controls_per_step = CONTROLS_PER_STEP
     while not isinstance(run.state.search.phase, Exploring) or run.world.velocity.linear_mps < 0.3:
         assert run.now_s < 20.0
         run.step()
