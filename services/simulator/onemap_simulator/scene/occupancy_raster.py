@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.scene import Scene
 
@@ -50,13 +50,20 @@ def rasterise(triangles: F64, spec: GridSpec, z_range_m: tuple[float, float]) ->
         image[cells[:, 0], cells[:, 1]] = 1
     # Only a triangle wider than a cell in x and y can cover a cell that no edge crosses.
     extent = np.ptp(corners[..., :2], axis=1)
-    for triangle in corners[extent.min(axis=1) > 1.0]:
-        polygon = _clip(triangle, z_range_m)
-        if len(polygon):
-            # cv2 counts from pixel centres, columns first; the grid's columns are y.
-            points = np.round((polygon[:, ::-1] - 0.5) * (1 << SHIFT)).astype(np.int32)
+    wide = corners[extent.min(axis=1) > 1.0]
+    heights = wide[..., 2]
+    whole = ((heights >= z_range_m[0]) & (heights <= z_range_m[1])).all(axis=1)
+    cut = (_fixed_point(_clip(triangle, z_range_m)) for triangle in wide[~whole])
+    for points in (*_fixed_point(wide[whole, :, :2]), *cut):
+        if len(points):
             cv2.fillPoly(image, [points], 1, lineType=cv2.LINE_8, shift=SHIFT)
     return image.astype(bool)
+
+
+def _fixed_point(cells: F64) -> I32:
+    """Places (..., 2) in cells as cv2 counts: from pixel centres, columns (the grid's y) first."""
+    points: I32 = np.round((cells[..., ::-1] - 0.5) * (1 << SHIFT)).astype(np.int32)
+    return points
 
 
 def _clipped_edges(corners: F64, z_range_m: tuple[float, float]) -> F64:
