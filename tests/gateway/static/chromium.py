@@ -165,15 +165,6 @@ class Page:
         self.call("Page.navigate", url=address)
         self.wait_for(ready)
 
-    def accessible_nodes(self) -> list[tuple[str, str]]:
-        """Role and name of everything that assistive technology sees."""
-        nodes = self.call("Accessibility.getFullAXTree")["nodes"]
-        return [
-            (node["role"]["value"], str(node.get("name", {}).get("value", "")))
-            for node in nodes
-            if not node["ignored"]
-        ]
-
     def _note(self, event: dict[str, Any]) -> None:
         params = event.get("params", {})
         if event["method"] == "Log.entryAdded" and params["entry"]["level"] == "error":
@@ -196,7 +187,7 @@ class Chromium:
         tab = httpx.put(f"http://{self.address}/json/new?about:blank", timeout=WAIT_S).json()
         with connect(tab["webSocketDebuggerUrl"], max_size=None) as socket:
             page = Page(socket)
-            for domain in ("Page", "Runtime", "Log", "Accessibility"):
+            for domain in ("Page", "Runtime", "Log"):
                 page.call(f"{domain}.enable")
             yield page
             page.call("Page.close")

@@ -189,12 +189,11 @@ def test_the_robot_is_sent_to_a_find(page: Page, robot: Robot, button: str, kind
 
 
 def test_the_card_has_no_violation(page: Page, robot: Robot) -> None:
-    for scheme in ("dark", "light"):
+    for scheme, size in (("dark", (1280, 800)), ("light", PHONE)):
         page.prefer(scheme)
-        for size in ((1280, 800), PHONE):
-            page.resize(*size)
-            open_with_a_sofa(page, robot)
-            open_card(page)
-            page.wait_for(PHOTO_SHOWN)
-            assert violations(page) == [], (scheme, size)
-            robot.show_finds()
+        page.resize(*size)
+        open_with_a_sofa(page, robot)
+        open_card(page)
+        page.wait_for(PHOTO_SHOWN)
+        assert violations(page) == [], (scheme, size)
+        robot.show_finds()

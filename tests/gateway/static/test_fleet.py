@@ -92,15 +92,13 @@ SCROLLS = "document.documentElement.scrollWidth > innerWidth"
 
 
 @pytest.mark.parametrize("shown", ["robot", "fleet"])
-@pytest.mark.parametrize("scheme", ["dark", "light"])
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
 def test_one_tap_finds_and_all_of_it_is_in_sight(
-    page: Page, size: tuple[int, int], scheme: str, shown: str, request: pytest.FixtureRequest
+    page: Page, size: tuple[int, int], shown: str, request: pytest.FixtureRequest
 ) -> None:
     """At the start, during the search, and at its end, on every screen and for any robots."""
     at: Robot | Fleet = request.getfixturevalue(shown)
     width, height = size
-    page.prefer(scheme)
     page.resize(width, height, mobile=width < 861)
     page.open(at.address)
     page.wait_for(MIDDLE % "free")

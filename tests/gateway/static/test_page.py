@@ -115,8 +115,7 @@ def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     assert page.errors == []
 
 
-@pytest.mark.parametrize(("typed", "count"), [("sofa", 2), ("kite", 1)])
-@pytest.mark.parametrize("searching", [False, True])
+@pytest.mark.parametrize(("typed", "count", "searching"), [("sofa", 2, True), ("kite", 1, False)])
 def test_an_answer_is_in_sight_on_a_phone(
     page: Page, robot: Robot, typed: str, count: int, searching: bool
 ) -> None:
@@ -147,8 +146,7 @@ def test_a_suggested_word_replaces_only_its_own_name(page: Page, robot: Robot) -
     page.wait_for("document.getElementById('text').value === 'curb, sofa'")
 
 
-@pytest.mark.parametrize("button", ["#where", "#find"])
-@pytest.mark.parametrize("typed", ["", " , "])
+@pytest.mark.parametrize(("button", "typed"), [("#where", ""), ("#find", " , ")])
 def test_an_empty_box_is_answered_by_a_sentence(
     page: Page, robot: Robot, button: str, typed: str
 ) -> None:
