@@ -45,11 +45,6 @@ def test_the_certificates_of_the_document_are_made_with_a_command_that_exists() 
         check(shlex.split(line.partition("#")[0])[1:])
 
 
-def test_an_option_that_does_not_exist_is_seen() -> None:
-    with pytest.raises(Exception, match="--configuration"):
-        check(["mapper", "--configuration", "x.yaml"])
-
-
 def test_what_compiles_the_mapper_exists() -> None:
     """Named by the installer, the image's build and make."""
     for file in (DEPLOY / "systemd/install.sh", DEPLOY / "service.Dockerfile", ROOT / "Makefile"):

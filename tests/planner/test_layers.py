@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
-
-import pytest
-
 from tests.structure import ROOT, Module, floors, modules, within
 
 PACKAGE = "onemap_planner"
@@ -34,20 +29,6 @@ def test_nothing_imports_upwards() -> None:
     inside = [m for m in modules(ROOT) if m.name.startswith(f"{PACKAGE}.")]
     assert [broken for module in inside for broken in upward(module)] == []
     assert {m.name.split(".")[1] for m in inside} >= set(ORDER)
-
-
-@pytest.mark.parametrize(
-    ("name", "code"),
-    [
-        ("motion.path", "from onemap_planner.policy.goals import Goal"),
-        ("world.costmap", "from onemap_planner.motion import path"),
-        ("search.state_machine", "def f():\n    import onemap_planner.policy.goals"),
-        ("policy.goals", "from onemap_planner.service import Planner"),
-        ("policy.goals", "from onemap_planner import registry"),
-    ],
-)
-def test_an_upward_import_is_seen(name: str, code: str) -> None:
-    assert len(upward(Module(f"{PACKAGE}.{name}", Path("x.py"), ast.parse(code)))) == 1
 
 
 def test_no_imports_go_in_circles() -> None:

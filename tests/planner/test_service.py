@@ -35,7 +35,9 @@ def test_without_a_search_it_sends_nothing(services: SimulatedServices) -> None:
     assert services.planner.health().ready
 
 
-def test_a_command_names_the_frame_on_which_its_plan_rests(services: SimulatedServices) -> None:
+def test_a_command_names_the_frame_of_its_plan_and_the_last_one_stops_the_robot(
+    services: SimulatedServices,
+) -> None:
     view = services.answer
     services.answer = lambda request: replace(view(request), stamp_ns=77)
     services.start("sofa")
@@ -48,7 +50,9 @@ def test_a_command_names_the_frame_on_which_its_plan_rests(services: SimulatedSe
     services.until(moved)
     assert {command.frame_ns for command in sent if moves(command)} == {77}
     services.planner.close()
-    assert services.sent_commands()[-1].frame_ns == 0  # the last stop rests on none
+    last = services.sent_commands()[-1]
+    assert not moves(last)
+    assert last.frame_ns == 0  # the last stop rests on none
 
 
 def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedServices) -> None:
@@ -326,13 +330,6 @@ def test_a_folder_that_cannot_be_written_is_said_once(
     services.until(lambda: services.get().choice.number > 0)
     assert caplog.text.count("cannot record the search") == 1
     services.planner.close()
-
-
-def test_closing_stops_the_robot(services: SimulatedServices) -> None:
-    services.start("sofa")
-    services.until(lambda: any(map(moves, services.sent_commands())))
-    services.planner.close()
-    assert not moves(services.sent_commands()[-1])
 
 
 def test_silence_without_a_search_is_a_problem_after_a_while(services: SimulatedServices) -> None:

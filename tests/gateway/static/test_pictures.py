@@ -72,7 +72,9 @@ def test_a_chosen_picture_is_asked_for_as_a_text_is(page: Page, robot: Robot, ph
     assert page.errors == []
 
 
-def test_the_map_shows_the_similarity_to_the_picture(page: Page, robot: Robot, photo: Path) -> None:
+def test_the_map_shows_the_similarity_to_the_picture_until_a_text_is_asked(
+    page: Page, robot: Robot, photo: Path
+) -> None:
     shown = """(async () => {
       const { fetch } = window;
       window.drawn = [];
@@ -88,25 +90,14 @@ def test_the_map_shows_the_similarity_to_the_picture(page: Page, robot: Robot, p
     ask(page)
     page.wait_for("drawn.includes('POST')")
     assert len(set(robot.mapper.images)) == 1
+    pictures = "document.querySelectorAll('#regions-card img').length"
+    assert page.evaluate(pictures) == 1
     page.type("#text", "kettle")
     page.click("#where")
     page.wait_for("document.getElementById('heat').innerText === 'kettle'")
+    assert page.evaluate(pictures) == 0
     assert "Not calibrated" not in page.text("#regions-card")
     assert page.errors == []
-
-
-def test_a_text_that_is_asked_next_takes_the_place_of_the_picture(
-    page: Page, robot: Robot, photo: Path
-) -> None:
-    page.open(robot.address)
-    choose(page, photo)
-    page.wait_for(OPENED)
-    ask(page)
-    assert page.evaluate("document.querySelectorAll('#regions-card img').length") == 1
-    page.type("#text", "kite")
-    page.click("#where")
-    page.wait_for("document.querySelectorAll('#regions-card li').length === 1")
-    assert page.evaluate("document.querySelectorAll('#regions-card img').length") == 0
 
 
 def test_a_thing_is_cut_out_of_the_camera_image_with_the_mouse(page: Page, robot: Robot) -> None:
@@ -195,8 +186,9 @@ def test_a_large_picture_is_made_small_enough(page: Page, robot: Robot, tmp_path
     assert len(robot.mapper.images[0]) < MAX_IMAGE_BYTES
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
-@pytest.mark.parametrize("size", [(1280, 800), PHONE], ids=["desk", "phone"])
+@pytest.mark.parametrize(
+    ("scheme", "size"), [("dark", (1280, 800)), ("light", PHONE)], ids=["dark desk", "light phone"]
+)
 def test_asking_with_a_picture_is_accessible(
     page: Page, robot: Robot, photo: Path, scheme: str, size: tuple[int, int]
 ) -> None:

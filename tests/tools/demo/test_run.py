@@ -38,7 +38,7 @@ from onemap_tools.demo import run as module
 from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m, write_picture
 from onemap_tools.demo.setup import DemoRobot, DemoSetup
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
-from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
 from tests.memory_bus import MemoryRouter
@@ -242,17 +242,6 @@ def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None
     assert len(alone.named["bathroom"]["corners_m"]) == 4
     with pytest.raises(OneMapError, match="no word that mini knows"):  # before any robot drives
         demo_of(tmp_path, alone, other).choose_targets(out)
-
-
-def test_a_run_that_cannot_start_has_a_summary(tmp_path: Path) -> None:
-    scene = tmp_path / "flat.glb"
-    scene.write_bytes(b"not a scene")
-    with pytest.raises(CliError, match="cannot be read") as error:
-        module.run(options(tmp_path / "run", scene=scene), console())
-    assert error.value.exit_code == EXIT_USAGE_ERROR
-    assert error.value.document["worked"] is False
-    assert error.value.document["trouble"] == str(error.value)
-    assert not (tmp_path / "run").exists()
 
 
 def test_a_whole_run_ends_with_its_summary(
