@@ -21,12 +21,15 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 for variable in THREAD_VARIABLES:
     os.environ.setdefault(variable, "1")
 
-# Tests import what imports it.
-import_torchvision()
-
 # The time that an example takes says nothing where workers share the cores.
 hypothesis.settings.register_profile("shared cores", deadline=None)
 hypothesis.settings.load_profile("shared cores")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Tests import what imports it; the process that hands them out to workers does not."""
+    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        import_torchvision()
 
 
 @pytest.hookimpl(trylast=True)
