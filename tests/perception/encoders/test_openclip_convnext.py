@@ -109,6 +109,15 @@ def test_another_architecture_is_refused(tower: str, sentence: str, tmp_path: Pa
         load(path)
 
 
+def test_a_tokenizer_of_another_model_is_refused(tmp_path: Path) -> None:
+    path = open_clip_file(tmp_path, "bare")
+    text = {**OPEN_CLIP_CONFIG["text_cfg"], "hf_tokenizer_name": "google/siglip-base"}
+    config = json.dumps({**OPEN_CLIP_CONFIG, "text_cfg": text})
+    path.with_name("open_clip_config.json").write_text(config, encoding="utf-8")
+    with pytest.raises(BackendError, match="with CLIP's own text tower"):
+        load(path)
+
+
 @pytest.mark.parametrize(("width", "name"), [(128, "base"), (192, "large")])
 def test_the_architecture_follows_from_the_tower(width: int, name: str, tmp_path: Path) -> None:
     config = read_architecture(tmp_path / "sed.pth", {STEM: torch.zeros(width, 3, 4, 4)})

@@ -54,7 +54,8 @@ def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageMo
     The text side runs on ``device`` in single precision. The text space is a digest of the text
     tower: SED's is that of the model it was fine-tuned from.
     """
-    model, tokenizer = read_model(path)
+    model, tokenizer, config = read_model(path)
+    preprocess = config.get("preprocess_cfg", {})
     weights = model.state_dict()
     text_weights = ((name, w) for name, w in weights.items() if not name.startswith("visual."))
     vision = DenseConvNext(model.visual)
@@ -73,13 +74,13 @@ def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageMo
         vision=vision,
         embed=embed,
         stride_px=STRIDE,
-        mean=CLIP_MEAN,
-        std=CLIP_STD,
+        mean=np.array(preprocess.get("mean", CLIP_MEAN), np.float32),
+        std=np.array(preprocess.get("std", CLIP_STD), np.float32),
     )
 
 
-def read_model(path: Path) -> tuple[Any, Any]:
-    """open_clip's model with the weights in it, and its tokenizer; BackendError if either fails."""
+def read_model(path: Path) -> tuple[Any, Any, dict[str, Any]]:
+    """open_clip's model with the weights in it, its tokenizer, its configuration; BackendError."""
     with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext"):
         from open_clip.model import CLIP
         from open_clip.tokenizer import SimpleTokenizer
@@ -87,21 +88,29 @@ def read_model(path: Path) -> tuple[Any, Any]:
     weights = read_weights(file)
     config = read_architecture(file, weights)
     vision, text = config.get("vision_cfg", {}), config.get("text_cfg", {})
-    if "convnext" not in str(vision.get("timm_model_name")) or "hf_model_name" in text:
+    foreign_text = {"hf_model_name", "hf_tokenizer_name"} & text.keys()
+    if "convnext" not in str(vision.get("timm_model_name")) or foreign_text:
         raise BackendError(
             f"openclip_convnext cannot run the architecture {vision.get('timm_model_name')}: "
-            "it takes ConvNeXt towers with CLIP's own text tower"
+            "it takes ConvNeXt towers with CLIP's own text tower and tokenizer"
         )
     # The checkpoint holds every weight: nothing must be downloaded to start from.
     vision = {**vision, "timm_model_pretrained": False}
-    model = CLIP(embed_dim=config["embed_dim"], vision_cfg=vision, text_cfg=text)
+    model = CLIP(
+        embed_dim=config["embed_dim"],
+        vision_cfg=vision,
+        text_cfg=text,
+        quick_gelu=config.get("quick_gelu", False),
+    )
     load_weights(model, weights, file)
-    tokenizer = SimpleTokenizer(context_length=text.get("context_length", 77))
-    return model.eval().requires_grad_(False), tokenizer
+    tokenizer = SimpleTokenizer(
+        context_length=text.get("context_length", 77), **text.get("tokenizer_kwargs", {})
+    )
+    return model.eval().requires_grad_(False), tokenizer, config
 
 
 def read_architecture(file: Path, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
-    """embed_dim, vision_cfg, text_cfg: of ``CONFIG_FILE`` beside the weights, or by the tower."""
+    """The architecture: of ``CONFIG_FILE`` beside the weights, or by the width of the tower."""
     beside = file.with_name(CONFIG_FILE)
     if not beside.exists():
         stem = weights.get(STEM)
@@ -113,11 +122,15 @@ def read_architecture(file: Path, weights: Mapping[str, torch.Tensor]) -> dict[s
 
 
 def read_config(file: Path) -> dict[str, Any]:
-    """The architecture in a JSON file as the hub has it; raises BackendError."""
+    """embed_dim, vision_cfg, text_cfg and more, of a JSON file as the hub has it; BackendError.
+
+    Its preprocess_cfg, which stands beside the architecture, is one of the keys.
+    """
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         config: dict[str, Any] = document.get("model_cfg", document)
-        return {name: config[name] for name in ("embed_dim", "vision_cfg", "text_cfg")}
+        needed = {name: config[name] for name in ("embed_dim", "vision_cfg", "text_cfg")}
+        return {**config, **needed, "preprocess_cfg": document.get("preprocess_cfg", {})}
     except (OSError, ValueError, KeyError, AttributeError) as problem:
         raise BackendError(f"{file} describes no OpenCLIP model: {problem!r}") from problem
 
