@@ -36,6 +36,7 @@ OPEN_CLIP_CONFIG: dict[str, Any] = {
 }
 SED_PREFIX = "sem_seg_head.predictor.clip_model."
 LAYOUTS = ("bare", "model", "sed")
+LETTERS = {"<pad>": 0, "<unk>": 1, "▁": 2, **{chr(97 + i): 3 + i for i in range(26)}}  # TIPSv2's
 
 
 def open_clip_model(seed: int = 0) -> Any:
@@ -98,8 +99,7 @@ def tipsv2_folder(folder: Path) -> Path:
         text_config={**size, "vocab_size": 64, "intermediate_size": 32},
     )
     transformers.Tipsv2Model(config).save_pretrained(folder)
-    letters = {"<pad>": 0, "<unk>": 1, "▁": 2, **{chr(97 + i): 3 + i for i in range(26)}}
-    transformers.Tipsv2Tokenizer(vocab=letters, merges=[]).save_pretrained(folder)
+    transformers.Tipsv2Tokenizer(vocab=LETTERS, merges=[]).save_pretrained(folder)
     return folder
 
 
