@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -53,6 +54,17 @@ def test_a_command_names_the_frame_of_its_plan_and_the_last_one_stops_the_robot(
     last = services.sent_commands()[-1]
     assert not moves(last)
     assert last.frame_ns == 0  # the last stop rests on none
+
+
+def test_a_new_plan_does_not_wait_for_the_next_period_of_control(
+    services: SimulatedServices,
+) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.planner._next_control_s = math.inf
+    view = services.answer
+    services.answer = lambda request: replace(view(request), stamp_ns=77)
+    services.until(lambda: 77 in {command.frame_ns for command in services.sent_commands()})
 
 
 def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedServices) -> None:

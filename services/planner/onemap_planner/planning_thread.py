@@ -252,7 +252,10 @@ class ThreadInputs:
 
 
 class PlanningThread:
-    """Plans every ``period_s``; ``result`` is replaced as a whole, so any thread may read it."""
+    """Plans every ``period_s``; ``result`` is replaced as a whole, so any thread may read it.
+
+    planned: called after each new plan.
+    """
 
     def __init__(
         self,
@@ -262,9 +265,10 @@ class PlanningThread:
         *,
         period_s: float,
         now: Callable[[], ThreadInputs],
+        planned: Callable[[], None] = lambda: None,
     ) -> None:
         self._bus, self._registry, self._params, self._now = bus, registry, params, now
-        self._period_s = period_s
+        self._period_s, self._planned = period_s, planned
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
         self._views = ViewRequests(bus, VIEW_TIMEOUT_S)
@@ -405,6 +409,7 @@ class PlanningThread:
             self._paths.put(planned_path(state.search, decision, time.time_ns()))
             self._finds.add(decision.finds)
         self.result = result
+        self._planned()
 
     def _request_view(self, state: PlannerState) -> PlanningView:
         """The view for the present object; a new object first resets the searched layer.

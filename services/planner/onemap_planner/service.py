@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -61,7 +62,8 @@ class Planner:
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
         now_s = time.monotonic()
         self._bus, self._config = bus, config
-        self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY)
+        self._woken = threading.Event()  # by odometry, or by a new plan
+        self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY, arrived=self._woken)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._beats = [bus.subscribe(keys.heartbeat(name)) for name in ("perception", "mapper")]
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
@@ -86,7 +88,9 @@ class Planner:
             self._config,
             period_s=1.0 / config.plan_hz,
             now=self._thread_inputs,
+            planned=self._woken.set,
         )
+        self._controlled = self._planning_thread.result  # by the last control step
         self._check_planning = ThreadCheck("the planning thread")
         self._whole_steps = True  # the last step did not raise
         self._decide()
@@ -105,7 +109,9 @@ class Planner:
             raise RuntimeError("the planning thread died")
         self._check_planning(self._planning_thread.turns, time.monotonic())
         wait_s = min(timeout_s, max(self._next_control_s - time.monotonic(), 0.0))
-        odometry = self._odometry.take(wait_s)
+        self._woken.wait(wait_s)
+        self._woken.clear()  # before it is looked at what came
+        odometry = self._odometry.take(0.0)
         now_s = time.monotonic()
         if odometry is not None:
             self._inputs = with_odometry(self._inputs, odometry, now_s)
@@ -117,7 +123,8 @@ class Planner:
                 self._registry.clear_found_objects()
             if self._inputs.exchange_count > before.exchange_count:
                 self._planning_thread.forget_finds()
-        if now_s >= self._next_control_s:
+        new_plan = self._planning_thread.result.plan is not self._controlled.plan
+        if new_plan or now_s >= self._next_control_s:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
             self._control_rate = self._control_rate.with_event(now_s)
             self._inputs = with_members(self._inputs, self._bus.members(), now_s)
@@ -238,7 +245,7 @@ class Planner:
         state = self._registry.state
         search_id = state.search.search_id if state is not None and state.search.active else ""
         inputs = self._inputs.for_controller(search_id, now_s, self._config.staleness)
-        result = self._planning_thread.result
+        result = self._controlled = self._planning_thread.result
         self._controller, send = self._controller.update(
             result.plan,
             inputs,
