@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from onemap_shared import messages as m
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import image_size_px
+from onemap_shared.messages.checks import finite, image_size_px
 from onemap_shared.wire import decode, encode
 from tests.shared.samples import sample
 
@@ -267,6 +267,14 @@ def test_the_header_of_a_picture_says_its_size(
     m.check_image(data)
     with pytest.raises(ValueError, match="no PNG and no JPEG"):
         m.check_image(data[:20])
+
+
+def test_half_precision_is_finite_unless_its_bits_say_otherwise() -> None:
+    every = np.arange(2**16, dtype=np.uint16).view(np.float16)
+    finite(every[np.isfinite(every)], "features")
+    for number in every[~np.isfinite(every)]:
+        with pytest.raises(ValueError, match="features contains NaN or infinity"):
+            finite(number, "features")
 
 
 def test_segments_before_the_frame_of_a_jpeg_are_passed_over() -> None:

@@ -117,9 +117,17 @@ def expect(array: np.ndarray, name: str, dtype: Any, shape: tuple[int | None, ..
         raise ValueError(f"{name} has shape {array.shape}; expected {wanted}")
 
 
+FLOAT16_EXPONENT = np.uint16(0x7C00)  # all ones: infinity or NaN
+
+
 def finite(numbers: Any, name: str) -> None:
     """Raise ValueError if any of an array, or the one number, is NaN or infinite."""
-    if not np.isfinite(numbers).all():
+    known = np.asarray(numbers)
+    if known.dtype == np.float16:  # by its bits: numpy converts each, 9 times as slow
+        is_finite = (known.view(np.uint16) & FLOAT16_EXPONENT) != FLOAT16_EXPONENT
+    else:
+        is_finite = np.isfinite(known)
+    if not is_finite.all():
         raise ValueError(f"{name} contains NaN or infinity")
 
 
