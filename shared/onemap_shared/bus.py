@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
 import zenoh
@@ -406,7 +406,7 @@ class _Server(Generic[Q, R]):
         self, session: zenoh.Session, procedure: Procedure[Q, R], handler: Callable[[Q], R]
     ) -> None:
         self._procedure, self._handler = procedure, handler
-        self._queries: SimpleQueue[tuple[zenoh.Query, float]] = SimpleQueue()
+        self._queries: SimpleQueue[tuple[zenoh.Query, float] | None] = SimpleQueue()
         self._closed = threading.Event()
         callback = zenoh.handlers.Callback(self._arrived, indirect=False)
         self._queryable = session.declare_queryable(procedure.key, callback, complete=True)
@@ -418,11 +418,9 @@ class _Server(Generic[Q, R]):
             thread.start()
 
     def _run(self) -> None:
-        while not self._closed.is_set():
-            try:
-                query, arrived_s = self._queries.get(timeout=0.2)
-            except Empty:
-                continue
+        # Without a time-out: a mapper has 52 of these threads for each of its robots.
+        while (asked := self._queries.get()) is not None and not self._closed.is_set():
+            query, arrived_s = asked
             with query:
                 self._answer(query, time.monotonic() - arrived_s)
 
@@ -442,6 +440,8 @@ class _Server(Generic[Q, R]):
 
     def stop(self) -> None:
         self._closed.set()
+        for _ in self._threads:
+            self._queries.put(None)
 
     def join(self) -> None:
         deadline_s = time.monotonic() + 1.0
