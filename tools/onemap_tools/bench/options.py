@@ -362,6 +362,29 @@ class TransportBench(Options):
     seconds: Annotated[float, Option(min=1, help="That count, after three others.")] = 10.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class SystemBench(Options):
+    """Where a frame's time goes, process by process, and what one machine carries.
+
+    Starts the real processes. One robot sends recorded frames to perception with
+    mini, and the planner searches. Several share one map: they send recorded fields
+    beside their frames, so that nothing encodes images. Recorded robots turn on
+    their places in a generated apartment and obey no command.
+
+    taken: age of a frame when a process took it, what it waited for and the way
+    included; stage: from there until the next process has the result. user, kernel
+    and wakes (voluntary context switches) count per fused frame; computing is what a
+    service reports of its own step.
+    """
+
+    module = "system"
+    robots: Annotated[int, Option(min=1, max=16, help="With one map.")] = 1
+    rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second of each.")] = 15.0
+    clients: Annotated[int, Option(min=0, max=500, help="That query the gateway.")] = 0
+    size: Size = "320x240"
+    seconds: Annotated[float, Option(min=1, help="That count.")] = 10.0
+
+
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
     SceneBench,
@@ -372,5 +395,6 @@ BENCHMARKS: tuple[type[Options], ...] = (
     PerceptionBench,
     TransportBench,
     ClientsBench,
+    SystemBench,
     HabitatBench,
 )

@@ -145,6 +145,11 @@ class Processes:
             if child.process is None and (not names or child.spec.name in names):
                 self._start(child)
 
+    @property
+    def pids(self) -> dict[str, int]:
+        """The numbers of the processes that run, by their names."""
+        return {c.spec.name: c.process.pid for c in self._children if c.process is not None}
+
     def _start(self, child: _Child) -> None:
         child.due_s = None
         child.starts += 1

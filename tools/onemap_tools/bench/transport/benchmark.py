@@ -33,7 +33,7 @@ from onemap_shared import keys
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.frame_sender import compressions
-from onemap_shared.geometry import F16, F32, U8, U16, inverse
+from onemap_shared.geometry import F16, F32, F64, U8, U16, inverse
 from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
 from onemap_shared.wire import encode
 from onemap_simulator.errors import DepthErrorParams
@@ -58,24 +58,25 @@ WAIT_S = 0.2
 APARTMENT = 800  # encoders are trained from 1000 on
 IMAGES = 16
 DEPTH_NOISE_M = 0.002  # at 1 m, as a stereo camera's: without it depth compresses too well
-POSE = np.eye(4)
 
 
 @dataclass(frozen=True)
 class Stream:
     """N images and what perception made of them: rgb (N, H, W, 3), depth_mm (N, H, W), features
-    (N, h, w, D), variance (N, H, W)."""
+    (N, h, w, D), variance (N, H, W), T_map_camera (N, 4, 4)."""
 
     rgb: U8
     depth_mm: U16
     features: F16
     variance: F32
+    T_map_camera: F64
 
     def frame(self, number: int, stamp_ns: int) -> RgbdFrame:
         """The frame of this sequence number."""
         which = number % len(self.rgb)
         camera = CameraParams(width=self.rgb.shape[2], height=self.rgb.shape[1]).intrinsics
-        return RgbdFrame(number, stamp_ns, self.rgb[which], self.depth_mm[which], camera, POSE)
+        pose = self.T_map_camera[which]
+        return RgbdFrame(number, stamp_ns, self.rgb[which], self.depth_mm[which], camera, pose)
 
     def field(self, frame: RgbdFrame) -> FeatureField:
         """The field of a frame of this stream, with the depth that arrived."""
@@ -114,8 +115,16 @@ def _mean_kb(messages: Sequence[RgbdFrame | FeatureField], params: LinkParams) -
     return float(np.mean([len(each.header) + len(each.body) for each in packets])) / 1e3
 
 
-def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = IMAGES) -> Stream:
-    """Images (width, height) of an apartment with noisy depth, encoded; ValueError if it cannot."""
+def make_stream(
+    encoder: EncoderParams,
+    size_px: tuple[int, int],
+    images: int = IMAGES,
+    bodies: Sequence[F64] | None = None,
+) -> Stream:
+    """Images (width, height) of an apartment with noisy depth, encoded; ValueError if it cannot.
+
+    bodies: T_map_body (4, 4) of the robot for each image; None: random camera poses.
+    """
     try:
         network = make_encoder(encoder)
     except BackendError as problem:
@@ -126,9 +135,12 @@ def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = 
     errors = DepthErrorParams(noise_m=DEPTH_NOISE_M)
     camera = RgbdCamera(scene, Renderer(scene), params, rng, errors)
     frames, fields = [], []
-    for number, pose in enumerate(sample_camera_poses(scene, rng, images)):
-        image = camera.capture(pose @ inverse(params.mount))
-        frame = RgbdFrame(number, 1, image.rgb, image.depth_mm, camera.intrinsics, POSE)
+    if bodies is None:
+        poses = sample_camera_poses(scene, rng, images)
+        bodies = [pose @ inverse(params.mount) for pose in poses]
+    for number, body in enumerate(bodies):
+        image, pose = camera.capture(body), body @ params.mount
+        frame = RgbdFrame(number, 1, image.rgb, image.depth_mm, camera.intrinsics, pose)
         frames.append(frame)
         fields.append(feature_field(frame, network.encode(frame.rgb), network, VarianceParams()))
     return Stream(
@@ -136,6 +148,7 @@ def make_stream(encoder: EncoderParams, size_px: tuple[int, int], images: int = 
         np.stack([frame.depth_mm for frame in frames]),
         np.stack([field.features for field in fields]),
         np.stack([field.variance for field in fields]),
+        np.stack([frame.T_map_camera for frame in frames]),
     )
 
 
