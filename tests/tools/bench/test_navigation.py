@@ -22,6 +22,7 @@ from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd
 from onemap_tools.bench.navigation import benchmark
@@ -58,11 +59,23 @@ LATE = replace(MISSED, outcome="failed", reason="not found within 300 s, the lim
 APARTMENT = cache(generate_apartment)  # each takes two seconds, and nobody writes into one
 
 
+CELLS: dict[tuple[int, tuple[float, ...]], tuple[Scene, Any]] = {}
+
+
+def cells_once(scene: Scene, *sizes_m: float) -> Any:
+    """As ``occupied_cells``, which takes most of an episode's time, but once of each scene."""
+    key = (id(scene), sizes_m)
+    if key not in CELLS:
+        CELLS[key] = (scene, occupied_cells(scene, *sizes_m))  # kept with it: the id stays its own
+    return CELLS[key][1]
+
+
 @pytest.fixture(autouse=True)
 def _apartments_once(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("episode", "results"):
         module = f"onemap_tools.bench.navigation.{name}"
         monkeypatch.setattr(f"{module}.generate_apartment", APARTMENT)
+    monkeypatch.setattr("onemap_simulator.physics.collision.occupied_cells", cells_once)
 
 
 class PicklingPool(ThreadPoolExecutor):
