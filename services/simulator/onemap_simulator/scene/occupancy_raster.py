@@ -100,6 +100,10 @@ def _cuts(corners: F64, z_range_m: tuple[float, float]) -> F64:
 
 def _cells_along(segments: F64) -> I64:
     """Every cell (K, 2) that the segments (M, 2, 2), in cells, pass through."""
+    corner_cells = np.floor(segments)
+    within = (corner_cells[:, 0] == corner_cells[:, 1]).all(axis=1)  # most, of furniture's details
+    alone = corner_cells[within, 0].astype(np.int64)
+    segments = segments[~within]
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     owner = [np.arange(len(segments)).repeat(2)]
     moments = [np.tile([0.0, 1.0], len(segments))]
@@ -110,13 +114,13 @@ def _cells_along(segments: F64) -> I64:
         line = np.arange(count.sum()) - (np.cumsum(count) - count)[index] + low[index] + 1
         owner.append(index)
         moments.append((line - start[index, axis]) / step[index, axis])
-    whose, when = np.concatenate(owner), np.concatenate(moments)
-    order = np.lexsort((when, whose))
-    whose, when = whose[order], when[order]
+    # By segment, then by moment: complex numbers are sorted at once, in that order.
+    pairs = np.sort(np.concatenate(owner) + 1j * np.concatenate(moments))
+    whose, when = pairs.real.astype(np.int64), pairs.imag
     same = whose[1:] == whose[:-1]  # between two crossings the segment stays within one cell
     middle, segment = ((when[1:] + when[:-1]) / 2)[same], whose[1:][same]
     cells: I64 = np.floor(start[segment] + middle[:, None] * step[segment]).astype(np.int64)
-    return cells
+    return np.concatenate([alone, cells])
 
 
 def _clip(polygon: F64, z_range_m: tuple[float, float]) -> F64:
