@@ -8,7 +8,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import trimesh
 
 from onemap_shared.geometry import F32, F64, U8, Bool
 from onemap_shared.grid import GridSpec
@@ -141,8 +140,10 @@ def _texture_and_uv(mesh: Any) -> tuple[U8, F32]:
 
     v = 0 is the image's first row. A texture needs uv; without, its mean colour is used.
     """
+    from trimesh.visual import TextureVisuals
+
     visual = mesh.visual
-    if isinstance(visual, trimesh.visual.TextureVisuals):
+    if isinstance(visual, TextureVisuals):
         material = visual.material
         image, tint = _image_of(material), _tint_of(material)
         if image is None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 import yaml
 
 from onemap_simulator.scene.scene import UNNAMED
@@ -161,6 +160,8 @@ def missing_node(file: SceneFile) -> str:
 
 def _read_nodes(path: Path) -> tuple[FileNode, ...]:
     """Every node with triangles; its meshes are in scene coordinates."""
+    import trimesh  # here: a second of a start that needs no file
+
     try:
         options = _obj_options(path) if path.suffix.lower() == ".obj" else {}
         loaded = trimesh.load(path, force="scene", process=False, **options)
@@ -178,7 +179,7 @@ def _read_nodes(path: Path) -> tuple[FileNode, ...]:
     return tuple(FileNode(name, tuple(parts)) for name, parts in meshes.items())
 
 
-def _name_in_file(loaded: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> str:
+def _name_in_file(loaded: Any, node: str, mesh: Any) -> str:
     """The name of the file's node: of one of several materials trimesh makes a node for each."""
     several = mesh.metadata.get("from_gltf_primitive", False)
     return str(loaded.graph.transforms.parents[node] if several else node)
