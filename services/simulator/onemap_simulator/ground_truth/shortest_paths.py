@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from onemap_shared.geometry import F64, I64, Bool
 
@@ -36,14 +34,18 @@ class ShortestPaths:
     @classmethod
     def to(cls, goals: Bool, free: Bool) -> ShortestPaths:
         """Paths within the free cells (nx, ny) to any of the goals (nx, ny), themselves free."""
+        from scipy.sparse import coo_array  # here: half a second, before anything is asked
+        from scipy.sparse.csgraph import dijkstra
+
         cells = np.argwhere(free)
         number = np.full(free.shape, -1, np.int64)
         number[free] = np.arange(len(cells))
         if not goals.any():
             none = np.full(len(cells), -1, np.int64)
             return cls(free, number, cells, np.full(len(cells), np.inf), none)
+        moves, numbers = _moves(free, number)
         lengths, following, _ = dijkstra(
-            _move_graph(free, number),
+            coo_array((moves, numbers), shape=(len(cells), len(cells))),
             directed=False,
             indices=number[goals],
             min_only=True,
@@ -80,8 +82,8 @@ def string_pulled_length(cells: I64, free: Bool) -> float:
     return length
 
 
-def _move_graph(free: Bool, number: I64) -> coo_array:
-    """The moves between free cells that cross free cells only, as a weighted graph (K, K)."""
+def _moves(free: Bool, number: I64) -> tuple[F64, tuple[I64, I64]]:
+    """The moves between free cells that cross free cells only: lengths (M,), and from where to."""
     first, second, lengths = [], [], []
     cells = np.argwhere(free)
     around = np.pad(free, 3)
@@ -91,9 +93,7 @@ def _move_graph(free: Bool, number: I64) -> coo_array:
         first.append(number[tuple(starts.T)])
         second.append(number[tuple((starts + move).T)])
         lengths.append(np.full(len(starts), np.hypot(*move)))
-    count = len(cells)
-    rows = (np.concatenate(first), np.concatenate(second))
-    return coo_array((np.concatenate(lengths), rows), shape=(count, count))
+    return np.concatenate(lengths), (np.concatenate(first), np.concatenate(second))
 
 
 def _line_is_free(start: I64, end: I64, free: Bool) -> bool:
