@@ -168,7 +168,8 @@ class DemoSummary:
 
     ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
     if it did not; "trouble" in the JSON document. ``closest_m``: between the middles of two
-    robots, infinity without.
+    robots, infinity without. ``duration_s`` and ``first_metre_s``, NaN if none was driven, count
+    from the command.
     """
 
     wanted: tuple[str, ...]
@@ -178,6 +179,7 @@ class DemoSummary:
     map_rate_hz: float
     failure: str = ""
     closest_m: float = inf
+    first_metre_s: float = nan
 
     @property
     def objects(self) -> tuple[ObjectSummary, ...]:
@@ -260,6 +262,7 @@ class DemoSummary:
             "progress": self.progress,
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
+            "first_metre_s": json_value(self.first_metre_s),
             "map_rate_hz": json_value(self.map_rate_hz),
             "contacts": sum(contacts) if len(contacts) == len(self.robots) else None,
             "trouble": self.failure,
@@ -312,9 +315,11 @@ def describe(summary: DemoSummary, picture: str | None, console: Console) -> Non
             console.print(f"{item.name}: {item.reason}{near}")
     if summary.failure:
         console.print(Text(summary.failure, style="red"))
+    driven = isfinite(summary.first_metre_s)
+    first = f", first metre after {summary.first_metre_s:.0f} s" if driven else ""
     console.print(
         f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
-        f"({summary.duration_s:.0f} s with starting up), {_verdict(summary)}, "
+        f"({summary.duration_s:.0f} s with starting up{first}), {_verdict(summary)}, "
         f"{summary.map_rate_hz:.1f} map updates/s"
     )
     if summary.several:
