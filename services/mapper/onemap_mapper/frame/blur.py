@@ -50,8 +50,10 @@ def blur_rows(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I64, I64,
     values = np.empty(most, np.float32)
     side = np.empty(half_width + 1, np.float32)
     rows = filled = np.int64(0)
-    for place in np.flatnonzero(near):
+    for place in range(near.size):
         x, y = place // near.shape[1], place % near.shape[1]
+        if not near[x, y]:
+            continue
         dx = np.float32(x + low_x) * size_m - camera_xy_m[0]
         dy = np.float32(y + low_y) * size_m - camera_xy_m[1]
         sigma = max(np.float32(sigma_per_m * np.sqrt(dx * dx + dy * dy)), least_sigma)
@@ -83,8 +85,11 @@ def _window(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I32, int, i
     And the reach: how many cells to each side a weight of at least ``MIN_WEIGHT`` may lie.
     """
     half_width, size_m, sigma_per_m = shape
-    low_x, high_x = cells[:, 0].min(), cells[:, 0].max()
-    low_y, high_y = cells[:, 1].min(), cells[:, 1].max()
+    low_x = high_x = cells[0, 0]
+    low_y = high_y = cells[0, 1]
+    for row in range(1, len(cells)):
+        low_x, high_x = min(low_x, cells[row, 0]), max(high_x, cells[row, 0])
+        low_y, high_y = min(low_y, cells[row, 1]), max(high_y, cells[row, 1])
     x, y = camera_xy_m[0] / size_m, camera_xy_m[1] / size_m
     corner = max(x - low_x, high_x - x) ** 2 + max(y - low_y, high_y - y) ** 2
     farthest_m = size_m * (np.sqrt(corner) + 1.5 * half_width)
@@ -95,7 +100,9 @@ def _window(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I32, int, i
     for row in range(len(cells)):
         x, y = cells[row, 0] - low_x, cells[row, 1] - low_y
         row_of[x, y] = row
-        near[x - reach : x + reach + 1, y - reach : y + reach + 1] = True
+        for i in range(x - reach, x + reach + 1):
+            for j in range(y - reach, y + reach + 1):
+                near[i, j] = True
     return row_of, low_x, low_y, near, reach
 
 

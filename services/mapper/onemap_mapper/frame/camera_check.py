@@ -53,8 +53,12 @@ def tile_sums(
             for k in range(5):
                 for m in range(k + 1):
                     tile[k, m] += v[k] * v[m]
-    for k in range(5):
-        sums[:, :, :k, k] = sums[:, :, k, :k]
+    for i in range(rows):
+        for j in range(columns):
+            tile = sums[i, j]
+            for k in range(5):
+                for m in range(k):
+                    tile[m, k] = tile[k, m]
     return sums
 
 

@@ -101,21 +101,17 @@ def gather(
     area = (box.high_x - box.low_x + 1) * (box.high_y - box.low_y + 1)
     pixels = np.zeros(area, np.int32)
     newest = np.full(area, -1, np.int32)  # entry of each cell in the present patch quad
-    owner = np.empty(4096, np.int32)  # cell of an entry
-    quad = np.empty(4096, np.int32)  # upper left patch of an entry
-    sums = np.empty((4096, 4), np.float32)
+    most = variance.size  # entries, one per pixel; the few that are used take memory
+    owner = np.empty(most, np.int32)  # cell of an entry
+    quad = np.empty(most, np.int32)  # upper left patch of an entry
+    sums = np.empty((most, 4), np.float32)
     count = np.int64(0)
     row = np.int64(0)
     for row_end in _ends(top):
         band = _band(cells, variance, (row, row_end), box)
         column = np.int64(0)
         for column_end in _ends(left):
-            most = count + (row_end - row) * (column_end - column)
-            if most > len(owner):
-                owner = np.concatenate((owner, np.empty(2 * most - len(owner), np.int32)))
-                quad = np.concatenate((quad, np.empty(2 * most - len(quad), np.int32)))
-                sums = np.concatenate((sums, np.empty((2 * most - len(sums), 4), np.float32)))
-            quad[count:most] = top[row] * patch_shape[1] + left[column]
+            first, patch = count, top[row] * patch_shape[1] + left[column]
             count = _sum_block(
                 band,
                 (column, column_end, count),
@@ -123,6 +119,8 @@ def gather(
                 (pixels, newest),
                 (owner, sums),
             )
+            for entry in range(first, count):
+                quad[entry] = patch
             column = column_end
         row = row_end
     return _rows((owner[:count], quad[:count], sums), pixels, box, patch_shape)
@@ -205,8 +203,14 @@ def _band(
 @compiled
 def _ends(before: I64) -> I64:
     """Where each run of equal values of an ascending array ends, exclusive."""
-    changes = np.flatnonzero(before[1:] != before[:-1]) + 1
-    return np.append(changes, len(before))
+    ends = np.empty(len(before) + 1, np.int64)
+    count = 0
+    for k in range(1, len(before)):
+        if before[k] != before[k - 1]:
+            ends[count] = k
+            count += 1
+    ends[count] = len(before)
+    return ends[: count + 1]
 
 
 @compiled
@@ -222,7 +226,9 @@ def _rows(
     below, beside = w * np.int64(h > 1), np.int64(w > 1)
     depth = box.high_y - box.low_y + 1
     order, bounds = _by_owner(owner, len(pixels))
-    count = np.count_nonzero(pixels)
+    count = np.int64(0)
+    for number in pixels:
+        count += number != 0
     cells = np.empty((count, 2), np.int64)
     confidence = np.empty(count, np.float32)
     starts = np.empty(count, np.int64)

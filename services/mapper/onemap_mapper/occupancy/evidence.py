@@ -254,8 +254,11 @@ def evidence_of(
                     value = LOW_HIT
                 row[level] = value
                 touched |= value != 0
-            around = drops[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
-            value = -MISS if floor and not np.any(around >= MIN_HITS) else np.int64(0)
+            beside_drop = False
+            for x in range(max(i - 1, 0), min(i + 2, nx)):
+                for y in range(max(j - 1, 0), min(j + 2, ny)):
+                    beside_drop |= drops[x, y] >= MIN_HITS
+            value = -MISS if floor and not beside_drop else np.int64(0)
             value = DROP_HIT if drops[i, j] >= MIN_HITS else value
             row[levels] = value
             if touched | (value != 0):

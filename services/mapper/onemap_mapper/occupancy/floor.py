@@ -138,7 +138,10 @@ def blind_places(x: F32, y: F32, floor: Bool, camera: F32, shares: F32) -> F32:
     places = np.empty((columns * len(shares), 2), np.float32)
     filled = 0
     for j in range(columns):
-        if np.all(floor[last, max(j - side, 0) : j + side + 1]):
+        seen = True
+        for beside in range(max(j - side, 0), min(j + side + 1, columns)):
+            seen &= floor[last, beside]
+        if seen:
             for share in shares:
                 places[filled, 0] = x[last, j] * share + camera[0]
                 places[filled, 1] = y[last, j] * share + camera[1]

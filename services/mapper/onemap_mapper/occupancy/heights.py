@@ -52,8 +52,13 @@ def height_sums(
     planes: depth, x, y, z (H, W); the confidence is 1 / variance (H, W).
     """
     depths, xs, ys, zs = planes
-    low_x, low_y = np.int32(cells[:, 0].min()), np.int32(cells[:, 1].min())
-    shape = cells[:, 0].max() - low_x + 1, cells[:, 1].max() - low_y + 1
+    low_x = high_x = np.int32(cells[0, 0])
+    low_y = high_y = np.int32(cells[0, 1])
+    for row in range(1, len(cells)):
+        x_cell, y_cell = np.int32(cells[row, 0]), np.int32(cells[row, 1])
+        low_x, high_x = min(low_x, x_cell), max(high_x, x_cell)
+        low_y, high_y = min(low_y, y_cell), max(high_y, y_cell)
+    shape = np.int64(high_x) - low_x + 1, np.int64(high_y) - low_y + 1
     row_of = np.full(shape, -1, np.int32)
     for row in range(len(cells)):
         row_of[cells[row, 0] - low_x, cells[row, 1] - low_y] = row

@@ -30,7 +30,7 @@ from onemap_mapper.occupancy.evidence import (
 from onemap_mapper.occupancy.floor import FLOOR_TOLERANCE_M, HEIGHT_ERROR_PER_M, floor_points
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.transfers import to_host
-from onemap_shared.geometry import F32, I32, Bool
+from onemap_shared.geometry import F32, I32, U8, Bool
 from onemap_shared.grid import GridSpec
 
 EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
@@ -102,12 +102,21 @@ def obstacle_points(planes: tuple[F32, F32, F32, F32], limits: ObstacleLimits) -
         high = usable & (z[k] >= least) & (z[k] < limits.highest_m)
         low = usable & (z[k] > limits.floor_m + error) & (z[k] < least)
         kind[k] = np.uint8(high) + np.uint8(2) * np.uint8(low)
-    high_at, low_at = np.flatnonzero(kind == 1), np.flatnonzero(kind == 2)
-    found = np.empty((len(high_at), 3), np.float32), np.empty((len(low_at), 3), np.float32)
-    for of_kind, at in zip(found, (high_at, low_at)):  # noqa: B905 (compiled code knows no strict)
-        for row in range(len(at)):
-            k = at[row]
-            of_kind[row, 0], of_kind[row, 1], of_kind[row, 2] = x[k], y[k], z[k]
+    return _of_kind(kind, 1, x, y, z), _of_kind(kind, 2, x, y, z)
+
+
+@compiled
+def _of_kind(kind: U8, wanted: int, x: F32, y: F32, z: F32) -> F32:
+    """Points (n, 3) of those of x, y, z (k,) that are of this kind (k,)."""
+    count = 0
+    for k in range(len(kind)):
+        count += kind[k] == wanted
+    found = np.empty((count, 3), np.float32)
+    row = 0
+    for k in range(len(kind)):
+        if kind[k] == wanted:
+            found[row, 0], found[row, 1], found[row, 2] = x[k], y[k], z[k]
+            row += 1
     return found
 
 
@@ -209,14 +218,17 @@ def _mark_rays(camera: F32, ends: F32, distances: F32, grid: VoxelGrid) -> Bool:
     Sampled at ascending distances (k,); not in the last cell before the end, because depth noise
     moves a surface across cell borders.
     """
-    crossed = np.zeros(grid.nx * grid.ny * grid.levels, np.bool_)
+    crossed = np.zeros((grid.nx, grid.ny, grid.levels), np.bool_)
+    flat = crossed.ravel()  # a view
     margin, voxels = np.float32(grid.cell_size_m), np.empty(len(distances), np.int32)
     for k in range(len(ends)):
         x, y, z = ends[k, 0] - camera[0], ends[k, 1] - camera[1], ends[k, 2] - camera[2]
         length = np.sqrt(x * x + y * y + z * z)
         scale = max(length, np.float32(1e-6))
         x, y, z = x / scale, y / scale, z / scale
-        samples = np.searchsorted(distances, length - margin, "right")
+        samples = 0
+        while samples < len(distances) and distances[samples] <= length - margin:
+            samples += 1
         for sample in range(samples):  # a loop of its own, made with vectors
             distance = distances[sample]
             height = camera[2] + z * distance
@@ -226,8 +238,8 @@ def _mark_rays(camera: F32, ends: F32, distances: F32, grid: VoxelGrid) -> Bool:
             voxels[sample] = voxel if inside else np.int32(-1)
         for voxel in voxels[:samples]:
             if voxel >= 0:
-                crossed[voxel] = True
-    return crossed.reshape((grid.nx, grid.ny, grid.levels))
+                flat[voxel] = True
+    return crossed
 
 
 @compiled
