@@ -122,7 +122,9 @@ class RecordedRobot:
             number += 1
 
     def _follow(self, name: str, inbox: Subscription[Any], stop: threading.Event) -> None:
-        while (message := inbox.take(WAIT_S)) is not None or not stop.is_set():
+        message: Any = None
+        while message is not None or not stop.is_set():  # at the end, what has come by then
+            message = inbox.take(0.0 if stop.is_set() else WAIT_S)
             now_s, now_ns = time.monotonic(), time.time_ns()
             if name == HEALTH and message is not None:
                 self.beats.append((now_s, message))
