@@ -62,6 +62,8 @@ def test_axe_finds_no_violation_on_the_page(
         assert page.evaluate(FAINT_TEXTS) == [], each
     ids = "[...document.querySelectorAll('[id]')].map((node) => node.id)"
     assert page.evaluate(f"new Set({ids}).size === {ids}.length")
+    assert page.evaluate("document.querySelectorAll('h1').length") == 1
+    assert page.evaluate("document.getElementById('map').ariaLabel"), "no rule of axe-core's"
     page.click("#stop")
     page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     page.type("#text", "")
