@@ -22,9 +22,6 @@ from onemap_shared.messages import Occupancy
 MIN_LENGTH_M = 0.4  # shorter borders are gaps that the robot cannot pass
 MAX_LENGTH_M = 2.5  # longer borders are cut, so that each piece has a middle near it
 MIN_BEYOND_M2 = 0.15  # smaller unknown or unexplored spots are noise
-# Square metres of unknown floor amid known floor that are no frontier: a camera at 1 m does not see
-# a circle of 1.1 m around the robot.
-BLIND_SPOT_M2 = 3.0
 # Similarity expected in ``view_scale_m2`` of unknown space: above the usual 0.1 of other objects,
 # so that the unknown is preferred to a second look at them.
 UNKNOWN_PRIOR = 0.2
@@ -103,7 +100,6 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     )
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, MIN_BEYOND_M2, area_m2)
-    unknown &= ~_blind_spots(hidden, costmap.occupied, BLIND_SPOT_M2, area_m2)
     telling = (map_view.occupancy == Occupancy.UNKNOWN) & (
         costmap.trail_distance_m > BLIND_RADIUS_M
     )
@@ -185,19 +181,6 @@ def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bo
     parts, area_m2 = _parts(mask, cell_area_m2)
     kept: Bool = mask & (area_m2 >= least_m2)[parts]
     return kept
-
-
-def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: float) -> Bool:
-    """Mask of small unknown components that touch no obstacle.
-
-    The camera does not see the floor next to the robot, but would have seen an object there
-    above it. Cells hidden by furniture touch the furniture.
-    """
-    parts, area_m2 = _parts(hidden, cell_area_m2)
-    small = area_m2 <= most_m2
-    small[parts[ndimage.binary_dilation(occupied, CONNECTIVITY_8)]] = False
-    spots: Bool = hidden & small[parts]
-    return spots
 
 
 def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) -> F64:

@@ -66,10 +66,6 @@ RULES = {
     "unexplored": Rule(
         "what was seen badly has frontiers too", ((explore, "find_frontiers", _known_borders),)
     ),
-    "blind_spots": Rule(
-        "floor beneath the camera has no frontier",
-        ((frontiers, "_blind_spots", lambda hidden, *_: np.zeros_like(hidden)),),
-    ),
     "missed": Rule("what shows no detection in view counts less", ((regions, "MISSED", 1.0),)),
     "first_look": Rule("the robot looks around first", ((step, "KNOWN_AROUND", 0.0),)),
     "turns": Rule(
