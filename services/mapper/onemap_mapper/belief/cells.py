@@ -332,7 +332,10 @@ class CellStore:
         parts = self._sums_of(share)
         before = self._confidence[0, slots]
         K = gain(before, parts[0]).float()
-        self._move(slots, share.features.to(self._device).float(), K, seeds(before))
+        for first in range(0, len(slots), BLOCK):  # a map in float32 would take twice its memory
+            some = slice(first, first + BLOCK)
+            features = share.features[some].to(self._device).float()
+            self._move(slots[some], features, K[some], seeds(before[some]))
         self._move_heights(slots, to_device(share.heights, self._device), K)
         for row, part in enumerate(parts):
             self._confidence[row, slots] += part

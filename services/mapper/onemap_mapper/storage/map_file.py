@@ -5,7 +5,8 @@ claim arrays of gigabytes, by compression, by shapes without data, or by numbers
 holds, so that all it says is compared with its size and the largest map before an array is read.
 
 The map in use is written while frames are fused: features, nearly all of a map, go to the file part
-by part, so that writing takes the memory of one part, and fusing waits for one part only.
+by part, so that writing takes the memory of one part, and fusing waits for one part only. Those of
+a file that is read stay there, as a memory map whose pages the system may drop.
 """
 
 from __future__ import annotations
@@ -216,7 +217,8 @@ def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
 
 SUFFIX = ".npz"
 NAME = re.compile(r"[A-Za-z0-9._-]+")
-HEADER, MEMBER = "header", ".npy"
+HEADER, FEATURES, MEMBER = "header", "features", ".npy"
+LOCAL_HEADER = 30  # bytes before the name of an entry of a zip file
 MAX_REASON_CHARS = 200
 UNREADABLE = (  # what zipfile, NumPy, JSON and msgpack raise on files of any content
     ArithmeticError,
@@ -323,7 +325,8 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
         header = _header(archive, path)
         declared = {name: _declared(archive, name) for name in _names(archive)}
         check_arrays(declared, header, path.name, max_cells)
-        arrays = {name: archive[name] for name in _names(archive)}
+        arrays = {name: archive[name] for name in _names(archive) if name != FEATURES}
+        arrays[FEATURES], finite = _features(archive, path)
         objects = from_bytes(_bytes(archive, OBJECTS)) if OBJECTS in archive else NO_OBJECTS
         places = memory.NO_PLACES
         if PLACES in archive:
@@ -336,7 +339,6 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
             places=places.places,
             seen=SeenFrom(*seen) if seen else None,
         )
-        finite = np.isfinite(snapshot.features).all()
         problem = next(_impossible(snapshot), "") if finite else NOT_FINITE
     if problem:
         raise MapFileError(f"{path.name} is damaged: it holds {problem}")
@@ -384,16 +386,42 @@ def _names(archive: Any) -> tuple[str, ...]:
     return (*ARRAYS, *(name for name in ADDED if name in archive))
 
 
+def _features(archive: Any, path: Path) -> tuple[NDArray, bool]:
+    """The features (n, D) of a file, mapped into memory, and whether they are finite.
+
+    They are read once, part by part, which also compares their checksum.
+    """
+    entry, finite = archive.zip.getinfo(FEATURES + MEMBER), True
+    with archive.zip.open(entry) as file:
+        shape, by_columns, dtype = _start(file)
+        if by_columns or 0 in shape:
+            features: NDArray = archive[FEATURES]
+            return features, bool(np.isfinite(features).all())
+        first = file.tell()
+        while data := file.read(PART * shape[1] * dtype.itemsize):
+            finite = finite and bool(np.isfinite(np.frombuffer(data, dtype)).all())
+    with path.open("rb") as raw:
+        raw.seek(entry.header_offset + LOCAL_HEADER - 4)
+        name_and_extra = struct.unpack("<HH", raw.read(4))
+        first += raw.tell() + sum(name_and_extra)
+        # "c": what is written to them, as nothing does, would not reach the file.
+        return np.memmap(raw, dtype, "c", first, shape), finite
+
+
+def _start(file: Any) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether in Fortran's order, and dtype of an array, from its first bytes."""
+    version = np.lib.format.read_magic(file)
+    return {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }[version](file)
+
+
 def _declared(archive: Any, name: str) -> Declared:
     """Type and shape of an array from the first bytes of its entry."""
     entry = archive.zip.getinfo(name + MEMBER)
     with archive.zip.open(entry) as file:
-        version = np.lib.format.read_magic(file)
-        read_start = {
-            (1, 0): np.lib.format.read_array_header_1_0,
-            (2, 0): np.lib.format.read_array_header_2_0,
-        }[version]
-        shape, _, dtype = read_start(file)
+        shape, _, dtype = _start(file)
         compressed = entry.compress_type != zipfile.ZIP_STORED
         return Declared(str(dtype), shape, entry.file_size - file.tell(), compressed)
 

@@ -192,7 +192,7 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
 def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
     header = taken.header
     cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
-    share = _share(taken, cells, source)
+    share = _share(taken, cells, source, moved)
     device = belief.params.torch_device
     occupancy = _occupancy(taken, moved, device)
     try:
@@ -231,17 +231,20 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
         )
 
 
-def _share(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:
+def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarCorrection) -> FeatureShare:
     """The features of world cells (n, 2), each from the cell of this index (n,)."""
     explored = taken.confidence if taken.explored is None else taken.explored
     confidence, seen = (
         torch.from_numpy(values[source].astype(np.float64))
         for values in (taken.confidence, explored)
     )
-    features = torch.from_numpy(np.asarray(taken.features)[source])
+    features = np.asarray(taken.features)
+    if moved != NO_CORRECTION:  # else as they lie there: a copy takes the memory of a map
+        features = features[source]
     searched = torch.zeros_like(confidence)
     heights = taken.known_heights()[source]
-    return FeatureShare(cells, features, confidence, searched, seen, heights)
+    share = torch.from_numpy(features)
+    return FeatureShare(cells, share, confidence, searched, seen, heights)
 
 
 def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
