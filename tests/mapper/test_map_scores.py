@@ -81,6 +81,26 @@ class ChangingMap:
             np.testing.assert_allclose(scores, expected[k], atol=1e-5)
 
 
+def test_a_cell_takes_few_bytes_besides_its_feature() -> None:
+    """What is kept of it, copied for a reader, and derived for queries."""
+    cells = np.argwhere(np.ones((128, 128), bool))
+    count, belief = len(cells), BeliefMap(scenes.params(feature_dtype="float16"))
+    belief.set_encoder("encoder-a", "space-a", CHANNELS)
+    ones = torch.ones(count, dtype=torch.float64)
+    features, heights = torch.ones(count, CHANNELS), np.zeros((count, LEVELS), np.float32)
+    belief.put_in(FeatureShare(cells, features, ones, ones, ones, heights))
+    cache, asked = ScoreCache(), text(np.random.default_rng(0), "a text")
+    cache.learn(asked)
+    cache.settled(belief.store, belief.revision, 0)
+    weights = cache.nbytes
+    cache.scores_of_all([asked], belief.store, belief.revision)
+    besides = belief.memory_bytes - sum(block.nbytes for block in belief.store.blocks)
+    assert besides <= 142 * count
+    assert belief.version().nbytes <= 85 * count
+    assert weights <= 9 * count
+    assert cache.nbytes - weights <= 8 * count
+
+
 class Interrupting:
     """A lock, and reads of features, between which something else happens now and then."""
 

@@ -12,7 +12,7 @@ import pytest
 
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
-from onemap_mapper.service import Mapper, build
+from onemap_mapper.service import KNOWN_TEXT, Mapper, build
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
@@ -80,9 +80,9 @@ class Rig:
                 "encoder-a",
                 text_space,
                 request.texts,
-                WORDS.get(request.texts[0], SOFA)[None, :channels],
+                np.stack([WORDS.get(text, SOFA)[:channels] for text in request.texts]),
                 NEUTRAL[:, :channels],
-                np.ones((1, 2), np.uint8),
+                np.ones((len(request.texts), 2), np.uint8),
                 30.0,
                 self.floor,
             )
@@ -165,7 +165,7 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert reply.scores_grid.shape == reply.grid.shape
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
-    assert rig.asked == ["sofa"]  # embedded once
+    assert rig.asked == [KNOWN_TEXT, "sofa"]  # each once: the mapper asks for competing words
 
 
 def view_changes(rig: Rig, text: str = "", have: ViewKey = NO_VIEW) -> ViewChanges:

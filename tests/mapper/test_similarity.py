@@ -80,9 +80,9 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
         cached = cache.scores_of_all([query], store, revision)[0].scores
         everything = unit_cosines(store.features(np.arange(store.count)), query.concepts)
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
-    assert read == [4, 4, 4, 2, 2, 2]  # the text, the lengths, the words that compete
+    assert read == [4, 4, 2, 2]  # the text, the words that compete
     cache.scores_of_all([query], store, 2)
-    assert sum(read) == 18
+    assert sum(read) == 12
 
 
 def reads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -91,7 +91,8 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     chunks, products = CellStore.chunks, CellStore.products
 
     def counted_chunks(store: CellStore, slots: I64) -> Iterator[tuple[I64, torch.Tensor]]:
-        read.append(len(slots))
+        if len(slots):
+            read.append(len(slots))
         return chunks(store, slots)
 
     def counted_products(store: CellStore, slots: I64, vectors: torch.Tensor) -> torch.Tensor:
@@ -180,7 +181,45 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
         cached = cache.scores_of_all([query], store, 1)[0].scores
         own = unit_cosines(store.features(slots), torch.cat([query.concepts[:1], query.neutral]))
         np.testing.assert_allclose(cached, scores_of(own, query), atol=1e-5)
-    assert read == [6, 6, 6, 6]  # the first text, lengths, competing words; the second text only
+    assert read == [6, 6, 6]  # the first text, competing words; the second text only
+
+
+@given(seed=st.integers(0, 2**16), temperature=st.floats(1, 200))
+@settings(max_examples=40, deadline=None)
+def test_words_that_do_not_compete_are_taken_out_of_the_sum(seed: int, temperature: float) -> None:
+    """A text may be one of the words; cells may look like what does not compete, and no other."""
+    rng = np.random.default_rng(seed)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    reply = embeddings(rng, 6, temperature)
+    text = torch.from_numpy(np.where(rng.random(2) < 0.5, reply.neutral[:2].T, unit(rng, 8, 2)).T)
+    mask = np.ones((2, 6), np.uint8)
+    mask[0, 0] = mask[1, 1] = mask[1, 2] = 0
+    features = np.concatenate([unit(rng, 5, 8), reply.neutral, reply.neutral[:3] + 1e-3])
+    slots = store.add(np.zeros((len(features), 2), np.int64))
+    store.fuse(slots, torch.from_numpy(features), torch.ones(len(features)), revision=1)
+    reply = replace(reply, embeddings=text.numpy().copy(), neutral_mask=mask)
+    queries = [text_query(reply, k, CPU) for k in range(2)]
+    for query, found in zip(queries, cache.scores_of_all(queries, store, 1), strict=True):
+        expected = scores(store.features(slots), query)
+        np.testing.assert_allclose(found.scores, expected, atol=5e-4)
+
+
+def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All but the cells in view, which change again; whatever was fused meanwhile."""
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    query = replace(text_query(embeddings(rng, 5), 0, CPU), neutral=None)
+    cache.learn(query)
+    for revision in range(1, 40):
+        seen = np.arange(revision, revision + 6)
+        store.add(np.zeros((revision + 6 - store.count, 2), np.int64))
+        store.fuse(seen, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=revision)
+        slots = cache.settled(store, revision, 2)
+        cache.warm(store.copied(slots), slots)
+    read = reads(monkeypatch)
+    found = cache.scores_of_all([query], store, 39)[0].scores
+    np.testing.assert_allclose(found, scores(store.features(np.arange(45)), query), atol=1e-5)
+    assert read == [45, 13]  # the text; the frame's cells, and those of the seven frames before
 
 
 def cell_scores(features: np.ndarray, concepts: np.ndarray, temperature: float) -> CellScores:

@@ -25,7 +25,8 @@ class MapSession:
     """One map, and what answers are made of; another map is another session.
 
     lock: while it is held, the map changes. resumed: the map is that of a checkpoint, and no frame
-    was fused since. coverages: by the number of the robot.
+    was fused since. learned: perception was asked which words compete with texts.
+    coverages: by the number of the robot.
     """
 
     def __init__(
@@ -36,7 +37,7 @@ class MapSession:
         *,
         resumed: bool = False,
     ) -> None:
-        self.belief, self.resumed = belief, resumed
+        self.belief, self.resumed, self.learned = belief, resumed, False
         self.scores = MapScores(belief, lock)
         self.views = ViewReplies(self.scores, uuid4().hex)
         self.rooms = RoomKeeper()

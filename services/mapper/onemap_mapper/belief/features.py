@@ -236,8 +236,9 @@ class FeatureTable:
 
         Consecutive slots are not copied, so that a query over a whole map reads the memory once.
         """
-        for start, part in self._ascending(slots):
-            yield np.arange(start, start + len(part)), part.float()
+        for start, table in self._ascending(slots):
+            for first, part in _parts(table):
+                yield np.arange(start + first, start + first + len(part)), part
 
     def products(self, slots: I64, vectors: Tensor) -> Tensor:
         """Scalar products (T, n) float32 of vectors (T, D) float32 with ascending slots' features.
@@ -281,10 +282,15 @@ def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> 
             else:
                 products(table.numpy(), query, out.numpy())
         return
-    rows = PART if table.device.type == "cpu" else len(table)
+    for start, part in _parts(table):
+        torch.mm(vectors, part.T, out=found[:, start : start + len(part)])
+
+
+def _parts(table: Tensor) -> Iterator[tuple[int, Tensor]]:
+    """A table (n, D) in parts that fit into the CPU's cache, float32; where each begins."""
+    rows = PART if table.device.type == "cpu" else max(len(table), 1)
     for start in range(0, len(table), rows):
-        part = table[start : start + rows].float()
-        torch.mm(vectors, part.T, out=found[:, start : start + rows])
+        yield start, table[start : start + rows].float()
 
 
 NOTHING_KNOWN = (-1, 0)  # before any revision, of no cell
@@ -306,6 +312,10 @@ class SlotValues:
     def known(self) -> tuple[int, int]:
         """Of which revision of the map, and of how many first slots, they are."""
         return self.revision, self._count
+
+    @property
+    def nbytes(self) -> int:
+        return self._held.nbytes
 
     @property
     def values(self) -> Tensor:

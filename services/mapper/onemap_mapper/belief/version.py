@@ -127,6 +127,12 @@ class MapVersion:
     def _history(self) -> FrameHistory:
         return self.histories.get(self.robot, NO_FRAMES)
 
+    @property
+    def nbytes(self) -> int:
+        rows = (self.slots, self.occupancy, self.assumed, self.clear, self.drops)
+        logs = self.tiles.nbytes + self.view_log.nbytes
+        return sum(each.nbytes for each in (*rows, self.confidences, self.heights)) + logs
+
     def of_robot(self, robot: int) -> MapVersion:
         """The same revision for another robot."""
         return replace(self, robot=robot)

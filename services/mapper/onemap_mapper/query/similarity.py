@@ -2,14 +2,15 @@
 
 The cosine of text and cell feature becomes a score as the encoder's calibration defines: the
 probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for an
-encoder without calibration. What the competing words weigh in a cell, the logarithm of the sum of
-their exponentials, does not depend on the text: it is computed once for each change of a cell, and
-kept for each set of competing words.
+encoder without calibration. What all words that may compete weigh in a cell, the logarithm of the
+sum of their exponentials, does not depend on the text: it is computed once for each change of a
+cell, ahead of the first text where there is time. Words that do not compete with a text, its
+synonyms, are taken out of that sum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -20,73 +21,106 @@ from torch import Tensor
 
 from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.belief.features import NOTHING_KNOWN, FeatureTable, SlotValues
-from onemap_shared.geometry import F32, I64, U8
+from onemap_mapper.transfers import to_host
+from onemap_shared.geometry import F32, I64, U8, Bool
 from onemap_shared.messages import RANKS, TextEmbeddings
 
 CellFeatures: TypeAlias = CellStore | FeatureTable  # of which scores are computed
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
-MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
+SETTLED = 8  # revisions: a cell that is in view changes with every frame
+LEAST_REST = 0.05  # of the sum over all words: what it is short of is right to 1e-4
+NO_SLOTS: I64 = np.zeros(0, np.int64)
+CANDIDATES = 4096  # stale cells that are looked at for those that are settled
 
 
-class NeutralSums:
-    """log(sum(exp(temperature cosine))) (count,) float32 of all slots of one map, per set of words.
+class CellSums:
+    """Of all slots of one map, what scores need of a cell whatever the text.
 
-    words (m, D) float32 unit rows: all that may compete.
+    That are the length of the feature and log(sum(exp(temperature cosine))) over all words that may
+    compete, words (m, D) float32 unit rows; m = 0: none. They are computed again for a cell that
+    changed when they are asked for, or before, by ``settled`` and ``fill``.
     """
 
     def __init__(self, words: Tensor, temperature: float) -> None:
         self.words, self.temperature = words, temperature
-        self._sums: LRUCache[bytes, tuple[Tensor, SlotValues]] = LRUCache(MAX_SETS)  # with excluded
-        self._revision, self._count = -1, 0
+        self._held = SlotValues(2, words.device)
+        self._stale: Bool = np.zeros(0, bool)
+        self._next = 0  # slot at which the search for settled ones goes on
+
+    @property
+    def nbytes(self) -> int:
+        return self._held.nbytes + self._stale.nbytes
 
     def fits(self, words: Tensor, temperature: float) -> bool:
         """Whether these sums are those of these words at this temperature."""
-        return self.temperature == temperature and torch.equal(self.words, words)
+        same = self.words is words or torch.equal(self.words, words)
+        return same and self.temperature == temperature
 
-    def known(self, excluded: Tensor) -> tuple[int, int]:
-        """Of which revision, and of how many first slots, there are sums; -1 and 0: of none."""
-        kept = _key(excluded) in self._sums
-        return (self._revision, self._count) if kept else NOTHING_KNOWN
+    def of(self, store: CellFeatures, revision: int, slots: I64 | slice) -> tuple[Tensor, Tensor]:
+        """Lengths (n,), at least ``LEAST_NORM``, and sums (n,) of slots, a slice: of all."""
+        self._follow(store, revision)
+        if isinstance(slots, slice):
+            self.fill(store, np.flatnonzero(self._stale))
+            lengths, sums = self._held.values
+        else:
+            self.fill(store, slots[self._stale[slots]])
+            index = torch.from_numpy(slots).to(self.words.device)
+            lengths, sums = self._held.values[:, index]
+        return lengths, sums
 
-    def of(self, store: CellFeatures, revision: int, excluded: Tensor) -> Tensor:
-        """The sums at this revision of the map; only changed cells are computed again.
+    def settled(self, store: CellStore, revision: int, most: int) -> I64:
+        """Ascending slots that have to be computed and did not change for ``SETTLED`` revisions."""
+        self._follow(store, revision)
+        stale = np.flatnonzero(self._stale)
+        if len(stale) > CANDIDATES:
+            first = np.searchsorted(stale, self._next)
+            stale = stale[first : first + CANDIDATES]
+        changed_at = store.changed_at[torch.from_numpy(stale).to(store.device)]
+        found: I64 = stale[to_host(changed_at <= revision - SETTLED)][:most]
+        self._next = (
+            int(found[-1]) + 1 if 0 < most == len(found) else int(stale.max(initial=-1)) + 1
+        )
+        return found
 
-        They are valid until the next call.
-        excluded (m,): 0 for words that compete, -inf for those that do not.
-        """
-        if revision != self._revision or store.count != self._count:
-            self._update(store)
-            self._revision, self._count = revision, store.count
-        key = _key(excluded)
-        if key not in self._sums:
-            sums = SlotValues(1, self.words.device)
-            sums.resize(store.count)
-            self._fill({key: (excluded, sums)}, store, np.arange(store.count))
-            self._sums[key] = (excluded, sums)
-        return self._sums[key][1].values[0]
-
-    def _update(self, store: CellFeatures) -> None:
-        """Follow the map: grow or shrink with it, and compute what changed."""
-        if not self._sums:
-            return
-        stale = store.changed_since(self._revision, self._count)
-        for _, sums in self._sums.values():
-            sums.resize(store.count)
-        self._fill(self._sums, store, stale)
-
-    def _fill(
-        self, sets: Mapping[bytes, tuple[Tensor, SlotValues]], store: CellFeatures, slots: I64
-    ) -> None:
+    def fill(self, store: CellFeatures, slots: I64) -> None:
+        """Compute ascending slots."""
         for chosen, features in store.chunks(slots):
-            weighed = self.temperature * unit_cosines(features, self.words)
-            index = torch.from_numpy(slots[chosen]).to(weighed.device)
-            for excluded, sums in sets.values():
-                sums.values[0, index] = torch.logsumexp(weighed + excluded, dim=1)
+            index = torch.from_numpy(slots[chosen]).to(store.device)
+            lengths = torch.linalg.vector_norm(features, dim=1).clamp(min=LEAST_NORM)
+            cosines = features @ self.words.T / lengths[:, None]
+            self._held.values[0, index] = lengths
+            self._held.values[1, index] = torch.logsumexp(self.temperature * cosines, dim=1)
+        self._stale[slots] = False
 
+    def without(
+        self, sums: Tensor, cosines: Tensor, excluded: Tensor, store: CellFeatures, slots: I64
+    ) -> Tensor:
+        """The sums (n,) of these slots without excluded words, by index (k,), cosines (k, n).
 
-def _key(excluded: Tensor) -> bytes:
-    return excluded.cpu().numpy().tobytes()
+        Where the rest is less than ``LEAST_REST`` of the sum, the difference would be rounding:
+        these cells are summed anew.
+        """
+        rest = 1.0 - torch.exp(self.temperature * cosines - sums).sum(dim=0)
+        found = sums + torch.log(rest.clamp(min=LEAST_REST))
+        few = torch.nonzero(rest < LEAST_REST).squeeze(1)
+        kept = torch.ones(len(self.words), dtype=torch.bool, device=self.words.device)
+        kept[excluded] = False
+        for chosen, features in store.chunks(slots[to_host(few)]):
+            weighed = self.temperature * unit_cosines(features, self.words[kept])
+            found[few[torch.from_numpy(chosen).to(few.device)]] = torch.logsumexp(weighed, dim=1)
+        return found
+
+    def _follow(self, store: CellFeatures, revision: int) -> None:
+        """Grow or shrink with the map, and note what changed."""
+        if (revision, store.count) == self._held.known:
+            return
+        changed = store.changed_since(*self._held.known)
+        added = np.ones(max(store.count - len(self._stale), 0), bool)
+        self._stale = np.append(self._stale[: store.count], added)
+        self._stale[changed] = True
+        self._held.resize(store.count)
+        self._held.revision = revision
 
 
 def unit_cosines(features: Tensor, words: Tensor) -> Tensor:
@@ -94,12 +128,6 @@ def unit_cosines(features: Tensor, words: Tensor) -> Tensor:
     norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
     cosine: Tensor = features @ words.T / norms.clamp(min=LEAST_NORM)
     return cosine
-
-
-def shares(own: Tensor, sums: Tensor, temperature: float) -> Tensor:
-    """Softmax shares (n,) of a text's cosines (n,) against the sums (n,) of competing words."""
-    share: Tensor = torch.sigmoid(temperature * own - sums)
-    return share
 
 
 MAX_TEXTS = 32  # whose scores are kept; 2 MB each for a map of 250,000 cells
@@ -223,12 +251,22 @@ class CellScores:
 class KeptScores:
     """The scores and cosines of one query, kept up to date.
 
-    serial: of the query among all that a cache was asked for; another one begins anew.
+    serial: of the query among all that a cache was asked for; another one begins anew. excluded
+    (k,): words of ``sums``, by index, that do not compete, besides the text itself; is_word:
+    whether it is one of them too.
     """
 
-    def __init__(self, query: TextQuery, serial: int) -> None:
-        self.query, self.serial = query, serial
+    def __init__(self, query: TextQuery, serial: int, sums: CellSums) -> None:
+        self.query, self.serial, self.sums = query, serial, sums
         self.values = SlotValues(2, torch.device("cpu"))
+        excluded = torch.nonzero(_competing(query)[1] < 0).squeeze(1)
+        own = (sums.words[excluded] == query.concepts[0]).all(dim=1)
+        self.excluded, self.is_word = excluded[~own], bool(own.any())
+
+    @property
+    def known(self) -> tuple[int, int]:
+        """Of which revision of the map, and of how many first slots, they are."""
+        return self.values.known
 
     @property
     def scores(self) -> F32:
@@ -258,8 +296,13 @@ class ScoreCache:
     def __init__(self) -> None:
         self._entries: LRUCache[str, KeptScores] = LRUCache(MAX_TEXTS)
         self._serial = 0  # of the newest query
-        self._neutral: NeutralSums | None = None
-        self._lengths: SlotValues | None = None  # of the features of all slots
+        self._sums: CellSums | None = None  # with the words of the newest calibrated text
+
+    @property
+    def nbytes(self) -> int:
+        """Of the scores that are kept, and of the sums for the next text."""
+        scores = sum(kept.values.nbytes for kept in self._entries.values())
+        return scores + (self._sums.nbytes if self._sums else 0)
 
     def scores_of_all(
         self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
@@ -275,8 +318,11 @@ class ScoreCache:
     ) -> list[KeptScores]:
         """As ``scores_of_all``, but not copied: valid until the next call."""
         found = [self._entry(query) for query in queries]
-        for known, group in self._groups(queries).items():
-            self._update([found[k] for k in group], store, revision, known)
+        groups: dict[tuple[CellSums, tuple[int, int]], list[KeptScores]] = {}
+        for kept in found:
+            groups.setdefault((kept.sums, kept.known), []).append(kept)
+        for group in groups.values():
+            self._update(group, store, revision)
         return found
 
     def serials(self, queries: Sequence[TextQuery]) -> tuple[int, ...]:
@@ -291,82 +337,71 @@ class ScoreCache:
         kept = self._kept(query)
         if kept is None:
             self._serial += 1
-            kept = KeptScores(query, self._serial)
+            kept = KeptScores(query, self._serial, self.learn(query))
         self._entries[query.text] = kept
         return kept
 
+    def learn(self, query: TextQuery) -> CellSums:
+        """The sums of the words that compete with a text; ``settled`` is about them from now on.
+
+        Of a text with which none do, only their lengths count.
+        """
+        words, _ = _competing(query)
+        known = [self._sums] if self._sums else []
+        known += [kept.sums for kept in self._entries.values()]
+        for sums in known:
+            if not query.calibrated or sums.fits(words, query.temperature):
+                break
+        else:
+            sums = CellSums(words, query.temperature)
+        if query.calibrated:
+            self._sums = sums
+        return sums
+
+    def settled(self, store: CellStore, revision: int, most: int) -> I64:
+        """As ``CellSums.settled``; none before any calibrated text."""
+        return self._sums.settled(store, revision, most) if self._sums else NO_SLOTS
+
+    def warm(self, store: CellFeatures, slots: I64) -> None:
+        """Compute these slots of what ``settled`` is about, for the next text."""
+        if self._sums:
+            self._sums.fill(store, slots)
+
     def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
         """Ascending slots (n,) whose features scores of the queries, at present, would read."""
-        lengths = self._lengths.known if self._lengths else NOTHING_KNOWN
-        states = {lengths} if queries else set()
-        for known, group in self._groups(queries).items():
-            states.add(known)
-            if len(store.changed_since(*known)):
-                states |= {self._sums_known(queries[k]) for k in group if queries[k].calibrated}
+        states = [kept.known if kept else NOTHING_KNOWN for kept in map(self._kept, queries)]
         if not states:
-            return np.zeros(0, np.int64)
+            return NO_SLOTS
         revisions, counts = zip(*states, strict=True)
         return store.changed_since(min(revisions), min(counts))
 
-    def _sums_known(self, query: TextQuery) -> tuple[int, int]:
-        """Of which revision, and of how many first slots, its competing words are summed."""
-        words, excluded = _competing(query)
-        if self._neutral is None or not self._neutral.fits(words, query.temperature):
-            return NOTHING_KNOWN
-        return self._neutral.known(excluded)
+    def _update(self, entries: Sequence[KeptScores], store: CellFeatures, revision: int) -> None:
+        """Compute the scores of the cells that changed since what is known of these entries.
 
-    def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
-        """Indices of the queries by the revision and the number of cells of their kept scores."""
-        groups: dict[tuple[int, int], list[int]] = {}
-        for k, kept in enumerate(map(self._kept, queries)):
-            groups.setdefault(kept.values.known if kept else NOTHING_KNOWN, []).append(k)
-        return groups
-
-    def _update(
-        self,
-        entries: Sequence[KeptScores],
-        store: CellFeatures,
-        revision: int,
-        known: tuple[int, int],
-    ) -> None:
-        """Compute the scores of the cells that changed since what is known of all these entries."""
-        slots = store.changed_since(*known)
+        It is of the same moment, and the same words may compete with all of them.
+        """
+        sums, slots = entries[0].sums, store.changed_since(*entries[0].known)
         # A slice where all are computed: picking 250,000 by index takes as long as scoring them.
         place: I64 | slice = slice(None) if len(slots) == store.count else slots
-        where = place if isinstance(place, slice) else torch.from_numpy(place).to(store.device)
+        excluded = torch.unique(torch.cat([entry.excluded for entry in entries]))
         texts = torch.stack([entry.query.concepts[0] for entry in entries])
-        cosine = store.products(slots, texts)
-        cosine /= self._lengths_of(store, revision)[where]  # in place: 32 MB for 32 texts
-        for entry, own in zip(entries, cosine, strict=True):
-            query = entry.query
-            if query.calibrated and len(slots):
-                sums = self._sums(query, store, revision)[where]
-                values = shares(own, sums, query.temperature)
-            else:
-                values = scores_of(own[:, None], query)
+        cosines = store.products(slots, torch.cat([texts, sums.words[excluded]]))
+        lengths, every = sums.of(store, revision, place)
+        cosines /= lengths  # in place: 32 MB for 32 texts
+        words = cosines[len(entries) :]
+        for entry, own in zip(entries, cosines, strict=False):
+            competing = every
+            if len(entry.excluded):
+                rows = torch.searchsorted(excluded, entry.excluded)
+                competing = sums.without(every, words[rows], entry.excluded, store, slots)
+            if not entry.query.calibrated:
+                values = scores_of(own[:, None], entry.query)
+            else:  # the sums hold the text itself if it is one of the words
+                odds = sums.temperature * own - competing
+                values = (torch.exp if entry.is_word else torch.sigmoid)(odds)
             entry.values.resize(store.count)
             entry.scores[place], entry.cosines[place] = values.cpu().numpy(), own.cpu().numpy()
             entry.values.revision = revision
-
-    def _lengths_of(self, store: CellFeatures, revision: int) -> Tensor:
-        """Lengths (count,) of the features, at least ``LEAST_NORM``; changed ones are computed."""
-        lengths = self._lengths = self._lengths or SlotValues(1, store.device)
-        if (revision, store.count) != lengths.known:
-            stale = store.changed_since(*lengths.known)
-            lengths.resize(store.count)
-            for chosen, features in store.chunks(stale):
-                index = torch.from_numpy(stale[chosen]).to(store.device)
-                norms = torch.linalg.vector_norm(features, dim=1)
-                lengths.values[0, index] = norms.clamp(min=LEAST_NORM)
-            lengths.revision = revision
-        return lengths.values[0]
-
-    def _sums(self, query: TextQuery, store: CellFeatures, revision: int) -> Tensor:
-        """What the words that compete with a text weigh in each cell (count,)."""
-        words, excluded = _competing(query)
-        if self._neutral is None or not self._neutral.fits(words, query.temperature):
-            self._neutral = NeutralSums(words, query.temperature)
-        return self._neutral.of(store, revision, excluded)
 
 
 def _competing(query: TextQuery) -> tuple[Tensor, Tensor]:
