@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -17,7 +21,10 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
-from onemap_tools.bench.machine import Clock, best_ms, clock_of, machine_facts
+from onemap_mapper.service import WARMED
+from onemap_mapper.storage.map_file import LiveMap, read
+from onemap_mapper.storage.snapshot import restore
+from onemap_tools.bench.machine import Clock, best_ms, clock_of, machine_facts, peak_bytes
 from onemap_tools.bench.options import QueryBench
 
 CHANNELS = 768
@@ -25,6 +32,7 @@ NEUTRAL_WORDS = 103  # as many as mini's
 TEXTS = 32  # asked at once
 STANDING = 20  # texts that are asked again after every frame
 FRAME_CELLS = 800  # that a frame changes
+IN_VIEW = 2 * FRAME_CELLS  # cells that changed in the last second
 TEMPERATURE = 50.0
 MATRIX = 1024  # rows and columns of the machine's own product
 
@@ -57,6 +65,7 @@ def run(options: QueryBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "texts_over_product": round(times_ms["texts_at_once_ms"] / matrix_ms, 2),
         "standing_texts": STANDING,
         "standing_ms_per_frame": _standing_ms(belief, texts[:STANDING], clock, generator),
+        **_memory_bytes(belief, texts[0]),
         **machine_facts(device),
     }
 
@@ -81,14 +90,21 @@ def map_of(cells: int, params: MapParams, seed: int) -> BeliefMap:
 def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[str, float]:
     """Least milliseconds for the table alone, and for texts whose scores are not kept.
 
-    The first calibrated text also computes what its competing words weigh in every cell; the
-    others find that in ``warm``.
+    An unwarmed text also computes what competing words weigh in every cell; the first one of a map
+    finds that of all cells but those in view; the others, of which one names a class, of all.
     """
     store, now = belief.store, belief.revision
     first, other = texts[:2]
     every, own = np.arange(store.count), first.concepts[:1]
+    is_class = torch.eye(NEUTRAL_WORDS, device=store.device)[0] > 0  # the first of the words
+    excluded = torch.where(is_class, -torch.inf, 0.0)
+    of_class = replace(other, concepts=other.concepts[1:], excluded=excluded)
     plain = replace(other, concepts=other.concepts[:1], neutral=None)
-    warm, numbers = ScoreCache(), count()
+    warm, warmed, numbers = ScoreCache(), ScoreCache(), count()
+    warmed.learn(first)
+    warmed.settled(store, now, 0)
+    warmed.warm(store, every[IN_VIEW:])
+    after_a_frame = every[:WARMED]
 
     def unasked(like: TextQuery) -> TextQuery:  # under a new name: its scores are not kept
         return replace(like, text=f"{like.text}, {next(numbers)}")
@@ -97,9 +113,12 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     asks: dict[str, Callable[[], object]] = {
         "read_ms": lambda: _read(store),
         "product_ms": lambda: store.products(every, own),
-        "first_calibrated_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
+        "unwarmed_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
+        "first_calibrated_text_ms": lambda: deepcopy(warmed).scores_of_all([first], store, now),
+        "warming_ms_per_frame": lambda: warmed.warm(store.copied(after_a_frame), after_a_frame),
         "plain_text_ms": lambda: warm.scores_of_all([unasked(plain)], store, now),
         "calibrated_text_ms": lambda: warm.scores_of_all([unasked(other)], store, now),
+        "class_text_ms": lambda: warm.scores_of_all([unasked(of_class)], store, now),
         "texts_at_once_ms": lambda: warm.scores_of_all(
             [unasked(text) for text in texts], store, now
         ),
@@ -125,17 +144,51 @@ def _read(store: CellStore) -> float:
     return float(torch.stack([block.view(torch.float32).sum() for block in store.blocks]).sum())
 
 
+def _memory_bytes(belief: BeliefMap, text: TextQuery) -> dict[str, int]:
+    """The map, what queries keep and copy of it, and the most that a file of it takes in addition.
+
+    Loading makes a map of its own, which counts.
+    """
+    cache, version = ScoreCache(), belief.version()
+    cache.learn(text)
+    cache.settled(belief.store, belief.revision, 0)
+    weights = cache.nbytes
+    cache.scores_of_all([text], belief.store, belief.revision)
+    loaded: list[BeliefMap] = []
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "map.npz"
+        live = LiveMap(threading.Lock(), lambda: belief)
+        saving = peak_bytes(lambda: live.write(path))
+        loading = peak_bytes(
+            lambda: loaded.append(
+                restore(read(path), belief.params, encoder_id="", first_revision=0)
+            )
+        )
+    return {
+        "map_bytes": belief.memory_bytes,
+        "weights_bytes": weights,
+        "bytes_per_text": cache.nbytes - weights,
+        "version_bytes": version.nbytes,
+        "saving_peak_bytes": saving,
+        "loading_peak_bytes": loading,
+        "loaded_map_bytes": loaded[0].memory_bytes,
+    }
+
+
 def _standing_ms(
     belief: BeliefMap, texts: list[TextQuery], clock: Clock, generator: torch.Generator
 ) -> float:
-    """Milliseconds for texts that are asked again after a frame, the best of several frames."""
+    """Milliseconds for texts that are asked again after a frame, the best of several frames.
+
+    As in a search, for which scores of the changed cells are copied only.
+    """
     cache, store = ScoreCache(), belief.store
-    cache.scores_of_all(texts, store, belief.revision)
+    cache.updated(texts, store, belief.revision)
     features = _unit(FRAME_CELLS, generator).to(store.device)
     ones, times = features.new_ones(FRAME_CELLS), []
     for revision in range(belief.revision + 1, belief.revision + 7):
         store.fuse(np.arange(FRAME_CELLS), features, ones, revision=revision)
         started = clock()
-        cache.scores_of_all(texts, store, revision)
+        cache.updated(texts, store, revision)
         times.append(clock() - started)
     return round(min(times) * 1e3, 2)
