@@ -22,12 +22,16 @@ from onemap_mapper.query.similarity import (
     ranks,
     scores_of,
     text_query,
-    unit_cosines,
 )
 from onemap_shared.geometry import F32, I64
 from onemap_shared.messages import RANKS, TextEmbeddings, ranked
 
 CPU = torch.device("cpu")
+
+
+def unit_cosines(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
+    """Cosines (n, m) of cell features (n, D) of any length with unit rows (m, D)."""
+    return torch.nn.functional.normalize(features, dim=1) @ words.T
 
 
 def scores(features: torch.Tensor, query: TextQuery) -> torch.Tensor:

@@ -88,9 +88,8 @@ class CellSums:
         for chosen, features in store.chunks(slots):
             index = torch.from_numpy(slots[chosen]).to(store.device)
             lengths = torch.linalg.vector_norm(features, dim=1).clamp(min=LEAST_NORM)
-            cosines = features @ self.words.T / lengths[:, None]
             self._held.values[0, index] = lengths
-            self._held.values[1, index] = torch.logsumexp(self.temperature * cosines, dim=1)
+            self._held.values[1, index] = self._sum(self.words, features, lengths)
         self._stale[slots] = False
 
     def without(
@@ -107,9 +106,20 @@ class CellSums:
         kept = torch.ones(len(self.words), dtype=torch.bool, device=self.words.device)
         kept[excluded] = False
         for chosen, features in store.chunks(slots[to_host(few)]):
-            weighed = self.temperature * unit_cosines(features, self.words[kept])
-            found[few[torch.from_numpy(chosen).to(few.device)]] = torch.logsumexp(weighed, dim=1)
+            lengths = torch.linalg.vector_norm(features, dim=1).clamp(min=LEAST_NORM)
+            index = few[torch.from_numpy(chosen).to(few.device)]
+            found[index] = self._sum(self.words[kept], features, lengths)
         return found
+
+    def _sum(self, words: Tensor, features: Tensor, lengths: Tensor) -> Tensor:
+        """As ``torch.logsumexp`` over the words, a fifth faster; -inf without any."""
+        if len(words) == 0:
+            return torch.full_like(lengths, -torch.inf)
+        weighed = words @ features.T
+        weighed *= self.temperature / lengths
+        most = weighed.amax(dim=0)
+        total: Tensor = weighed.sub_(most).exp_().sum(dim=0).log_().add_(most)
+        return total
 
     def _follow(self, store: CellFeatures, revision: int) -> None:
         """Grow or shrink with the map, and note what changed."""
@@ -121,13 +131,6 @@ class CellSums:
         self._stale[changed] = True
         self._held.resize(store.count)
         self._held.revision = revision
-
-
-def unit_cosines(features: Tensor, words: Tensor) -> Tensor:
-    """Cosines (n, m) of cell features (n, D) of any length with unit rows (m, D)."""
-    norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
-    cosine: Tensor = features @ words.T / norms.clamp(min=LEAST_NORM)
-    return cosine
 
 
 MAX_TEXTS = 32  # whose scores are kept; 2 MB each for a map of 250,000 cells
