@@ -25,7 +25,13 @@ from onemap_shared import keys
 from onemap_shared.bus import open_bus
 from onemap_shared.config import PREFIX, BusConfig
 from onemap_shared.keys import Topic
-from onemap_shared.messages import Heartbeat, MapRevision, Odometry, SearchStatus
+from onemap_shared.messages import (
+    Heartbeat,
+    MapRevision,
+    Odometry,
+    SearchStatus,
+    VelocityCommand,
+)
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
 from onemap_tools.processes.launch import child_environment, onemap_command, tail
@@ -47,6 +53,7 @@ class BusMonitor:
     def __init__(self, bus: Bus) -> None:
         self.beats: dict[str, Heartbeat] = {}
         self.odometry: deque[Odometry] = deque(maxlen=STANDSTILL)
+        self.command: VelocityCommand | None = None
         self.revision: MapRevision | None = None
         self.search: SearchStatus | None = None
         self.bus = bus
@@ -55,6 +62,7 @@ class BusMonitor:
         self._threads = [
             self._follow(keys.ALL_HEARTBEATS, self._on_beat),
             self._follow(keys.ROBOT_ODOMETRY, self.odometry.append),
+            self._follow(keys.ROBOT_CMD_VEL, lambda message: setattr(self, "command", message)),
             self._follow(keys.MAP_REVISION, lambda message: setattr(self, "revision", message)),
             self._follow(keys.SEARCH_STATE, lambda message: setattr(self, "search", message)),
         ]
@@ -71,6 +79,12 @@ class BusMonitor:
             abs(message.linear_mps) > MOVING_MPS or abs(message.angular_radps) > MOVING_MPS
             for message in list(self.odometry)
         )
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether the newest command is not to stand still."""
+        last = self.command
+        return last is not None and any((last.linear_mps, last.lateral_mps, last.angular_radps))
 
     @property
     def stands(self) -> bool:
