@@ -13,7 +13,6 @@ from onemap_tools.progress import (
     LineView,
     LiveView,
     SearchProgress,
-    panel,
     progress_view,
 )
 
@@ -73,15 +72,3 @@ def test_a_terminal_gets_the_live_panel() -> None:
         view.wait(1.0, "waiting [for] the robot")
         view.show(PROGRESS)
     assert "exploring" in text_of(terminal)
-
-
-def test_the_panel_has_rows_for_what_is_known() -> None:
-    out = console()
-    out.print(panel(replace(PROGRESS, name="r1")))
-    for part in ("sofa (not found) bed", "exploring: walking [to]", "r1 (1.0, -2.0) m, drove"):
-        assert part in text_of(out)
-    assert "0.2 s old, 5.0 updates/s" in text_of(out)
-    out = console()
-    out.print(panel(DRIVE))
-    assert "objects" not in text_of(out)
-    assert "map" not in text_of(out)

@@ -13,7 +13,7 @@ import torch
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_tools.bench import clients, fusion, perception, query
-from onemap_tools.bench.machine import clock_of, parse_size, wall_clock
+from onemap_tools.bench.machine import clock_of, wall_clock
 from onemap_tools.bench.options import (
     ClientsBench,
     FusionBench,
@@ -45,13 +45,6 @@ def test_a_gpu_is_timed_when_it_is_done(monkeypatch: pytest.MonkeyPatch) -> None
     for clock in (clock_of(GPU, 1), wall_clock(GPU)):
         assert clock() <= clock()
     assert waited == [GPU] * 4
-
-
-def test_sizes_are_read_as_width_and_height() -> None:
-    assert parse_size("640x480") == (640, 480)
-    for text in ("640", "x480", "640x0", "640x480x3"):
-        with pytest.raises(ValueError, match="write it like 640x480"):
-            parse_size(text)
 
 
 def test_every_pixel_sees_the_surface_of_the_room() -> None:

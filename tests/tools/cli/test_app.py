@@ -15,42 +15,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from onemap_shared.services import SERVICES
-from onemap_tools.cli.app import NEWCOMERS, app
+from onemap_tools.cli.app import app
 from onemap_tools.cli.command_group import wants_json
-from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_OK, EXIT_USAGE_ERROR
+from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_USAGE_ERROR
 from onemap_tools.processes.launch import onemap_command
 from tests.tools.cli.commands import COMMANDS, TREE, error_of
 
 RUNNER = CliRunner()
-
-
-def test_every_service_is_a_command_by_its_name_and_in_the_group() -> None:
-    services = {*SERVICES, "router"}
-    assert {(name,) for name in services} < set(COMMANDS)
-    assert {path[1] for path in COMMANDS if path[0] == "service"} == services
-
-
-def test_the_help_begins_with_ten_commands_and_hides_the_services() -> None:
-    """In their order, each in a row that its name begins; the exit codes stand below."""
-    result = RUNNER.invoke(app, ["--help"])
-    assert result.exit_code == EXIT_OK
-    rows = [line.strip("│ ").split("  ")[0] for line in result.output.splitlines() if "│" in line]
-    names = [row for row in rows if row and (row,) in {path for path, _ in TREE}]
-    assert names[: len(NEWCOMERS)] == list(NEWCOMERS)
-    assert len(NEWCOMERS) == 10
-    assert not {"mapper", "planner", "router"} & set(names)
-    assert "search replay" in rows
-    text = " ".join(result.output.split())
-    for part in (
-        "0 yes or done",
-        "1 no",
-        "2 misused",
-        "130 stopped",
-        "until Ctrl-C",
-        "'exit_code'",
-    ):
-        assert part in text
 
 
 def test_every_command_explains_itself_without_markup() -> None:

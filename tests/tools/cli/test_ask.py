@@ -10,7 +10,6 @@ import signal
 from functools import partial
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import httpx
 import pytest
@@ -22,9 +21,6 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
 from onemap_ros2 import discovery
-from onemap_ros2.topic_list import TopicReport
-from onemap_shared.messages import Heartbeat
-from onemap_shared.transport import Bus
 from onemap_tools.cli import remote
 from onemap_tools.cli.app import app
 from onemap_tools.cli.remote import follow, is_done
@@ -242,67 +238,6 @@ def test_without_a_router_there_is_one_sentence(
     assert "No router at tcp/127.0.0.1:" in result.stderr
 
 
-class Session:
-    """Stands in for the bus of a command."""
-
-    def __init__(self, bus: Bus) -> None:
-        self._bus = bus
-
-    def __call__(self, *_: object) -> Session:
-        return self
-
-    def __enter__(self) -> Bus:
-        return self._bus
-
-    def __exit__(self, *_: object) -> None:
-        return
-
-
-@pytest.mark.parametrize(("ready", "code"), [(True, EXIT_OK), (False, EXIT_FAILED)])
-def test_the_status_of_one_service_is_its_heartbeat(
-    ready: bool, code: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    router = MemoryRouter()
-    beats = Mock(take=lambda _: Heartbeat("mapper", "a", 1, 1, ready, "no frames"))
-    bus = Mock(wraps=router.bus(), subscribe=lambda *_: beats)
-    monkeypatch.setattr("onemap_tools.processes.session.temporary_session", Session(bus))
-    monkeypatch.setattr("onemap_tools.processes.session.PATIENCE_S", 0.05)
-    result = RUNNER.invoke(app, ["status", "--service", "mapper", "--json"])
-    assert result.exit_code == code
-    document = json.loads(result.stdout)
-    expected = {"service": "mapper", "ready": True} if ready else {"exit_code": code}
-    assert document.items() >= expected.items()
-    assert ready or "no frames" in document["error"]
-
-
-def test_the_doctor_fails_if_there_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_tools.doctor.temporary_session", Session(MemoryRouter().bus()))
-    monkeypatch.setattr("onemap_tools.doctor.LISTEN_S", 0.01)
-    result = RUNNER.invoke(app, ["doctor", "--json"])
-    assert result.exit_code == EXIT_FAILED
-    document = json.loads(result.stdout)
-    assert document["healthy"] is False
-    sentences = [finding["sentence"] for finding in document["findings"]]
-    assert "The mapper is not running." in sentences
-
-
-ODOM = TopicReport("/odom", "nav_msgs/msg/Odometry", 1, 2, 19.96, "odometry")
-OTHER = TopicReport("/chatter", "std_msgs/msg/String", 0, 1, None, "")
-
-
-@pytest.mark.parametrize(("missing", "code"), [([], 0), (["no node publishes /a"], 1)])
-def test_topics_are_listed(monkeypatch: pytest.MonkeyPatch, missing: list[str], code: int) -> None:
-    monkeypatch.setattr(discovery, "survey", lambda *_: ([ODOM, OTHER], missing))
-    plain = RUNNER.invoke(app, ["ros2", "topics"])
-    assert plain.exit_code == code
-    assert "20.0 Hz  <- odometry" in plain.stdout
-    assert ("missing: no node publishes /a" in plain.stdout) == bool(missing)
-    as_json = RUNNER.invoke(app, ["ros2", "topics", "--json"])
-    document = json.loads(as_json.stdout.splitlines()[-1])
-    assert document["missing"] == missing
-    assert document["topics"][0]["rate_hz"] == 19.96
-
-
 def test_a_robot_that_cannot_be_reached_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise ConnectionError("no ROS 2 router answers at tcp/r")
@@ -433,13 +368,6 @@ def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -
         "was not seen, but only 62 % of the reachable area was looked at",
     ):
         assert part in said
-
-
-def test_a_query_says_how_a_sentence_was_understood(console: Console) -> None:
-    remote.describe_query(FOUND | {"understood": "sofa, anywhere"}, console)
-    assert "Understood" not in text_of(console)
-    remote.describe_query(FOUND | {"understood": "red sofa, in the hall"}, console)
-    assert "Understood as: red sofa, in the hall." in text_of(console)
 
 
 def test_a_reply_of_an_older_gateway_is_printed_too(console: Console) -> None:

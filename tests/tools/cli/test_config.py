@@ -5,22 +5,17 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Any
 
 import pytest
 import yaml
-from pydantic import BaseModel, Field
 from typer.testing import CliRunner
 
 from onemap_shared.config import SECTIONS
 from onemap_tools.cli.app import app
 from onemap_tools.cli.config_report import (
-    SchemaText,
-    SectionModels,
     installed_models,
-    schema,
 )
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
@@ -139,77 +134,6 @@ def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
     assert "planner.explore.object_limit_s" in listed[1]
     assert missing[0] == EXIT_USAGE_ERROR
     assert "pip install -e '.[mapper]'" in missing[2]
-
-
-def models_of(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Every model that is named in a field's type, and those below them."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-        for field in annotation.model_fields.values():
-            yield from models_of(field.annotation)
-    for part in get_args(annotation):
-        yield from models_of(part)
-
-
-def test_every_section_has_a_model_and_every_key_a_description() -> None:
-    models = installed_models()
-    assert models.missing == {}
-    assert tuple(models.known) == SECTIONS
-    every = {each.__name__: each for model in models.known.values() for each in models_of(model)}
-    assert {"CocoParams", "RoutedParams", "RecoveryParams"} <= set(every)
-    undescribed = [
-        f"{name}.{key}"
-        for name, model in every.items()
-        for key, field in model.model_fields.items()
-        if not (field.description or "").strip()
-    ]
-    assert undescribed == []
-
-
-class Cat(BaseModel):
-    """A cat."""
-
-    kind: Literal["cat"] = Field(default="cat", description="Which animal.")
-    lives: int = Field(default=9, ge=1, lt=10, description="How many are left.")
-
-
-class Dog(BaseModel):
-    """A ``good``
-    dog."""
-
-    kind: Literal["dog"] = Field(default="dog", description="Which animal.")
-    names: list[str] = Field(default=[], description="What it listens to.")
-
-
-class Home(BaseModel):
-    """Who lives here."""
-
-    pet: Annotated[Cat | Dog, Field(discriminator="kind", description="The animal.")] = Cat()
-    door: Literal["open", "shut"] = Field(description="Of the house.")
-    size_m: tuple[float, float] | None = Field(default=None, description="Width and depth.")
-
-
-def test_a_key_is_a_line_and_its_reason_stands_below() -> None:
-    models = SectionModels({"home": Home}, {})  # type: ignore[dict-item]
-    assert list(SchemaText(schema(models)).lines()) == [
-        "home: Who lives here.",
-        "home.pet: one of these, by kind",
-        "    The animal.",
-        "home.pet with kind cat: A cat.",
-        'home.pet.kind: "cat", default "cat"',
-        "    Which animal.",
-        "home.pet.lives: whole number >= 1 and < 10, default 9",
-        "    How many are left.",
-        "home.pet with kind dog: A good dog.",
-        'home.pet.kind: "dog", default "dog"',
-        "    Which animal.",
-        "home.pet.names: list of text, default []",
-        "    What it listens to.",
-        'home.door: "open" or "shut", required',
-        "    Of the house.",
-        "home.size_m: [number, number] or none, default none",
-        "    Width and depth.",
-    ]
 
 
 def test_every_key_of_the_configuration_is_in_the_text() -> None:

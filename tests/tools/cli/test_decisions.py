@@ -14,7 +14,7 @@ from onemap_gateway.service import build
 from onemap_planner.search.decision_log import FOLDER, file_name, record
 from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
 from onemap_tools.cli.app import app
-from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
+from onemap_tools.cli.decision_file import decisions_document, read_decisions
 from onemap_tools.errors import EXIT_OK, CliError
 from tests.gateway.fakes import FakePlanner, past_search
 from tests.memory_bus import MemoryRouter
@@ -30,19 +30,6 @@ def path(tmp_path: Path) -> Path:
     ended = replace(STATUS, state=SearchState.CANCELLED, reason="cancelled", choice=NO_CHOICE)
     record(tmp_path, ended, None)
     return tmp_path / FOLDER / file_name(STATUS)
-
-
-def test_steps_are_described_with_their_goals(path: Path) -> None:
-    first, second = read_decisions(path).steps
-    head, line, result, why, table = describe_step(first, 1, 2)
-    assert str(head) == "Step 1 of 2, after 0.0 s and 3.5 m, robot at (1.0, 2.0)"
-    assert str(line) == "bed: exploring: on its way"
-    assert str(result) == "sofa: found: seen twice"
-    assert str(why) == "Decision 3:"
-    assert getattr(table, "row_count", 0) == 1
-    head, line, _ = describe_step(second, 2, 2)
-    assert str(head) == "Step 2 of 2, after 0.0 s and 3.5 m"
-    assert str(line) == "search: cancelled: cancelled"
 
 
 def test_the_document_holds_every_step(path: Path) -> None:

@@ -63,12 +63,6 @@ def test_a_picture_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     assert "Cannot write the picture" in blocked.stderr
 
 
-def test_the_help_lists_the_keys_of_the_yaml() -> None:
-    text = " ".join(CliRunner().invoke(app, ["scene", "check", "--help"]).output.split())
-    for word in ("categories", "start", "yaw", "up", "y or z"):
-        assert word in text
-
-
 def test_lengths_areas_categories_and_the_start_are_described(tmp_path: Path) -> None:
     path = room(tmp_path, yaml="categories: {Sofa-01: couch}\nstart: [-1, -1, 0.5]")
     report = document(examine(path), None)

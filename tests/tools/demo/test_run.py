@@ -14,30 +14,25 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import cv2
 import httpx
 import numpy as np
 import pytest
 from rich.console import Console
 
 from onemap import Client, OneMapError
-from onemap_gateway.present.render import Overlay
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
-from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     Heartbeat,
     MapRevision,
-    Occupancy,
     Odometry,
-    SearchView,
     Truth,
     TruthRequest,
 )
 from onemap_tools.demo import run as module
-from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m, write_picture
+from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m
 from onemap_tools.demo.setup import DemoRobot, DemoSetup
-from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
@@ -335,26 +330,3 @@ def test_what_the_bus_says_of_a_robot_is_kept() -> None:
     assert separation_m([search, other]) == inf
     other.trail_m = ((3.2, 4.0),)
     assert separation_m([search, other]) == 5.0
-
-
-def test_paths_and_claims_with_a_position_are_drawn(tmp_path: Path) -> None:
-    free = np.full((60, 40), Occupancy.FREE, np.uint8)  # 6 x 4 m of free floor
-    grid, nothing = GridSpec(0.1, (0, 0), free.shape), np.zeros((0, 0), np.float32)
-    view = SearchView("", 1, 1, 1, grid, free, np.zeros_like(free), nothing)
-    drive, other = (Overlay(trail_m=np.array([(0.5, y), (3.0, y)])) for y in (3.0, 1.0))
-    found = ObjectSummary("bed", "found", "seen", (4.5, 1.0, 0.4), 30.0, 8.0, 7.0, 0.5, 0.0)
-
-    def drawn(drives: tuple[Overlay, ...], *objects: ObjectSummary) -> np.ndarray:
-        write_picture(tmp_path / "map.png", view, drives, objects)
-        image = cv2.imread(str(tmp_path / "map.png"))
-        assert image is not None
-        return image
-
-    plain = drawn((drive,))
-    rows, columns = np.nonzero(np.any(plain != drawn((drive, other)), axis=-1))
-    assert np.ptp(columns) > 2.5 / 0.1 * module.MIN_PIXELS_PER_CELL
-    assert rows.min() > plain.shape[0] / 2  # 1 m of 4 m is in the lower half; the first one stays
-    right, wrong = drawn((drive,), found), drawn((drive,), replace(found, goal_distance_m=9.0))
-    assert np.any(right != plain)
-    assert np.any(wrong != right)
-    assert np.array_equal(drawn((drive,), replace(found, position_m=())), plain)

@@ -33,7 +33,6 @@ from onemap_tools.demo.setup import (
     MIN_APART_M,
     PREFERRED_OBJECTS,
     REPLAY,
-    ROS2_ROBOT,
     SHARED_RGBD_HZ,
     SIMULATOR,
     DemoOptions,
@@ -128,14 +127,6 @@ def test_one_robot_runs_with_the_defaults_of_the_services(
         "planner": {"state_dir": str(tmp_path / "run/planner")},
     }
     assert setup.pages == "Live page: http://127.0.0.1:8123"
-
-
-def test_a_robot_of_ros_2_is_two_processes_on_the_same_router(tmp_path: Path) -> None:
-    setup = set_up(options(tmp_path / "run", ros2=True))
-    assert [spec.name for spec in setup.specs] == ["router", ROS2_ROBOT, "ros2", *CORE]
-    assert "onemap_tools.demo.ros2_robot" in setup.specs[1].command
-    assert sections_of(setup.config_file)["ros2"]["connect"] == [setup.endpoint]
-    assert setup.environment["ONEMAP_DEMO_ROUTER"] == setup.endpoint
 
 
 def test_a_recording_is_played_in_place_of_the_simulator(

@@ -175,22 +175,6 @@ def test_a_row_per_object_fits_eighty_columns_and_failures_have_their_reason() -
     assert "Closest" not in text
 
 
-def test_results_without_ground_truth_are_marked() -> None:
-    text = printed(summary(UNJUDGED))
-    assert "found (no" in text
-    assert "wrong" not in text
-    assert "1 of 1 found in 50 s (60 s with starting up), no ground truth" in flat(text)
-    assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(printed(summary(UNJUDGED, WRONG)))
-
-
-def test_a_row_per_robot_says_what_it_did() -> None:
-    text = printed(replace(two(contacts=None), closest_m=1.26))
-    rows = [line.split() for line in text.splitlines() if " r" in line[:3]]
-    assert ["r1", "bed", "8.5", "m", "40", "s", "2"] in rows
-    assert ["r2", "nothing", "22.0", "m", "90", "s", "-"] in rows
-    assert "Closest to each other: 1.3 m" in flat(text)
-
-
 VOCABULARY = load_vocabulary(SHIPPED)
 APARTMENT = ("armchair", "sofa", "wall")
 

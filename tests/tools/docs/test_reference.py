@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
-import pytest
-from pydantic import BaseModel, Field
 
 from onemap_shared import keys, wire
 from onemap_shared.config import read
 from onemap_shared.keys import Procedure, Topic
-from onemap_tools.cli.config_report import SectionModels, installed_models
+from onemap_tools.cli.config_report import installed_models
 from onemap_tools.docs import reference
 from onemap_tools.docs.reference import EXAMPLE, ROOT, messages_reference, settings_page
-from onemap_tools.errors import CliError
 from tests.shared.samples import SAMPLES, equal
 from tests.shared.samples import message_types as all_message_types
 
@@ -72,75 +66,6 @@ def test_the_page_of_the_wire_has_the_limits_of_the_code() -> None:
     limits = wire.MAX_DIMENSIONS, wire.MAX_HEADER_BYTES, wire.MAX_BODY_BYTES
     assert "{} axes, {} bytes of header, {} bytes of body".format(*limits) in page
     assert all(f"`{name}` {dtype.name}" in page for name, dtype in wire.DTYPES.items())
-
-
-@dataclass
-class Box:
-    """A box.
-
-    Closed.
-
-    Attributes:
-        size_m: edge of it,
-            in metres.
-        weight_kg: 0: empty.
-    """
-
-    size_m: float
-    weight_kg: float
-    stamp_ns: int
-
-
-def test_fields_are_described_by_their_docstring_then_by_what_all_share() -> None:
-    common = {"stamp_ns": "a time.", "size_m": "not used."}
-    lines = list(reference._message(Box, common))
-    assert lines[2] == "A box.\n\nClosed."
-    assert lines[-4:-1] == [
-        "| `size_m` | number |  | edge of it, in metres. |",
-        "| `weight_kg` | number |  | 0: empty. |",
-        "| `stamp_ns` | integer |  | a time. |",
-    ]
-    with pytest.raises(ValueError, match=r"Box: .* differ in \['stamp_ns'\]"):
-        list(reference._message(Box, {}))
-
-
-class Tram(BaseModel):
-    """Runs on rails."""
-
-    kind: Literal["tram"] = Field(default="tram", description="Which one.")
-    depot: Path = Field(default=ROOT / "depot", description="Where a|b is < c * d.")
-
-
-class Bus(BaseModel):
-    """Runs on roads."""
-
-    kind: Literal["bus"] = Field(default="bus", description="Which one.")
-    seats: int = Field(ge=1, description="For sitting.")
-
-
-class Line(BaseModel):
-    """How one travels."""
-
-    car: Annotated[Tram | Bus, Field(discriminator="kind", description="It.")] = Tram()
-    night: str | None = Field(default=None, description="Its name at night.")
-
-
-def test_a_key_is_a_row_with_its_variable_type_default_and_reason() -> None:
-    page = settings_page(SectionModels({"line": Line}, {}))  # type: ignore[dict-item]
-    for line in (
-        "## line",
-        "How one travels.",
-        "| `line.car` | one of these, by kind |  | It. |",
-        "| **`line.car with kind tram`** |  |  | Runs on rails. |",
-        "| `line.car.seats`<br>`ONEMAP__LINE__CAR__SEATS` | whole number >= 1 | required "
-        "| For sitting. |",
-        '| `line.car.depot`<br>`ONEMAP__LINE__CAR__DEPOT` | path | `"depot"` '
-        "| Where a\\|b is &lt; c \\* d. |",
-        "| `line.night`<br>`ONEMAP__LINE__NIGHT` | text or none | none | Its name at night. |",
-    ):
-        assert line in page.splitlines()
-    with pytest.raises(CliError, match="torch"):
-        settings_page(SectionModels({}, {"mapper": "The mapper needs the package 'torch'."}))
 
 
 def test_every_key_of_the_configuration_is_listed_with_its_variable() -> None:

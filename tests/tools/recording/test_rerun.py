@@ -17,12 +17,11 @@ from typer.testing import CliRunner
 
 from onemap_gateway.present.palette import DARK
 from onemap_shared import keys
-from onemap_shared.messages import VelocityCommand
 from onemap_tools.cli.app import app
 from onemap_tools.errors import CliError
-from onemap_tools.recording.rerun_export import CAMERA, IMAGE, SHOWN, entities_of, export
+from onemap_tools.recording.rerun_export import SHOWN, entities_of, export
 from tests.gateway import fakes
-from tests.shared.samples import SAMPLES, STATUS
+from tests.shared.samples import SAMPLES
 from tests.tools.recording.bags import RecordedRobot
 
 RUNNER = CliRunner()
@@ -112,14 +111,6 @@ def test_every_kind_of_message_can_be_shown(kind: type) -> None:
     assert shown(sample)
 
 
-def test_a_frame_shows_image_points_and_camera() -> None:
-    found = shown(fakes.rgbd())
-    assert set(found) == {CAMERA, IMAGE, "world/points"}
-    points = np.array(values(found["world/points"][0].positions))
-    assert points.shape == (6 * 8, 3)
-    assert points[:, 2] == pytest.approx(1.5)  # the camera looks along z of the map here
-
-
 def test_rows_of_the_map_begin_with_the_largest_y() -> None:
     view = fakes.search_view()
     (layer,) = shown(view)["world/map/occupancy"]
@@ -129,14 +120,3 @@ def test_rows_of_the_map_begin_with_the_largest_y() -> None:
     assert tuple(pixels[height - 1 - iy, ix, :3]) == DARK.occupied
     x_min, y_min, _, _ = view.grid.bounds_m
     assert values(layer.translation)[0][:2] == pytest.approx([x_min, y_min])
-
-
-def test_what_is_shown_beside_the_map() -> None:
-    assert "world/map/similarity" not in shown(fakes.search_view())
-    assert "world/map/similarity" in shown(fakes.search_view("sofa"))
-    (objects,) = shown(STATUS)["world/objects"]
-    assert values(objects.labels) == ["sofa 0.90"]
-    assert values(objects.positions) == [pytest.approx([1.0, 2.0, 0.4])]
-    speeds = {"plots/speed/commanded", "plots/speed/commanded_turning"}
-    assert set(shown(VelocityCommand(1, 1, 0.2, 0.1))) == speeds
-    assert "log/mapper" in shown(fakes.heartbeat("mapper", problem="no frames"))

@@ -15,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_shared.geometry import U8
-from onemap_tools.train import batches
 from onemap_tools.train.augmentation import augment_full_image, augment_strong, augment_weak
 from onemap_tools.train.batches import BatchSource, build_text_bank, class_frequency
 from onemap_tools.train.frames import NO_CLASS, FrameSetSpec, open_frames, render_frames
@@ -139,29 +138,6 @@ def test_batches_depend_on_seed_and_step_alone() -> None:
     assert not np.array_equal(streamed[0].rgb, again.rgb)
     other = BatchSource(FRAMES, tiny_params(seed=6, steps=4, batch_size=3))
     assert not np.array_equal(other.make(3).rgb, again.rgb)
-
-
-def test_each_phase_augments_in_its_own_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    used: list[str] = []
-    for name in ("augment_strong", "augment_weak", "augment_full_image"):
-        real = getattr(batches, name)
-
-        def noted(*arguments: object, name: str = name, real: object = real) -> object:
-            used.append(name)
-            return real(*arguments)  # type: ignore[operator]
-
-        monkeypatch.setattr(batches, name, noted)
-    params = tiny_params(steps=10, weak_share=0.5, batch_size=20)
-    source = BatchSource(FRAMES, params)
-    phases = []
-    for step in (0, 4, 5, 9, 10):
-        used.clear()
-        batch = source.make(step)
-        phases.append((len(batch.rgb), set(used)))
-    strong, weak, full = {"augment_strong"}, {"augment_weak"}, {"augment_full_image"}
-    assert phases[:2] == [(20, strong)] * 2
-    assert phases[2:4] == [(20, strong | weak)] * 2
-    assert phases[4] == (10, full)
 
 
 def test_frequencies_are_shares_of_the_labelled_pixels() -> None:

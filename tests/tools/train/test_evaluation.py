@@ -20,8 +20,6 @@ from onemap_tools.train.evaluation import (
     most_likely_temperature,
 )
 from onemap_tools.train.frames import FrameDataset
-from onemap_tools.train.model_card import model_card
-from onemap_tools.train.trainer import TrainingRecord
 from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
 
 
@@ -102,19 +100,6 @@ def test_a_perfect_encoder_gets_a_high_temperature_and_a_wrong_one_the_lowest() 
         assert low < temperature <= high
 
 
-def test_confusion_and_iou() -> None:
-    label = np.array([[0, 0, 1], [1, 1, 255]], np.uint8)
-    counts = evaluation.confusion(label, np.array([[0, 1, 1], [1, 1, 0]]), 3)
-    assert counts.tolist() == [[1, 1, 0], [0, 3, 0], [0, 0, 0]]
-    np.testing.assert_allclose(evaluation.iou(counts), [0.5, 0.75, np.nan])
-
-
-def test_r_precision_counts_the_best() -> None:
-    scores = np.array([0.9, 0.1, 0.8, 0.7], np.float32)
-    assert evaluation.r_precision(scores, np.array([True, False, False, True])) == 0.5
-    assert np.isnan(evaluation.r_precision(scores, np.zeros(4, bool)))
-
-
 @given(
     positive=st.lists(st.integers(0, 5), min_size=1, max_size=8),
     negative=st.lists(st.integers(0, 5), min_size=1, max_size=8),
@@ -133,20 +118,3 @@ def test_reliability_of_honest_and_boastful_probabilities() -> None:
     boastful = evaluation.reliability(probability, np.zeros(4, np.float32))
     assert evaluation.calibration_error(boastful) == pytest.approx(float(probability.mean()))
     assert [row["count"] for row in honest] == [1, 1, 2]
-
-
-def test_the_card_states_the_training_and_the_figures() -> None:
-    part = figures(PerfectEncoder())
-    facts = dict.fromkeys(("parameters", "encode_ms", "words", "neutral", "temperature"), 1)
-    sets = {"held_out": part, "other_style": figures(InvertedEncoder())}
-    record = TrainingRecord(steps=70, seed=3, pictures=640, apartments=40)
-    card = model_card({"encoder_id": "mini-1234", "facts": facts, **sets}, record, "Notes.")
-    words = " ".join(card.split())
-    assert "640 images of 40 procedural apartments" in words
-    assert "70 steps from seed 3 on crops" in words
-    assert "encoder `mini-1234`" in card
-    accuracies = (sets[name]["pixel_accuracy"] for name in sets)
-    assert "| pixel accuracy | {:.3f} | {:.3f} |".format(*accuracies) in card
-    assert "| images | 2 | 2 |" in card
-    assert "| sofa | wall |" in card.split("| are taken for | share |")[1]
-    assert card.endswith("Notes.")

@@ -21,7 +21,6 @@ from onemap_tools.train.batches import (
 )
 from onemap_tools.train.frames import NO_CLASS
 from onemap_tools.train.network import (
-    FEATURE_DIM,
     FROZEN_STAGES,
     EfficientNetLite0,
     MiniNetwork,
@@ -81,13 +80,6 @@ def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
         load_backbone_weights(EfficientNetLite0(), tmp_path / "other.pth")
 
 
-def test_features_have_stride_8_and_length_one() -> None:
-    torch.manual_seed(0)
-    features = MiniNetwork().eval()(torch.rand(2, 3, 40, 72) * 255)
-    assert features.shape == (2, FEATURE_DIM, 5, 9)
-    torch.testing.assert_close(features.norm(dim=1), torch.ones(2, 5, 9))
-
-
 def test_a_patch_depends_on_the_opposite_end_of_the_image() -> None:
     torch.manual_seed(0)
     network = MiniNetwork()
@@ -135,28 +127,11 @@ def test_the_loss_is_least_at_the_right_text() -> None:
     assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
 
 
-def test_the_loss_is_a_mean_weighted_by_class() -> None:
-    texts = torch.eye(2, 384)
-    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0]])
-    features = texts[[0, 0]]  # the second class is missed
-    for weight, expected in ((1.0, 20.5 / 2), (3.0, 20.5 * 3 / 4)):
-        weights = torch.tensor([1.0, weight])
-        loss = alignment_loss(features, targets, texts, weights).item()
-        assert loss == pytest.approx(expected, abs=1e-4)
-
-
 def loss_of(state: TrainState, step: int) -> torch.Tensor:
     """Some loss that depends on all weights."""
     generator = torch.Generator().manual_seed(step)
     rgb = torch.rand(2, 3, 32, 32, generator=generator) * 255
     return state.network.forward_features(rgb).square().mean()
-
-
-def advance(state: TrainState, steps: int) -> None:
-    """Optimize that many times."""
-    state.network.train()
-    for _ in range(steps):
-        state.optimize(loss_of(state, state.step))
 
 
 def test_the_learning_rate_warms_up_and_falls_twice() -> None:
@@ -181,20 +156,6 @@ def test_the_average_is_a_moving_one_whose_decay_grows() -> None:
         assert average.item() == pytest.approx(slow, rel=1e-5)
     counter = average_tensor(0.6, torch.tensor(3), torch.tensor(7), torch.tensor(5))
     assert counter.item() == 7
-
-
-def test_the_optimizer_follows_the_schedule_also_after_loading(tmp_path: Path) -> None:
-    state = TrainState(PARAMS, RECORD, CPU)
-    advance(state, 3)
-    state.save(tmp_path)
-    resumed = TrainState(PARAMS, RECORD, CPU)
-    resumed.load(tmp_path)
-    factor = learning_rate_factor(3, PARAMS)
-    for each in (state, resumed):
-        assert each.step == 3
-        pyramid, backbone = (each._optimizer.param_groups[i]["lr"] for i in (0, 2))
-        assert pyramid == pytest.approx(PARAMS.learning_rate * factor)
-        assert backbone == pytest.approx(pyramid * PARAMS.backbone_lr_scale)
 
 
 def test_a_checkpoint_that_does_not_fit_is_not_gone_on_with(tmp_path: Path) -> None:
