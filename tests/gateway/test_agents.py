@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import json
 import logging
 import sys
@@ -17,12 +16,10 @@ import anyio
 import httpx2
 import pytest
 from pydantic import SecretStr
-from rich.console import Console
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agent_tools import (
-    AgentSearchReply,
     ToolResult,
     budget_limits,
     call_tool,
@@ -32,9 +29,7 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.messages import SearchState
-from onemap_tools.progress import LineView, SearchProgress
 from tests.gateway.fakes import (
-    CHOICE,
     PICTURE,
     FakeMapper,
     FakePlanner,
@@ -259,22 +254,6 @@ def test_what_a_search_confirmed_comes_before_what_looks_like_it(
     assert "does not know 'flurb'" in refusal(gateway, "where_is", object="flurb")
 
 
-def test_agents_http_and_command_line_tell_the_reason_in_the_same_words(
-    gateway: GatewayContext, planner: FakePlanner
-) -> None:
-    """As the page does, by ``static/test_choice.py``."""
-    called(gateway, "start_search", **SEARCH)
-    planner.move(SearchState.EXPLORING, CHOICE.sentence)
-    reply = called(gateway, "search_status").reply
-    assert isinstance(reply, AgentSearchReply)
-    assert reply.search is not None
-    assert reply.search.reason == CHOICE.sentence
-    assert CHOICE.sentence[1:] in reply.summary
-    said = io.StringIO()
-    LineView(Console(file=said, width=200)).show(SearchProgress(reply.search.document))
-    assert f"sofa: exploring: {CHOICE.sentence}; robot drove" in said.getvalue()
-
-
 def test_found_objects_are_listed_and_shown_by_name_or_id(
     gateway: GatewayContext, mapper: FakeMapper
 ) -> None:
@@ -347,13 +326,6 @@ def test_what_is_no_message_is_refused_in_a_sentence(
     assert fault in detail
     assert "send one JSON-RPC request to /mcp" in detail
     assert "pydantic" not in detail
-
-
-def test_a_start_says_in_which_order(gateway: GatewayContext) -> None:
-    asked: dict[str, Any] = {"objects": ["sofa", "bed"], "order": "any", **BUDGET}
-    said = called(gateway, "start_search", **asked).reply.summary
-    assert "for 'sofa', 'bed' in the cheapest order: the robot drives now" in said
-    assert "at most 30 m and 120 s" in said
 
 
 def test_a_stop_says_what_it_did(gateway: GatewayContext, planner: FakePlanner) -> None:

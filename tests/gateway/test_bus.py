@@ -266,12 +266,3 @@ def test_a_hung_service_does_not_delay_another(hung: MemoryRouter) -> None:
 
     anyio.run(both)
     assert order == ["mapper", "planner"]
-
-
-def test_queries_have_threads_of_their_own(router: MemoryRouter) -> None:
-    """As many at once as the mapper serves, whatever the limit for other calls."""
-    count = keys.MAP_SIMILARITY.parallel
-    rpc = RpcClient(router.bus(), 1)
-    assert rpc._limiter(keys.MAP_SIMILARITY).total_tokens == count
-    assert rpc._limiter(keys.MAP_SAVE).total_tokens == 1
-    assert rpc._limiter(keys.MAP_SAVE) is rpc._limiter(keys.MAP_LOAD)

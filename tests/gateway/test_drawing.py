@@ -15,7 +15,6 @@ from hypothesis.extra.numpy import arrays
 from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.present import render
 from onemap_gateway.present.canvas import (
-    BLACK,
     Canvas,
     Viewport,
     ascii_text,
@@ -38,7 +37,6 @@ from tests.gateway.fakes import GRID, detections, rgbd, search_view
 from tests.reference import heatmap
 
 INK = (255, 255, 255)
-coordinates = st.floats(-50, 50)
 
 
 def canvas(size: int = 60, pixels_per_m: float = 10) -> Canvas:
@@ -89,18 +87,6 @@ def test_any_text_can_be_written(text: str) -> None:
     assert image.max() > 240
 
 
-def test_a_text_partly_or_wholly_outside_is_clipped() -> None:
-    whole = np.zeros((60, 140, 3), np.uint8)
-    draw_text(whole, "sofa", (30, 40), INK)
-    part = np.zeros((30, 40, 3), np.uint8)
-    draw_text(part, "sofa", (10, 40 - 20), INK)
-    np.testing.assert_array_equal(part, whole[20:50, 20:60])
-    for place in ((-500, 20), (500, 20), (10, -500), (10, 500)):
-        outside = np.zeros((30, 40, 3), np.uint8)
-        draw_text(outside, "sofa", place, INK)
-        assert not outside.any()
-
-
 IMAGE_PX = (400.0, 300.0)
 SIZE_PX = (60.0, 12.0)
 points = st.tuples(st.floats(0, IMAGE_PX[0]), st.floats(0, IMAGE_PX[1]))
@@ -124,17 +110,6 @@ def test_a_detection_is_framed() -> None:
     image = annotate_detections(rgb, detections("sofa"))
     np.testing.assert_array_equal(image[18, 12], BOX)
     assert not (rgb == BOX).all(axis=-1).any()
-
-
-def test_a_label_at_the_upper_edge_is_not_cut_off() -> None:
-    def label_rows(top: float) -> int:
-        box = np.array([[20.0, top, 140.0, 110.0]], np.float32)
-        seen = replace(detections("sofa"), boxes_px=box)
-        image = annotate_detections(np.zeros((120, 160, 3), np.uint8), seen)
-        outline = np.all(image == BLACK, axis=-1)
-        return int(outline.any(axis=1).sum())
-
-    assert label_rows(0.0) == label_rows(60.0)
 
 
 TEXT_CONTRAST = 4.5  # WCAG 2.2 AA, 1.4.3

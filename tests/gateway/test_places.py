@@ -15,8 +15,6 @@ from typer.testing import CliRunner
 
 from onemap import Client, OneMapError
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.config import Role
-from onemap_gateway.http.security import required_role
 from onemap_gateway.present.places import place_list
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -196,13 +194,6 @@ def test_a_file_is_imported_as_a_whole_or_not_at_all(
     )
     assert (answer.status_code, mapper.named) == (422, {})
     assert said in answer.json()["detail"]
-
-
-def test_who_looks_may_list_and_only_who_administers_may_change() -> None:
-    for path in ("/v1/places", "/v1/places.geojson"):
-        assert required_role("GET", path) is Role.LOOK
-    for line in ("PUT /v1/places/a", "DELETE /v1/places/a", "PUT /v1/places.geojson"):
-        assert required_role(*line.split()) is Role.ADMINISTER
 
 
 def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:

@@ -339,14 +339,3 @@ def test_a_message_larger_than_any_image_closes_the_socket(router: MemoryRouter)
                 socket.recv(timeout=WAIT_S)
     assert end.value.rcvd is not None
     assert end.value.rcvd.code == 1009
-
-
-def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
-    FakeMapper(router)
-    with (
-        gateway_on(router) as gateway,
-        client_of(gateway).websocket_connect(f"{LIVE}?text=sofa") as socket,
-    ):
-        socket.receive_json()
-        gateway.cache.begin_close()
-        assert code_at_the_end(socket) == 1001

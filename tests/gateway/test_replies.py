@@ -17,9 +17,9 @@ from prometheus_client.parser import text_string_to_metric_families
 from onemap.replies import ObjectOutcome, SearchSnapshot
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.formats import finite, json_text
-from onemap_gateway.present.live import build_overlay, live_document
+from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import RequestCounter, exposition
-from onemap_gateway.present.queries import no_match_message, query_result, verdict_sentence
+from onemap_gateway.present.queries import query_result, verdict_sentence
 from onemap_gateway.present.replies import (
     map_archive,
     map_statistics,
@@ -28,7 +28,6 @@ from onemap_gateway.present.replies import (
 from onemap_gateway.present.service_status import PipelineFault
 from onemap_shared.camera import Intrinsics
 from onemap_shared.messages import (
-    NO_CHOICE,
     Coverage,
     FailureCode,
     MapVerdict,
@@ -113,22 +112,6 @@ def test_not_found_says_what_was_covered_and_found_in_what() -> None:
     assert (cancelled.coverage, cancelled.evidence) == (None, None)
 
 
-def test_a_choice_is_reported_in_decimals_that_people_read() -> None:
-    report = search_snapshot(replace(fakes.search(), choice=fakes.CHOICE), fakes.STAMP_NS).choice
-    assert report is not None
-    assert (report.number, report.left_out) == (2, 3)
-    assert report.document["options"][0] == {
-        "kind": "frontier",
-        "xy_m": [0.6, 0.4],
-        "score": 0.556,
-        "travel_m": 1.235,
-        "utility": 0.52,
-        "chosen": True,
-    }
-    undecided = replace(fakes.search(), choice=replace(NO_CHOICE, number=7))
-    assert search_snapshot(undecided, fakes.STAMP_NS).choice is None
-
-
 def test_the_map_in_numbers_and_as_arrays() -> None:
     view = search_view("sofa")
     info = map_statistics(view, fakes.revision(7), STAMP_NS + 2_000_000_000)
@@ -159,18 +142,6 @@ def test_every_document_becomes_json_that_every_reader_takes(document: Any) -> N
 def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
     assert finite({"a": (float("nan"), [float("-inf")])}) == {"a": [None, [None]]}
     assert finite([1.5, -2, "NaN", True, None]) == [1.5, -2, "NaN", True, None]
-
-
-@pytest.mark.parametrize(
-    ("floor", "said"),
-    [
-        (0.0, "Nothing on the map looks like 'kite'."),
-        (0.3, ": the best score is 0.19, and answers begin at 0.30."),
-    ],
-)
-def test_an_empty_reply_has_the_best_score(floor: float, said: str) -> None:
-    kite = FakeMapper(MemoryRouter()).similarity(SimilarityRequest("kite"))
-    assert no_match_message(replace(kite, floor=floor)).endswith(said)
 
 
 @pytest.fixture
@@ -243,14 +214,6 @@ def test_the_live_document_of_nothing_says_what_is_missing() -> None:
     for part in ("robot", "map", "camera", "path", "search", "trail_m"):
         assert document[part] is None
     assert all(service["condition"] == "down" for service in document["services"])
-
-
-def test_an_overlay_holds_what_the_state_has() -> None:
-    overlay = build_overlay(full_state(), 1.0)
-    np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
-    np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
-    assert overlay.found == (("sofa", 1.0, 2.0),)
-    assert len(overlay.frontiers_m) == 1
 
 
 def samples(state: LiveState) -> dict[str, float]:

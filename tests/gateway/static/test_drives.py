@@ -67,15 +67,6 @@ def test_a_click_sends_the_robot(
     assert page.errors == []
 
 
-def test_a_drive_can_be_stopped(page: Page, robot: Robot) -> None:
-    place = open_page(page, robot)
-    page.drag(place, place)
-    page.click("#place-go")
-    page.wait_for("document.body.classList.contains('searching')")
-    page.click("#stop")
-    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
-
-
 def test_an_interrupted_search_can_be_started_again(page: Page, robot: Robot) -> None:
     open_page(page, robot)
     start_search(page)
@@ -191,36 +182,18 @@ def test_a_search_does_not_replace_a_drive(page: Page, robot: Robot) -> None:
     )
 
 
-def test_a_search_that_the_page_does_not_know_yet_is_named_another(
+@pytest.mark.parametrize(
+    "gateway_config",
+    [GatewayConfig(port=0, token=SecretStr("secret"), look_token=SecretStr("look"))],
+)
+def test_the_page_asks_for_a_token_until_one_is_right_and_for_another_to_drive(
     page: Page, robot: Robot
 ) -> None:
-    open_page(page, robot)
-    page.evaluate("import('/static/panels.js').then((panels) => (window.panels = panels))")
-    assert page.evaluate("panels.activity(null)") == "busy with another search"
-
-
-@pytest.mark.parametrize("gateway_config", [GatewayConfig(port=0, token=SecretStr("secret"))])
-def test_the_page_asks_for_the_token_before_it_shows_anything(page: Page, robot: Robot) -> None:
     page.open(robot.address, ready=ASKED)
     assert page.evaluate(MIDDLE % "free") == 0
     page.type("#token", "wrong")
     page.click("#token-dialog .primary")
     page.wait_for(f"{ASKED} && !document.getElementById('token').value")  # asked again
-    page.type("#token", "secret")
-    page.click("#token-dialog .primary")
-    place = middle_of(page, "free")
-    page.drag(place, place)
-    page.click("#place-go")
-    page.wait_for(f"!{MENU_OPEN} && document.body.classList.contains('searching')")
-    assert robot.drive()[0] == "go_to"
-
-
-@pytest.mark.parametrize(
-    "gateway_config",
-    [GatewayConfig(port=0, token=SecretStr("secret"), look_token=SecretStr("look"))],
-)
-def test_a_token_that_may_only_look_is_asked_for_another(page: Page, robot: Robot) -> None:
-    page.open(robot.address, ready=ASKED)
     page.type("#token", "look")
     page.click("#token-dialog .primary")
     place = middle_of(page, "free")

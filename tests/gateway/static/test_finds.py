@@ -8,7 +8,7 @@ import pytest
 
 from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, Robot, middle_of, open_still, start_search
+from tests.gateway.static.conftest import PHONE, Robot, middle_of, open_still
 
 pytestmark = pytest.mark.slow
 
@@ -56,18 +56,6 @@ def test_a_click_on_a_pin_shows_its_photograph(page: Page, robot: Robot) -> None
     assert page.errors == []
 
 
-def test_a_finger_opens_the_card_on_a_phone(page: Page, robot: Robot) -> None:
-    page.resize(*PHONE, mobile=True)
-    open_with_a_sofa(page, robot)
-    page.tap(middle_of(page, "find"))
-    page.wait_for(f"{CARD_OPEN} && {PHOTO_SHOWN}")
-    for button in ("go", "look", "forget"):
-        assert page.centre(f"#find-{button}") is not None
-    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
-    page.click("#find-card .close")
-    page.wait_for(f"!{CARD_OPEN}")
-
-
 @pytest.mark.parametrize("size", [PHONE, (390, 844), (844, 390)])
 def test_the_card_leaves_stop_free_on_a_phone(
     page: Page, robot: Robot, size: tuple[int, int]
@@ -103,17 +91,6 @@ def test_the_keyboard_opens_a_find_from_the_list(page: Page, robot: Robot) -> No
         assert page.evaluate("document.activeElement.closest('#finds') !== null")
 
 
-def test_finds_are_there_after_a_reload_and_during_the_next_search(
-    page: Page, robot: Robot
-) -> None:
-    open_with_a_sofa(page, robot)
-    open_still(page, robot)
-    page.wait_for("document.querySelectorAll('#finds li').length === 1")
-    middle_of(page, "find")
-    start_search(page, "kettle")
-    middle_of(page, "find")
-
-
 def test_a_new_find_appears_and_a_forgotten_one_goes(page: Page, robot: Robot) -> None:
     open_still(page, robot)
     assert page.evaluate("document.getElementById('finds-card').hidden")
@@ -143,21 +120,6 @@ def test_a_find_is_forgotten_only_after_a_second_answer(page: Page, robot: Robot
     open_card(page)
     assert page.centre("#find-go") is not None, "the card opens without the question"
     assert len(robot.mapper.objects) == 1
-
-
-def test_the_keyboard_forgets_a_find(page: Page, robot: Robot) -> None:
-    open_with_a_sofa(page, robot)
-    open_card(page)
-    page.evaluate("document.getElementById('find-forget').focus()")
-    page.press("Enter")
-    assert page.evaluate("document.activeElement.id") == "forget-no"
-    page.press("Enter")
-    assert page.evaluate("document.activeElement.id") == "find-forget"
-    page.press("Enter")
-    page.evaluate("document.getElementById('forget-yes').focus()")
-    page.press("Enter")
-    page.wait_for(f"!{CARD_OPEN}")
-    assert robot.mapper.objects == []
 
 
 def test_the_card_follows_its_find(page: Page, robot: Robot) -> None:

@@ -67,36 +67,7 @@ COVERED = """[...document.querySelectorAll("#notices li, #lost")].some((notice) 
   });
 })"""
 
-# A map of 10 m x 10 m, 390 px wide, with five regions in a row; `labels`: what it has written last.
-PROBE = """(async () => {
-  const { MapView } = await import("/static/map.js");
-  const canvas = document.createElement("canvas");
-  canvas.style.cssText = "position: fixed; inset: 0; width: 390px; height: 388px; z-index: 9";
-  document.body.append(canvas);
-  const context = canvas.getContext("2d");
-  const { fillRect, fillText } = CanvasRenderingContext2D.prototype;
-  window.labels = [];
-  context.fillRect = (...box) => {
-    labels = [];
-    fillRect.apply(context, box);
-  };
-  context.fillText = (text, x, y) => {
-    labels.push({ text, x, y, width: context.measureText(text).width });
-    fillText.call(context, text, x, y);
-  };
-  window.view = new MapView(canvas, { onMove() {} });
-  view.show({ path: null });
-  view.showImage(await createImageBitmap(new ImageData(1, 1)), [0, 0, 10, 10]);
-  const regions = [1, 2, 3, 4, 5].map((rank) => (
-    { rank, extent_m: [rank, 5, rank + 0.9, 6] }
-  ));
-  view.showAnswers([{ text: "bed", regions }]);
-})()"""
 NEXT_PICTURE = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-# Labels less than 6 pixels beside, or less than 16 above, another.
-CLOSE_LABELS = """labels.flatMap((a, i) => labels.slice(i + 1)
-  .filter((b) => a.x < b.x + b.width + 6 && b.x < a.x + a.width + 6 && Math.abs(a.y - b.y) < 16)
-  .map((b) => `${a.text}, ${b.text}`))"""
 
 
 def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
@@ -227,16 +198,6 @@ def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
     assert page.centre("#stop") is not None
 
 
-def test_the_numbers_of_neighbouring_regions_stand_apart(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    page.evaluate(PROBE)
-    page.wait_for("view.canvas.height === 388 && labels.length > 5")
-    for _ in range(20):
-        page.evaluate("view.zoom(0.94)")
-        page.evaluate(NEXT_PICTURE)
-        assert page.evaluate(CLOSE_LABELS) == []
-
-
 @pytest.mark.parametrize("size", [(1280, 800), PHONE])
 def test_notices_move_nothing_and_cover_no_button(
     page: Page, robot: Robot, size: tuple[int, int]
@@ -257,14 +218,6 @@ def test_notices_move_nothing_and_cover_no_button(
         assert page.centre(button) is not None, button
     assert page.centre("#notices li") is None, "a press on a notice is meant for the map"
     assert page.evaluate(COVERED) is False
-
-
-@pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_the_map_has_the_colours_of_the_page(page: Page, robot: Robot, scheme: str) -> None:
-    page.prefer(scheme)
-    page.open(robot.address)
-    page.wait_for(f"{PIXELS % 'free'} > 1000")
-    page.wait_for(f"{PIXELS % 'occupied'} > 50")
 
 
 def test_the_whole_map_lies_beside_what_covers_it(page: Page, robot: Robot) -> None:
@@ -288,56 +241,6 @@ def test_the_whole_map_lies_beside_what_covers_it(page: Page, robot: Robot) -> N
         page.evaluate("window.scrollTo(0, 0)")
         for button in ("in", "out", "fit"):
             assert page.centre(f"#zoom-{button}") is not None, (size, button)
-
-
-def test_the_camera_is_in_sight_while_the_robot_searches(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    start_search(page, "sofa, kettle, kite")
-    camera = "document.getElementById('camera').getBoundingClientRect()"
-    page.wait_for(f"{camera}.bottom < 800")
-    found = ObjectResult(
-        "sofa", SearchState.FOUND, "there", (1.0, 2.0, 0.5), 0.9, 31.0, 2.2, (), ()
-    )
-    assert robot.planner.status is not None
-    robot.planner.status = replace(robot.planner.status, results=(found,), index=1)
-    long_reason = "going to the unexplored space 4 m ahead to the left: it promises most"
-    robot.planner.move(SearchState.APPROACHING, long_reason)
-    page.wait_for("document.querySelector('#objects small')")
-    assert page.evaluate(f"{camera}.bottom") < 800
-    page.resize(390, 844, mobile=True)
-    page.wait_for(f"{camera}.bottom < document.getElementById('stop').getBoundingClientRect().top")
-    page.click("#health summary")
-    page.wait_for("document.getElementById('services').innerText.includes('planner')")
-    page.click("#health summary")
-    assert page.evaluate("document.documentElement.scrollHeight") < 2 * 844
-
-
-def test_a_phone_says_tap_and_has_a_wide_link_to_the_api(page: Page, robot: Robot) -> None:
-    target = """(() => {
-      const { width, height } = document.querySelector(".bar .quiet").getBoundingClientRect();
-      return Math.min(width, height);
-    })()"""
-    page.open(robot.address)
-    assert "Or click on the map" in page.text(".ask")
-    assert page.evaluate(target) >= 24
-    page.resize(390, 844, mobile=True)
-    page.evaluate("document.getElementById('legend').open = true")
-    assert "Or tap on the map" in page.text(".ask")
-    assert "found (tap it)" in page.text("#legend")
-    assert page.evaluate(target) >= 44
-    assert page.centre(".bar .quiet") is not None
-
-
-def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    page.click("#legend summary")
-    legend = page.text("#legend")
-    drawn = (
-        "floor, wall, unknown, similarity, robot, driven, path, goal, frontier, look, answer, "
-        "found, chosen place"
-    )
-    for name in drawn.split(", "):
-        assert name in legend
 
 
 def test_a_sentence_is_one_object_and_how_it_was_understood_is_shown(
