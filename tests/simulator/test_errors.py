@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_shared.camera import ray_directions
-from onemap_shared.geometry import F32, F64, Velocity2d, pose_2d, transform, yaw_of
+from onemap_shared.geometry import F32, F64, Velocity2d, pose_2d, yaw_of
 from onemap_simulator.errors import (
     DepthErrorParams,
     DriftingOdometry,
@@ -18,7 +18,6 @@ from onemap_simulator.errors import (
     Localisation,
     LoopClosures,
     RobotErrors,
-    true_place,
 )
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import (
@@ -150,18 +149,6 @@ def test_a_loop_closure_takes_the_pose_back_to_the_true_one_at_once() -> None:
     errors_without = [np.linalg.norm((drifting.reported(pose) - pose)[:2, 3]) for pose in poses]
     assert errors_without[:closed] == errors[:closed]
     assert errors_without[closed] > 0.02
-
-
-def test_a_place_told_in_the_reported_frame_is_judged_where_it_truly_is() -> None:
-    drifting = localisation()
-    ahead = np.array([1.5, 0.2, 0.0])
-    for pose in circle(0.6):
-        reported = drifting.reported(pose)
-    told, truly = transform(reported, ahead), transform(pose, ahead)
-    assert np.linalg.norm(told - truly) > 0.02
-    assert true_place(reported, pose, tuple(told)) == pytest.approx(tuple(truly[:2]))
-    here = drifting.true_place(float(reported[0, 3]), float(reported[1, 3]))
-    assert here == pytest.approx(tuple(pose[:2, 3]), abs=0.01)
 
 
 def link(**values: float) -> FrameLink[int]:
@@ -321,17 +308,6 @@ def test_whom_the_robot_stopped_goes_elsewhere(seed: int) -> None:
     span = round(2.5 * PATIENCE_S / 0.02)
     spans = np.lib.stride_tricks.sliding_window_view(places, span, axis=0)[::50]
     assert np.ptp(spans, axis=-1).max(axis=-1).min() > 0
-
-
-def test_without_people_or_floor_nobody_is_there() -> None:
-    assert People.of(ROOM, 0, np.random.default_rng(0), robot_radius_m=0.2) is None
-    nowhere = WalkableFloor(FLOOR.grid, np.zeros_like(FLOOR.cells))
-    nobody = People(nowhere, 2, np.random.default_rng(0), robot_xy=(1.0, 1.0), robot_radius_m=0.2)
-    nobody.advance(0.02, (1.0, 1.0))
-    assert nobody.bystanders.places.shape == (0, 2)
-    assert nobody.distance_m(1.0, 1.0) == np.inf
-    rng = np.random.default_rng(0)
-    assert nowhere.path((1.0, 1.0), rng, robot_xy=(1.0, 1.0), gap_m=0.75) == ()
 
 
 class Statue(People):

@@ -10,7 +10,7 @@ import pytest
 
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.generation import mesh, structure
+from onemap_simulator.generation import structure
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.floor_plan import FloorPlan, Opening, Space, sample_floor_plan
 from onemap_simulator.generation.furniture import (
@@ -256,36 +256,6 @@ def test_plans_are_sound(seed: int) -> None:
         assert 0 < window.sill < window.top < plan.height_m
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_windows_lie_in_outer_walls_and_do_not_overlap(seed: int) -> None:
-    plan = plan_of(seed)
-    rects = np.array([space.rect for space in plan.spaces])
-    outline = (*rects[:, :2].min(axis=0), *rects[:, 2:].max(axis=0))
-    openings = (*plan.windows, plan.entrance)
-    for window in openings:
-        across = 1 - window.axis
-        assert (
-            min(abs(window.line - outline[across]), abs(window.line - outline[across + 2])) < 1e-6
-        )
-        x0, y0, x1, y1 = plan.spaces[window.spaces[0]].inner
-        low, high = ((x0, x1), (y0, y1))[window.axis]
-        assert low < window.start < window.end < high
-    for index, one in enumerate(openings):
-        for other in openings[index + 1 :]:
-            if (one.axis, one.line) == (other.axis, other.line):
-                assert one.end <= other.start or other.end <= one.start
-
-
-def test_a_front_panel_faces_minus_y_with_its_image_upright() -> None:
-    picture = mesh.front_panel(2.0, 1.0, (0, 0, 5.0))
-    a, b, c = picture.vertices[picture.faces[0]]
-    normal = np.cross(b - a, c - a)
-    assert normal[1] < 0
-    top_left = picture.uv[0, 0]
-    np.testing.assert_allclose(picture.vertices[picture.faces[0, 0]], (-1, 0, 6))
-    np.testing.assert_allclose(top_left, (0, 0))
-
-
 def sampler(seed: int = 0) -> Sampler:
     return Sampler(np.random.default_rng(seed), TRAINING)
 
@@ -325,16 +295,6 @@ def test_walls_are_closed_except_at_openings(plan: FloorPlan) -> None:
                     for opening in (*plan.doors, plan.entrance, *plan.windows)
                 )
                 assert covered(walls, point) != hole
-
-
-def test_every_room_has_a_floor_at_zero_and_a_ceiling() -> None:
-    surfaces = room_surfaces(PLAN, sampler())
-    for category, low, high in (("floor", -0.02, 0.0), ("ceiling", 2.5, 2.52)):
-        items = [item for item in surfaces if item.model.category == category]
-        assert [item.space for item in items] == [0, 1]
-        for item, space in zip(items, PLAN.spaces, strict=True):
-            np.testing.assert_allclose(item.box[:, 2], (low, high), atol=1e-9)
-            np.testing.assert_allclose(item.box[:, :2].ravel(), space.rect)
 
 
 def test_every_opening_is_filled_and_passages_stay_clear() -> None:

@@ -74,14 +74,6 @@ def test_a_start_where_the_robot_does_not_fit_is_a_problem(tmp_path: Path, start
     assert found.start_from_yaml
 
 
-def test_no_free_floor_is_a_problem(tmp_path: Path) -> None:
-    trimesh.creation.box((0.4, 0.4, 1.0)).export(tmp_path / "post.ply")
-    found = inspected(tmp_path / "post.ply")
-    assert not found.searchable
-    assert found.start is None
-    assert "no free floor" in found.problems[0]
-
-
 def test_a_scene_without_floor_gets_a_plane_and_a_warning(tmp_path: Path) -> None:
     scene = trimesh.Scene()
     for name, x in (("wall_1", 0.0), ("wall_2", 4.0)):

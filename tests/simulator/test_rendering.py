@@ -19,8 +19,6 @@ from onemap_simulator.rendering.label_renderer import (
     label_colours,
     labels_of,
 )
-from onemap_simulator.rendering.lighting import HALF_DISTANCE_M, HEMISPHERE, LightMap
-from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.rendering.rendered_image import (
     CLOTHES_RGB,
     RenderedImage,
@@ -124,29 +122,8 @@ def test_texture_is_the_right_way_up() -> None:
     )
 
 
-TRACER = RayTracer(SCENE)
-
-
 def rays(*rows: tuple[float, float, float]) -> F32:
     return np.array(rows, np.float32)
-
-
-def test_a_hit_gives_object_distance_and_barycentric_weights() -> None:
-    hits = TRACER.first_hits(rays((1.0, 2.4, 0.4), (1.0, 2.4, 0.4)), rays((1, 0, 0), (0, 0, -2)))
-    categories = [SCENE.objects[SCENE.face_object[face]].category for face in hits.face]
-    assert categories == ["sofa", "floor"]
-    np.testing.assert_allclose(hits.distance, (1.5, 0.2), rtol=1e-5)  # in lengths of the direction
-    corners = SCENE.vertices[SCENE.faces[hits.face]]
-    weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)
-    points = np.einsum("nk,nkd->nd", weights, corners)
-    np.testing.assert_allclose(points, [(2.5, 2.4, 0.4), (1.0, 2.4, 0.0)], atol=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("end", "blocked"), [((3.6, 1.5, 0.5), False), ((3.6, 2.4, 0.5), True), ((4.5, 1.5, 0.5), True)]
-)
-def test_occlusion_between_two_points(end: tuple[float, float, float], blocked: bool) -> None:
-    assert TRACER.occluded(rays((1.0, 2.4, 0.5)), rays(end)).tolist() == [blocked]
 
 
 def test_labels_and_depth_are_those_of_the_renderer() -> None:
@@ -198,29 +175,6 @@ def test_the_parameters_in_degrees_make_the_camera() -> None:
     assert params.intrinsics.x_at(params.width - 0.5) == pytest.approx(1.0)
     np.testing.assert_allclose(params.mount[:3, 3], (0.1, 0.0, 1.2))
     np.testing.assert_allclose(params.mount[:3, 2], (np.sqrt(0.75), 0.0, -0.5))
-
-
-UP = (0.0, 0.0, 1.0)
-
-
-def irradiance(at: tuple[float, float, float], normal: tuple[float, float, float]) -> F32:
-    """RGB (3,) at a point of an empty hall with one white lamp at (5, 5, 3)."""
-    builder = SceneBuilder().add("floor", (0, 0, 0), (10, 10, 4), sides=("z-", "z+", *WALL_SIDES))
-    scene = builder.build(lights=(PointLight((5.0, 5.0, 3.0), (1.0, 1.0, 1.0)),))
-    light = LightMap.of(scene, RayTracer(scene).occluded)
-    planes = [
-        np.broadcast_to(np.array(v, np.float32)[:, None, None], (3, 4, 4)) for v in (at, normal)
-    ]
-    value: F32 = light.irradiance(*planes)[:, 2, 2]
-    return value
-
-
-def test_light_falls_with_distance_and_angle() -> None:
-    below = irradiance((5.0, 5.0, 0.0), UP) - 0.4 * (1 + HEMISPHERE)
-    np.testing.assert_allclose(below, 1.0 / (1.0 + (3.0 / HALF_DISTANCE_M) ** 2), rtol=0.02)
-    aside = irradiance((5.0, 8.0, 0.0), UP) - 0.4 * (1 + HEMISPHERE)
-    expected = np.sqrt(0.5) / (1.0 + 18.0 / HALF_DISTANCE_M**2)
-    np.testing.assert_allclose(aside, expected, rtol=0.05)
 
 
 def test_a_lamp_does_not_shine_through_a_wall() -> None:

@@ -13,7 +13,6 @@ from PIL import Image
 
 from onemap_shared.grid import GridSpec
 from onemap_simulator.physics.collision import MissingFloor
-from onemap_simulator.scene.cell_masks import connected_part
 from onemap_simulator.scene.loading import (
     ROBOT_CLEARANCE_M,
     floor_height,
@@ -126,19 +125,6 @@ def test_the_yaml_names_the_floor_above_a_storey(tmp_path: Path) -> None:
     floor = MissingFloor.of(scene, 1.1)
     assert not floor.touches(0.0, 0.0, 0.2)
     assert floor.touches(0.9, 0.0, 0.2)
-
-
-def test_bad_files_are_refused_with_the_reason(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="does not exist"):
-        read_scene_file(tmp_path / "nowhere.glb")
-    with pytest.raises(ValueError, match=r"suffix '\.stl'"):
-        read_scene_file(tmp_path / "room.stl")
-    (tmp_path / "broken.glb").write_bytes(b"not a scene at all")
-    with pytest.raises(ValueError, match="cannot be read"):
-        read_scene_file(tmp_path / "broken.glb")
-    (tmp_path / "empty.obj").write_text("# nothing\n")
-    with pytest.raises(ValueError, match=r"empty\.obj"):
-        read_scene_file(tmp_path / "empty.obj")
 
 
 def test_every_use_of_a_mesh_is_placed_where_the_file_puts_it(tmp_path: Path) -> None:
@@ -283,15 +269,6 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
     for x, y in have:
         near = {(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
         assert near & sampled or not sampled
-
-
-def test_the_connected_part_stays_on_its_side_of_a_wall() -> None:
-    reachable = np.ones((5, 5), dtype=bool)
-    reachable[2] = False
-    part = connected_part(reachable, np.array([0, 0]))
-    assert part[:2].all()
-    assert not part[2:].any()
-    assert not connected_part(reachable, np.array([2, 2])).any()
 
 
 def test_free_space_keeps_clear_of_walls_and_furniture() -> None:

@@ -11,13 +11,12 @@ import trimesh
 from onemap_shared.geometry import F64, camera_mount
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import RgbdFrame, TruthRequest, VelocityCommand
-from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors import ErrorChoice
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.service import SimulatorWorker, build, check, open_scene
+from onemap_simulator.service import SimulatorWorker, build, open_scene
 from tests.memory_bus import MemoryRouter
 from tests.simulator.scene_files import room_of
 from tests.simulator.scenes import box_room
@@ -172,27 +171,6 @@ def test_late_frames_have_the_stamp_of_their_capture_and_dropped_ones_are_counte
     assert min(ages_s) >= 0.1
     _, _, robot = frames_with("dropped", 30)
     assert (robot.worker.health().metrics or {})["frames_lost"] > 0
-
-
-@pytest.mark.parametrize(
-    ("scene", "reason"),
-    [
-        ("castle", "scene 'castle' is unknown"),
-        ("nowhere.glb", "does not exist"),
-        ("a.stl", "suffix '.stl' is not one of .glb, .gltf, .obj, .ply"),
-        ("bad.obj", "bad.yaml: up is 'x'; it must be y or z"),
-    ],
-)
-def test_a_scene_that_cannot_be_opened_does_not_start(
-    tmp_path: Path, scene: str, reason: str
-) -> None:
-    (tmp_path / "bad.obj").touch()
-    (tmp_path / "bad.yaml").write_text("up: x\n")
-    config = SimulatorConfig(scene=str(tmp_path / scene) if "." in scene else scene)
-    with pytest.raises(StartError, match=reason):
-        check(config)
-    with pytest.raises(StartError, match=reason):
-        build(MemoryRouter().bus("simulator"), config)
 
 
 def first_frame(config: SimulatorConfig) -> RgbdFrame:
