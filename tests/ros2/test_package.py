@@ -25,7 +25,6 @@ from tests.structure import ROOT, modules
 
 PACKAGE = ROOT / "deploy" / "ros2"
 MANIFEST = ElementTree.parse(PACKAGE / "package.xml").getroot()
-DEPENDS = {node.text for node in MANIFEST.iter("exec_depend")}
 SHOWS = {
     "Map": GRID,
     "MarkerArray": MARKER_ARRAY,
@@ -73,26 +72,3 @@ def test_colcon_finds_no_other_package_in_a_clone() -> None:
     assert scripts
     for script in scripts:
         assert any((folder / "COLCON_IGNORE").is_file() for folder in script.parents), script
-
-
-def test_the_launch_file_starts_onemap_and_rviz(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against stand-ins for ROS's launch, which is not here: what it is asked for."""
-    names = "launch", "launch.actions", "launch.conditions", "launch.substitutions"
-    made = {
-        name: MagicMock() for name in (*names, "launch_ros.actions", "launch_ros.substitutions")
-    }
-    made["launch.substitutions"].LaunchConfiguration = "${{{}}}".format
-    made["launch.substitutions"].PathJoinSubstitution = "/".join
-    made["launch_ros.substitutions"].FindPackageShare = "{}".format
-    for name, module in {**made, "launch_ros": MagicMock()}.items():
-        monkeypatch.setitem(sys.modules, name, module)
-    runpy.run_path(str(PACKAGE / "launch" / "onemap.launch.py"))["generate_launch_description"]()
-    process = made["launch.actions"].ExecuteProcess.call_args.kwargs
-    assert process["cmd"] == ["${onemap}", "up", "--config", "${config}"]
-    node = made["launch_ros.actions"].Node.call_args.kwargs
-    assert node["arguments"] == ["-d", f"{MANIFEST.findtext('name')}/rviz/onemap.rviz"]
-    assert {"launch", "launch_ros", node["package"]} <= DEPENDS
-    declared = {
-        call.args[0] for call in made["launch.actions"].DeclareLaunchArgument.call_args_list
-    }
-    assert declared == {"config", "onemap", "rviz", "use_sim_time"}

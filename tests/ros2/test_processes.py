@@ -164,6 +164,7 @@ def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) 
     assert [sequence for sequence, *_ in told] == list(range(2, 2 + len(told)))
 
 
+@pytest.mark.parametrize("form", ["rmw"], indirect=True)
 @pytest.mark.usefixtures("adapter")
 def test_the_base_is_stopped_when_the_adapter_ends(
     planner: Bus, robot: RobotProcess, adapter: subprocess.Popen[bytes]
@@ -350,9 +351,8 @@ def test_a_goal_is_reached(start: Start, form: str) -> None:
     assert ride.robot.told.empty()  # nothing on the command topic
 
 
-@BOTH
-def test_the_end_of_the_search_cancels_the_goal(start: Start, form: str) -> None:
-    ride = start(form, "wait")
+def test_the_end_of_the_search_cancels_the_goal(start: Start) -> None:
+    ride = start("bridge", "wait")
     goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
     ride.states.put(status("s1", SearchState.CANCELLED))
     assert eventually(lambda: ride.asked("cancel")) == [goal]

@@ -10,7 +10,7 @@ from onemap_ros2 import discovery
 from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED, TF
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
-from onemap_ros2.topic_list import missing, needs, topic_reports
+from onemap_ros2.topic_list import missing, needs
 from tests.ros2.fake_network import FakeNetwork
 
 TOPICS = TopicParams(color="/camera/color")
@@ -93,17 +93,6 @@ def test_the_nearest_topic_of_the_right_type_is_named() -> None:
     others = [endpoint("/front/color/image", IMAGE), endpoint("/camera/color_", "x/msg/Y")]
     sentence = missing([*rest, *others], CONFIG)["color"]
     assert sentence.endswith("the nearest of its type is /front/color/image")
-
-
-def test_topics_are_listed_with_counts_and_rates() -> None:
-    both = [endpoint("/odom", "a/msg/B"), endpoint("/odom", "a/msg/B", "MS")]
-    reports = topic_reports(
-        [*both, endpoint("/a", IMAGE)], {("/odom", "a/msg/B"): 20.0}, CONFIG.names
-    )
-    assert [(each.topic, each.setting) for each in reports] == [("/a", ""), ("/odom", "odometry")]
-    odom = reports[1]
-    assert (odom.publishers, odom.subscribers, odom.rate_hz) == (1, 1, 20.0)
-    assert reports[0].rate_hz is None
 
 
 class Talking(FakeNetwork):
