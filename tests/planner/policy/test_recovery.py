@@ -12,14 +12,12 @@ from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import handle_stuck, is_trapped, step
 from onemap_planner.search.state_machine import (
     Approaching,
-    Ending,
     Exploring,
     Finished,
     Phase,
-    Rejected,
 )
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import FailureCode, SearchState
+from onemap_shared.messages import SearchState
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, ROOM, SEARCH, candidate, planner_state
 
@@ -51,15 +49,6 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
     return replace(state, search=replace(SEARCH, phase=phase), progress=progress)
 
 
-def test_at_the_limit_the_candidate_is_rejected() -> None:
-    target = candidate(2.5, 2.5)
-    after = monitored(LIMIT, Approaching(target))
-    events = handle_stuck(after)
-    assert events == (Rejected(),)
-    assert after.memory.rejected == (target,)
-    assert after.memory.candidates == ()
-
-
 def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 0.0, 1.0, 1.0), "")
     state = monitored(LIMIT, Exploring())
@@ -70,12 +59,6 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     assert events == ()
     assert after.visited_frontiers == after.unreached_frontiers == (goal.look_xy,)
     assert after.memory.active_goal is None
-
-
-def test_at_twice_the_limit_the_search_fails() -> None:
-    events = handle_stuck(monitored(2 * LIMIT, Exploring()))
-    reason = "the robot is stuck at (1.0, 1.0)"
-    assert events == (Ending(SearchState.FAILED, reason, FailureCode.STUCK, whole=True),)
 
 
 @pytest.mark.parametrize(
