@@ -7,8 +7,9 @@ takes about the same share of a processor in a hall as in a flat.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from heapq import nlargest
 from math import pi
 
 import numpy as np
@@ -27,7 +28,9 @@ from onemap_planner.policy.goals import (
     detection_goals,
     explain_goal,
     frontier_goals,
-    region_goals,
+    grown,
+    most_worth,
+    region_goal,
     select_goal,
     successor,
 )
@@ -62,7 +65,14 @@ from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.geometry import F64
-from onemap_shared.messages import NO_DETAIL, Coverage, FailureCode, SearchKind, SearchState
+from onemap_shared.messages import (
+    MAX_GOAL_OPTIONS,
+    NO_DETAIL,
+    Coverage,
+    FailureCode,
+    SearchKind,
+    SearchState,
+)
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
@@ -145,9 +155,9 @@ def _options(
     leads to, and at what looks a little like the object.
     """
     goals = frontier_goals(candidates.frontiers, context)
-    goals += _region_goals(state, context, candidates.regions)
     goals += _detection_goals(_unconfirmed(state, context), state, context)
     worthwhile = ways + _not_given_up(state, goals)
+    worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
     if worthwhile:
         return worthwhile
     for look in looks_at_closed_ways(context, state.memory.tried_xy(GoalKind.LOOK_AT)):
@@ -157,7 +167,7 @@ def _options(
     if way_out is not None:
         return [way_out]
     left = remaining_regions(context.believed(context.map_view))
-    return _not_given_up(state, _region_goals(state, context, left))
+    return _region_goals(state, context, left, [])
 
 
 def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
@@ -165,10 +175,29 @@ def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
 
 
 def _region_goals(
-    state: PlannerState, context: PlanningContext, regions: tuple[SimilarRegion, ...]
+    state: PlannerState,
+    context: PlanningContext,
+    regions: tuple[SimilarRegion, ...],
+    others: Sequence[Goal],
 ) -> list[Goal]:
-    tried_xy = state.memory.tried_xy(GoalKind.REGION)
-    return region_goals(regions, context, tried_xy=tried_xy)
+    """The goals of the regions that may be among the best of these and others, and the present
+    one: viewpoints of all of them took most of the time of planning."""
+    active, tried_xy = state.memory.active_goal, state.memory.tried_xy(GoalKind.REGION)
+    present = grown(active.goal.cells) if active else frozenset()
+    best = nlargest(MAX_GOAL_OPTIONS, (goal.utility.total for goal in others))
+    goals = []
+    worth = [(most_worth(region, context), region) for region in regions]
+    for most, region in sorted(worth, key=lambda pair: -pair[0]):
+        if len(best) == MAX_GOAL_OPTIONS and most < best[-1]:
+            x, y = region.peak_xy.tolist()
+            near = active is not None and active.goal.looks_at((x, y), SAME_GOAL_M)
+            if not near and present.isdisjoint(context.map_view.world_cells(region.cells)):
+                continue
+        goal = region_goal(region, context, tried_xy=tried_xy)
+        if goal is not None and not state.is_given_up(goal):
+            goals.append(goal)
+            best = nlargest(MAX_GOAL_OPTIONS, [*best, goal.utility.total])
+    return goals
 
 
 def _detection_goals(

@@ -68,6 +68,7 @@ SAME_GOAL_M = 0.8  # metres a goal may shift between two maps and still be the s
 VIEWPOINT_WITHIN_M = 0.8  # metres from which a frontier counts as reached
 VIEW_NEAREST_M = 0.8  # nearer, the camera looks over low things
 VIEW_FARTHEST_M = 1.5  # farther, small things are too few pixels
+VIEW_BAND_M = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +157,7 @@ def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:
     because a border recedes. Without any such, the first within ``same_goal_m``.
     """
     alike = [goal for goal in goals if goal.kind is earlier.kind]
-    around = _grown(earlier.cells)
+    around = grown(earlier.cells)
     shared = [len(goal.cells & around) for goal in alike]
     if max(shared, default=0) > 0:
         return alike[shared.index(max(shared))]
@@ -164,7 +165,7 @@ def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:
     return next(near, None)
 
 
-def _grown(cells: WorldCells) -> WorldCells:
+def grown(cells: WorldCells) -> WorldCells:
     """The cells and all within ``GROWTH_CELLS`` of them, diagonals included."""
     steps = range(-GROWTH_CELLS, GROWTH_CELLS + 1)
     return frozenset((x + dx, y + dy) for x, y in cells for dx in steps for dy in steps)
@@ -196,32 +197,26 @@ def _frontier_goal(
     return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, doing, cells)
 
 
-def region_goals(
-    regions: tuple[SimilarRegion, ...], context: PlanningContext, *, tried_xy: F64
-) -> list[Goal]:
-    """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
-    seen: list[tuple[SimilarRegion, I64]] = []
-    band_m = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
+def region_goal(region: SimilarRegion, context: PlanningContext, *, tried_xy: F64) -> Goal | None:
+    """A goal for a region that has a viewpoint not tried before (T, 2), metres."""
     tried = context.costmap.grid.cells(tried_xy)
-    for region in regions:
-        around = viewpoints_around(SightTarget(region.cells), context, band_m, tried=tried)
-        viewpoint = first_visible(around)
-        if viewpoint is None:
-            viewpoint = least_occluded(around)
-        if viewpoint is not None:
-            seen.append((region, viewpoint))
-    ways_m = context.cost_to_go.lengths_m(np.array([v for _, v in seen]).reshape(-1, 2))
-    return [
-        Goal(
-            GoalKind.REGION,
-            context.xy_of(viewpoint),
-            _pair(region.peak_xy),
-            GoalUtility.of(region.score, travel_m),
-            ALIKE,
-            context.map_view.world_cells(region.cells),
-        )
-        for (region, viewpoint), travel_m in zip(seen, ways_m.tolist(), strict=True)
-    ]
+    around = viewpoints_around(SightTarget(region.cells), context, VIEW_BAND_M, tried=tried)
+    viewpoint = first_visible(around)
+    if viewpoint is None:
+        viewpoint = least_occluded(around)
+    if viewpoint is None:
+        return None
+    utility = GoalUtility.of(region.score, _travel_m(viewpoint, context))
+    cells = context.map_view.world_cells(region.cells)
+    there = context.xy_of(viewpoint)
+    return Goal(GoalKind.REGION, there, _pair(region.peak_xy), utility, ALIKE, cells)
+
+
+def most_worth(region: SimilarRegion, context: PlanningContext) -> float:
+    """The utility that no viewpoint of a region exceeds: there is none nearer by air."""
+    size_m = context.costmap.grid.cell_size_m
+    away_m = size_m * float(np.hypot(*(region.cells - context.cell_at(context.pose.xy)).T).min())
+    return GoalUtility.of(region.score, max(away_m - VIEW_FARTHEST_M - size_m, 0.0)).total
 
 
 def detection_goals(
