@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_perception.config import SHIPPED
+from onemap_perception.text.vocabulary import load_table
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
-from onemap_planner.policy.goals import GoalUtility
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.state_machine import Ending
 from onemap_shared.camera import Intrinsics
@@ -109,14 +111,14 @@ NOTHING = Detections(
 )
 
 
-def field(feature: tuple[float, float], yaw_rad: float = 0.0, depth_mm: int = 4000) -> FeatureField:
+def field(feature: tuple[float, ...], yaw_rad: float = 0.0, depth_mm: int = 4000) -> FeatureField:
     """A level camera at (0, 0) that sees a wall everywhere."""
     return FeatureField(
         sequence=1,
         stamp_ns=1,
         encoder_id="e",
         text_space="s",
-        features=np.full((3, 4, 2), feature, np.float16),
+        features=np.full((3, 4, len(feature)), feature, np.float16),
         variance=np.ones((30, 40), np.float32),
         depth_mm=np.full((30, 40), depth_mm, np.uint16),
         intrinsics=Intrinsics.from_fov(40, 30, np.pi / 2),
@@ -124,13 +126,13 @@ def field(feature: tuple[float, float], yaw_rad: float = 0.0, depth_mm: int = 40
     )
 
 
-def similarity(values: ConfidenceValueMap, *ys: float) -> np.ndarray:
-    """(2, N): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m, or these."""
+def similarity(values: ConfidenceValueMap) -> np.ndarray:
+    """(2, 3): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m."""
     grid = GridSpec(0.1, (-60, -60), (120, 120))
     zeros = np.zeros(grid.shape, np.uint8)
     view = values.view(SearchView("bed", 1, 1, 1, grid, zeros, zeros, zeros.astype(np.float32)))
     assert view.rival.size == 0
-    places = np.array([[(x, y) for y in ys or (-2.95, 0.05, 3.05)] for x in (2.05, -1.95)])
+    places = np.array([[(x, y) for y in (-2.95, 0.05, 3.05)] for x in (2.05, -1.95)])
     cells = grid.cells(places)
     found: np.ndarray = view.similarity[cells[..., 0], cells[..., 1]]
     return found
@@ -159,28 +161,61 @@ def test_frames_are_averaged_by_confidence_and_forgotten() -> None:
     assert np.isnan(similarity(values)).all()
 
 
-def test_what_the_object_keeps_company_with_draws_the_search() -> None:
-    values = CompanyMap(0.1)
-    assert {"bed", "kitchen"} < set(values.names)
-    names = ("bed", "nightstand", "oven", "bedroom", "kitchen")
-    rows = np.array([[1, 0], [1, 0], [0, 1], [1, 0], [0, 1]], np.float32)
-    queries = replace(QUERY, texts=names, embeddings=rows, neutral_mask=np.zeros((5, 0), np.uint8))
+OF_WORDS = load_table(SHIPPED)
+
+
+def words(*names: str) -> TextEmbeddings:
+    rows, mask = OF_WORDS.embed(names), np.zeros((len(names), 0), np.uint8)
+    return replace(QUERY, texts=names, embeddings=rows, neutral_mask=mask, neutral=rows[:0])
+
+
+def frontier(company: CompanyMap) -> tuple[float, float]:
+    """Where a robot drives first that ranks frontiers so."""
+    ranked = FrontierExploration(company.rank, margin=0.0)
+    state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, ranked)
+    assert state.memory.active_goal is not None
+    return state.memory.active_goal.goal.look_xy
+
+
+@pytest.mark.parametrize(("sought", "beside"), [("refrigerator", 1), ("pillow", 0)])
+def test_the_frontier_near_what_the_object_keeps_company_with_is_chosen(
+    sought: str, beside: int
+) -> None:
+    company, places = CompanyMap(0.1), np.array([[0.8, 3.7, 0], [4.3, 3.7, 0]], np.float32)
+    near_m, nearest = 1.6, frontier(company)
+    assert {"bed", "oven", "kitchen"} < set(company.names)
     seen = replace(
         NOTHING,
-        names=("nightstand", "oven", "bed"),
-        boxes_px=np.zeros((3, 4), np.float32),
-        scores=np.ones(3, np.float32),
-        points_map=np.array([[2, 3.5, 0], [2, -3.5, 0], [2, 0, 0]], np.float32),
-        point_owner=np.arange(3, dtype=np.int32),
+        names=("bed", "oven"),
+        boxes_px=np.zeros((2, 4), np.float32),
+        scores=np.ones(2, np.float32),
+        points_map=places,
+        point_owner=np.arange(2, dtype=np.int32),
     )
-    in_kitchen = field((0.0, 1.0))
-    for _ in range(COMPANY_SIGHTINGS - 1):
-        values.add(in_kitchen, queries, seen)
-    assert similarity(values, -1.75, 0.05, 1.75)[0] == pytest.approx([0.25] * 3)  # the room's half
-    values.add(in_kitchen, queries, seen)
-    assert similarity(values, -1.75, 0.05, 1.75)[0] == pytest.approx([0.5, 0.25, 0.75])
-    values.clear()
-    assert np.isnan(similarity(values)).all()
+    queries = words(sought, "bed", "oven", "chair", "bedroom", "kitchen")
+    elsewhere = field(tuple(queries.embeddings[4]), yaw_rad=np.pi)
+    for _ in range(COMPANY_SIGHTINGS):
+        assert frontier(company) == nearest
+        company.add(elsewhere, queries, seen)
+    chosen = frontier(company)
+    assert np.linalg.norm(chosen - places[beside, :2]) <= near_m
+    company.clear()
+    assert frontier(company) == nearest
+
+
+def test_a_frontier_in_the_object_s_room_ranks_higher_and_a_near_one_too() -> None:
+    def goal(x: float, y: float, travel_m: float) -> Goal:
+        return Goal(GoalKind.FRONTIER, (x, y), (x, y), utility(travel_m), "")
+
+    company, context = CompanyMap(0.1), BOTH_ENDS
+    here, there = goal(2.0, 0.0, 3.0), goal(-2.0, 0.0, 3.0)
+    assert company.rank(here, context) == company.rank(there, context)
+    queries = words("refrigerator", "bed", "bedroom", "kitchen")
+    for row, yaw_rad in ((3, 0.0), (2, np.pi)):
+        company.add(field(tuple(queries.embeddings[row]), yaw_rad), queries, NOTHING)
+    in_kitchen, in_bedroom = (company.rank(each, context) for each in (here, there))
+    assert in_kitchen == pytest.approx(in_bedroom + 2.0)
+    assert company.rank(goal(2.0, 0.0, 1.0), context) > in_kitchen
 
 
 def test_a_value_map_is_each_episode_s_own() -> None:

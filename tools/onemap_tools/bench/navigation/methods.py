@@ -10,10 +10,12 @@ cell for one query: the cosine of the whole image and the text is written to all
 confidence is cos^2 of the angle to the optical axis, scaled to 0 at the edge of the image. The
 image's embedding is the mean of its patches' features.
 
-ESC (Zhou et al., 2023, "Exploration with Soft Commonsense Constraints") prefers frontiers near
-objects and rooms that the sought object keeps company with. Its authors ask a language model; here
-it is the cosine of the text embeddings, and their logic's weights are one mean: ESC's idea, not its
-code.
+ESC (Zhou et al., 2023, "ESC: Exploration with Soft Commonsense Constraints") drives to the frontier
+that soft logic chooses by three kinds of rules: near an object or in a room that the sought object
+keeps company with, not near others, and near the robot. Where what was detected is there for
+certain, its rules add up to 2 p - 1 for each object and room of company p, and to twice the share
+that the way leaves. Its authors ask a language model for p; here it is the rank of the cosine of
+the text embeddings among the objects, or rooms: ESC's method without its language model.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import rankdata
 
 from onemap_mapper.query.replies import NO_GRID, NO_RANKS
 from onemap_perception.config import SHIPPED
@@ -59,8 +62,11 @@ from onemap_tools.bench.options import MethodName
 
 VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
 EXTENT_M = 80.0  # side of the value map, around the origin: any apartment
+# ESC's: metres from a frontier to an object near it, and to each side for the room it is in, as its
+# code; metres beyond the nearest that count, and their weight.
+BESIDE_M, IN_ROOM_M = 1.6, 0.6
+SHORT_M, SHORT_WEIGHT = 10.0, 2.0
 COMPANY_SIGHTINGS = 3  # of a name in a square metre before it counts: one may be an error
-COMPANY_M = 2.0  # to each side of what was detected: the depth of a frontier's view of it
 RANGE_M = 8.0  # the camera's; a wall nearer than this ends the view
 ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)  # any cell of a detection counts
 
@@ -96,7 +102,10 @@ def search_method(method: MethodName, cell_size_m: float) -> SearchMethod:
             return SearchMethod(BEST_VALUE, ANY_DETECTION, value_map=values, forgets=True)
         case "esc":
             company = CompanyMap(cell_size_m)
-            return SearchMethod(BEST_VALUE, ANY_DETECTION, value_map=company, forgets=True)
+            chosen = FrontierExploration(company.rank, margin=float("inf"))  # until it is visited
+            return SearchMethod(
+                chosen, ANY_DETECTION, without_similarity, value_map=company, forgets=True
+            )
         case _:
             return ONEMAP
 
@@ -252,50 +261,68 @@ class ConfidenceValueMap:
 
 
 class CompanyMap(ConfidenceValueMap):
-    """ESC's: how much the object keeps company with the room in view, and with what stands near."""
+    """ESC's: the company of the room in view, and of the objects that were detected."""
 
     names = (*load_vocabulary(SHIPPED).names, *sorted(ROOM_WORDS))
 
     def clear(self) -> None:
         """Forget all frames."""
         super().clear()
-        self._beside = np.zeros(self._grid.shape, np.float32)
         self._sightings: Counter[tuple[str, int, int]] = Counter()
+        self._objects: dict[tuple[str, int, int], tuple[F64, float]] = {}
 
     def add(self, field: FeatureField, queries: TextEmbeddings, seen: Detections) -> None:
         """Take what a frame shows; ``queries`` as for the room, ``seen`` of ``names``."""
         super().add(field, queries, seen)
-        company = dict(zip(queries.texts, company_of(queries), strict=True))
+        company = company_of(queries)
         for number, name in enumerate(seen.names):
             points = seen.points_map[seen.point_owner == number, :2]
-            if name == queries.texts[0] or not len(points):
+            if name == queries.texts[0] or name in ROOM_WORDS or not len(points):
                 continue
             middle = np.median(points, axis=0).astype(np.float64)
-            place = (name, *np.rint(middle).astype(int).tolist())
-            self._sightings[place] += 1
-            if self._sightings[place] < COMPANY_SIGHTINGS:
-                continue
-            x, y = self._grid.cells(middle)
-            reach = round(COMPANY_M / self._grid.cell_size_m)
-            box = slice(max(x - reach, 0), x + reach + 1), slice(max(y - reach, 0), y + reach + 1)
-            self._beside[box] = np.maximum(self._beside[box], company[name])
+            x, y = np.rint(middle).astype(int).tolist()
+            self._sightings[name, x, y] += 1
+            if self._sightings[name, x, y] >= COMPANY_SIGHTINGS:
+                self._objects[name, x, y] = middle, company[name]
 
     def view(self, view: SearchView) -> SearchView:
-        """The view with the mean of both where the map has any."""
-        beside = onto(view.grid, self._grid, self._beside)
-        return scored_view(view, (super().view(view).similarity + beside) / 2)
+        """The view as it is: frontiers are ranked, not cells."""
+        return view
+
+    def rank(self, goal: Goal, _: PlanningContext) -> float:
+        """What ESC's rules add up to for a frontier."""
+        beside = {
+            name: company
+            for (name, *_), (place, company) in self._objects.items()
+            if np.linalg.norm(place - goal.look_xy) <= BESIDE_M
+        }
+        too_far = np.clip((goal.utility.travel_m - BESIDE_M) / SHORT_M, 0.0, 1.0)
+        return sum(beside.values()) + self._room(goal) + SHORT_WEIGHT * (1.0 - float(too_far))
+
+    def _room(self, goal: Goal) -> float:
+        """The company of the room around a frontier, by confidence; 0 where none was in view."""
+        x, y = self._grid.cells(np.asarray(goal.look_xy))
+        reach = round(IN_ROOM_M / self._grid.cell_size_m)
+        box = slice(max(x - reach, 0), x + reach + 1), slice(max(y - reach, 0), y + reach + 1)
+        weights = self._confidence[box]
+        return float((weights * self._value[box]).sum() / max(float(weights.sum()), 1e-9))
 
     def _score(self, field: FeatureField, queries: TextEmbeddings) -> float:
         """The company of the room that the image is most like."""
         rooms = [row for row, text in enumerate(queries.texts) if text in ROOM_WORDS]
         cosines = image_cosines(field, queries)
-        return float(company_of(queries)[max(rooms, key=lambda row: cosines[row])])
+        return company_of(queries)[queries.texts[max(rooms, key=lambda row: cosines[row])]]
 
 
-def company_of(queries: TextEmbeddings) -> F32:
-    """(1 + cosine) / 2 of the first text and each of the texts, (Q,)."""
+def company_of(queries: TextEmbeddings) -> dict[str, float]:
+    """From -1 to 1 for each text: rank of its cosine to the first text among rooms, or objects."""
     rows = queries.embeddings / np.linalg.norm(queries.embeddings, axis=1, keepdims=True)
-    company: F32 = (1 + rows @ rows[0]) / 2
+    texts, cosines = np.array(queries.texts), rows @ rows[0]
+    are_rooms = np.array([text in ROOM_WORDS for text in queries.texts])
+    company: dict[str, float] = {}
+    for kind in (are_rooms, ~are_rooms):
+        ranks = 2 * (rankdata(cosines[kind]) - 1) / max(int(kind.sum()) - 1, 1) - 1
+        company |= dict(zip(texts[kind].tolist(), ranks.tolist(), strict=True))
     return company
 
 
