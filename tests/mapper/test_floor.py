@@ -149,7 +149,11 @@ def test_an_opening_is_closed_on_all_sides(below: float) -> None:
     assert (beside == Occupancy.FREE).mean() > 0.5
 
 
-@pytest.mark.parametrize("place", [(-0.6, -0.6, 10.0), (2.0, 2.2, -70.0)], ids=["afar", "aside"])
+@pytest.mark.parametrize(
+    "place",
+    [(-0.6, -0.6, 10.0), (-2.4, 0.6, -5.0), (2.0, 2.2, -70.0)],
+    ids=["afar", "beyond the range of drops", "aside"],
+)
 def test_an_edge_stays_known_where_floor_is_seen_beside_it(
     place: tuple[float, float, float],
 ) -> None:

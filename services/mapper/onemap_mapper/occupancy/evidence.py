@@ -228,12 +228,13 @@ Counts = tuple[I32, I32, I32, I32]  # (nx, ny) each: low points, drops, floor, b
 
 @compiled
 def evidence_of(
-    voxels: tuple[I32, Bool], counts: Counts, origin: tuple[int, int]
+    voxels: tuple[I32, Bool], counts: Counts, near: Bool, origin: tuple[int, int]
 ) -> tuple[I64, NDArray[np.int8], Bool, Bool]:
     """Cells (n, 2), evidence (n, levels + 1), clear and blind (n,) of ``OccupancyUpdate``.
 
     voxels: points in each voxel (nx, ny, levels), and whether a ray crosses it; origin: world cell
-    of voxel [0, 0]. Floor that is seen beside a drop does not show that none is missing.
+    of voxel [0, 0]. Floor that is seen beside a drop does not show that none is missing, nor does
+    floor that is not near (nx, ny), where the camera may miss a drop.
     """
     (hits, crossed), (low, drops, seen, blind) = voxels, counts
     nx, ny, levels = hits.shape
@@ -258,7 +259,7 @@ def evidence_of(
             for x in range(max(i - 1, 0), min(i + 2, nx)):
                 for y in range(max(j - 1, 0), min(j + 2, ny)):
                     beside_drop |= drops[x, y] >= MIN_HITS
-            value = -MISS if floor and not beside_drop else np.int64(0)
+            value = -MISS if floor and near[i, j] and not beside_drop else np.int64(0)
             value = DROP_HIT if drops[i, j] >= MIN_HITS else value
             row[levels] = value
             if touched | (value != 0):

@@ -30,6 +30,9 @@ HEIGHT_ERROR_PER_M = 0.01  # half a degree of pitch error must not raise a far f
 # A surface this much lower than the floor before it is a drop; lower thresholds are driven over.
 DROP_MIN_DEPTH_M = 0.06
 DROP_RANGE_M = 4.0  # to where floor is missing; further edges are found from nearer
+# To where floor shows that none is missing in its cell: farther, the image samples what is below
+# the rest of the cell too sparsely, and looks from afar would open an edge that was seen.
+NO_DROP_RANGE_M = 3.0
 # Where seen floor ends nearer than this at a large hole without depth, as at the top of stairs, its
 # end is an edge.
 MISSING_FLOOR_RANGE_M = 3.0

@@ -27,7 +27,12 @@ from onemap_mapper.occupancy.evidence import (
     OccupancyUpdate,
     evidence_of,
 )
-from onemap_mapper.occupancy.floor import FLOOR_TOLERANCE_M, HEIGHT_ERROR_PER_M, floor_points
+from onemap_mapper.occupancy.floor import (
+    FLOOR_TOLERANCE_M,
+    HEIGHT_ERROR_PER_M,
+    NO_DROP_RANGE_M,
+    floor_points,
+)
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F32, I32, U8, Bool
@@ -307,7 +312,18 @@ def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
     )
     distances_m = ray_distances_m(params)
     voxels, counts = voxels_and_counts(camera, rays, distances_m, places, grid)
-    return OccupancyUpdate.of_arrays(*evidence_of(voxels, counts, box.origin_cell))
+    near = _near_enough(box, torch.from_numpy(camera)).numpy()
+    return OccupancyUpdate.of_arrays(*evidence_of(voxels, counts, near, box.origin_cell))
+
+
+def _near_enough(box: GridSpec, camera: Tensor) -> Tensor:
+    """Mask (nx, ny) of the cells in which the camera (3,) would see that floor is missing."""
+    x, y = (
+        (torch.arange(count, device=camera.device) + (first + 0.5)) * box.cell_size_m - at
+        for count, first, at in zip(box.shape, box.origin_cell, camera[:2], strict=True)
+    )
+    near: Tensor = (x * x)[:, None] + y * y <= NO_DROP_RANGE_M**2
+    return near
 
 
 def ray_distances_m(params: MapParams) -> F32:
@@ -374,7 +390,8 @@ def _evidence(
     lowest.masked_fill_((low >= MIN_HITS) & (lowest < LOW_HIT), LOW_HIT)
     there = drops >= MIN_HITS
     beside = torch.nn.functional.max_pool2d(there[None].float(), 3, stride=1, padding=1)[0] > 0
-    drop = ((clear & ~beside) * -MISS).to(torch.int8).masked_fill_(there, DROP_HIT)
+    no_drop = clear & ~beside & _near_enough(box, rays[0])
+    drop = (no_drop * -MISS).to(torch.int8).masked_fill_(there, DROP_HIT)
     evidence = torch.cat([voxels, drop[..., None]], dim=2)
     place = torch.nonzero(clear | blind | evidence.any(dim=2), as_tuple=True)
     (i, j), (x, y) = place, box.origin_cell
