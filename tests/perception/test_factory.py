@@ -21,13 +21,11 @@ from onemap_perception.config import (
     OpenVocabularyParams,
     PerceptionConfig,
     RoutedParams,
-    Tipsv2Params,
 )
-from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
+from onemap_perception.detectors.networks import CocoNetwork
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.onnx import open_session
 from onemap_perception.service import build
 from onemap_shared import keys
 from onemap_shared.config import ConfigError, section
@@ -212,28 +210,13 @@ def test_nothing_is_kept_for_sending(tmp_path: Path) -> None:
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-def test_a_provider_that_this_build_lacks_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import onnxruntime
-
-    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
-    with pytest.raises(ValueError, match="built without tensorrt"):
-        open_session(tmp_path / "none.onnx", threads=1, provider="tensorrt")
-
-
 CPU = torch.device("cpu")
 USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "openclip_convnext": (
         "open_clip",
         lambda folder: make_encoder(OpenClipConvNextParams(model=str(folder))),
     ),
-    "tipsv2": ("transformers", lambda folder: make_encoder(Tipsv2Params(model=str(folder)))),
     "coco": ("transformers", lambda folder: CocoNetwork(folder, CPU)),
-    "open_vocabulary": (
-        "transformers",
-        lambda folder: GroundingNetwork(folder, CPU),
-    ),
 }
 
 

@@ -89,13 +89,6 @@ def test_a_model_is_listed_with_its_licence_and_parameters(hub: LocalHub, source
     assert not served(hub).ranges  # the weights themselves were not fetched
 
 
-def test_a_model_that_needs_an_account_says_where_to_accept_its_licence(hub: LocalHub) -> None:
-    hub.gated.add(REPO)
-    sentence = f"accept it at {hub.url}/{REPO}, then run: hf auth login"
-    with pytest.raises(BackendError, match=sentence):
-        list_files(REPO, ("*",))
-
-
 def test_a_model_of_the_cache_is_listed_without_the_hub(tmp_path: Path) -> None:
     listing = list_snapshot(REPO, put_in_cache(tmp_path))
     assert (listing.offline, listing.size_bytes) == (True, 702)
@@ -166,27 +159,11 @@ def test_fetch_downloads_what_is_needed_and_again_what_is_discarded(hub: LocalHu
     assert model_store.corrupt_files(fetch()) == []
 
 
-def test_a_model_in_the_cache_is_located(cache: Path) -> None:
-    with pytest.raises(BackendError, match=f"onemap models fetch {REPO}"):
-        model_store.locate(REPO)
-    folder = put_in_cache(cache)
-    assert model_store.locate(REPO) == folder
-    assert model_store.size_bytes(folder) == 702
-
-
 def test_a_path_is_a_path(tmp_path: Path) -> None:
     assert model_store.locate(str(tmp_path)) == tmp_path
     for place in ("/nowhere/at/all", "./here", "weights.pth"):
         with pytest.raises(BackendError, match="does not exist"):
             model_store.locate(place)
-
-
-def test_files_without_the_announced_digest_are_corrupt(cache: Path) -> None:
-    folder = put_in_cache(cache)
-    (folder / "config.json").unlink()
-    (folder / "config.json").write_text("{}")  # no link: its digest is unknown
-    (folder / "tokenizer.json").symlink_to(cache / "nowhere")
-    assert model_store.corrupt_files(folder) == ["config.json", "tokenizer.json"]
 
 
 def test_without_the_hubs_client_the_error_says_what_to_install(

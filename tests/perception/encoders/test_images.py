@@ -14,7 +14,6 @@ from onemap_perception.encoders.images import (
     framed,
     mean_feature,
     patch_shares,
-    pixel_values,
 )
 from onemap_perception.errors import ImageError
 from onemap_shared.geometry import U8
@@ -30,14 +29,6 @@ def test_the_size_is_whole_cells_near_the_shape(width: int, height: int, cells: 
     assert all(side >= stride and side % stride == 0 for side in size)
     exact = min(width, height) / max(width, height) * cells
     assert abs(min(size) / stride - exact) <= 0.5 or min(size) == stride
-
-
-def test_planes_are_whitened_channels() -> None:
-    rgb = np.array([[[0, 255, 51]]], np.uint8)
-    mean, std = np.array([0.5, 0.5, 0.1], np.float32), np.array([0.5, 0.25, 0.1], np.float32)
-    result = pixel_values(rgb, mean, std)
-    assert result.shape == (1, 3, 1, 1)
-    np.testing.assert_allclose(result.ravel(), [-1, 2, 1], atol=1e-6)
 
 
 def png(rgb: U8) -> bytes:

@@ -75,20 +75,6 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
         bare.embed_text(["refrigeratr"])
 
 
-@pytest.mark.parametrize(
-    ("word", "name"),
-    [
-        ("loo", "toilet"),
-    ],
-)
-def test_shipped_names_that_the_embedding_misplaces_are_aliases(
-    encoder: Encoder, word: str, name: str
-) -> None:
-    queries = encoder.embed_text([word, name])
-    np.testing.assert_array_equal(queries.embeddings[0], queries.embeddings[1])
-    np.testing.assert_array_equal(queries.neutral_mask[0], queries.neutral_mask[1])
-
-
 def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
     classes = load_vocabulary(SHIPPED).classes
     query_aliases = [word for entry in classes for word in entry.query_aliases]

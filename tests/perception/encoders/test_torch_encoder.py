@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import onnx
 import pytest
 import torch
-from onnx import TensorProto, helper
 
 from onemap_perception.config import Tipsv2Params
 from onemap_perception.encoders.checkpoint import (
@@ -19,11 +17,8 @@ from onemap_perception.encoders.checkpoint import (
     read_weights,
 )
 from onemap_perception.encoders.torch_encoder import (
-    ENCODER_KEY,
-    INPUT,
     NO_MEAN,
     NO_STD,
-    OUTPUT,
     ExportedTower,
     TorchEncoder,
     TorchTower,
@@ -134,39 +129,6 @@ def test_on_cuda_the_tower_runs_in_half_precision() -> None:
     np.testing.assert_allclose(tower(PIXELS), on_cpu(PIXELS), atol=2e-3)
 
 
-def exported(path: Path, encoder_id: str = "toy-1") -> Path:
-    """A network whose features are each pixel's channels."""
-    graph = helper.make_graph(
-        [helper.make_node("Transpose", [INPUT], [OUTPUT], perm=[0, 2, 3, 1])],
-        "tower",
-        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, [1, 3, 4, 5])],
-        [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, [1, 4, 5, 3])],
-    )
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
-    helper.set_model_props(model, {ENCODER_KEY: encoder_id})
-    onnx.save(model, str(path))
-    return path
-
-
-def test_features_are_normalised(tmp_path: Path) -> None:
-    tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
-    expected = PIXELS[0].transpose(1, 2, 0)
-    expected = expected / np.linalg.norm(expected, axis=-1, keepdims=True)
-    np.testing.assert_allclose(tower(PIXELS), expected, atol=1e-3)
-
-
-def test_an_image_of_another_size_is_refused_with_both_sizes(tmp_path: Path) -> None:
-    tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
-    with pytest.raises(BackendError, match=r"exported for 5 x 4, this image needs 3 x 4"):
-        tower(PIXELS[..., :3])
-
-
-def test_a_tower_of_another_encoder_is_refused(tmp_path: Path) -> None:
-    path = exported(tmp_path / "tower.onnx", encoder_id="toy-2")
-    with pytest.raises(BackendError, match=r"was exported from toy-2, not from toy-1"):
-        ExportedTower(path, "cpu", "toy-1")
-
-
 def test_a_missing_or_damaged_file_is_named(tmp_path: Path) -> None:
     path = tmp_path / "tower.onnx"
     with pytest.raises(BackendError, match=r"tower\.onnx does not exist: onemap export-encoder"):
@@ -174,9 +136,6 @@ def test_a_missing_or_damaged_file_is_named(tmp_path: Path) -> None:
     path.write_bytes(b"not a network")
     with pytest.raises(BackendError, match=r"tower\.onnx cannot be run"):
         ExportedTower(path, "cpu", "toy-1")
-
-
-CPU = torch.device("cpu")
 
 
 @pytest.mark.parametrize("name", ["toaster", "cuda:99"])

@@ -141,21 +141,6 @@ def test_a_file_keeps_its_settings_and_the_same_command_again_changes_nothing(
     assert (Path("robot.yaml").read_text(), downloads(hub)) == (written, asked)
 
 
-def test_a_download_that_breaks_is_continued_and_a_damaged_one_is_not_kept(hub: LocalHub) -> None:
-    weights = hub.models[COCO][WEIGHTS]
-    right, damaged = weights.content, bytearray(weights.content)
-    half = len(right) // 2
-    weights.breaks_at = half
-    assert "broke off at" in refused("coco", "--device", "cpu", "--yes")
-    weights.breaks_at = None
-    damaged[-1] ^= 1
-    weights.content = bytes(damaged)
-    assert f"{COCO} arrived damaged: {WEIGHTS}" in refused("coco", "--device", "cpu", "--yes")
-    assert weights.ranges[-1] == half
-    weights.content = right
-    assert use("coco", "--device", "cpu", "--yes").code == EXIT_OK
-
-
 def test_what_is_not_allowed_or_cannot_be_written_is_refused_before_anything_is_fetched(
     hub: LocalHub,
 ) -> None:
