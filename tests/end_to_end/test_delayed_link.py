@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import ClassVar
 
 import pytest
@@ -24,11 +23,7 @@ BLIND = Blind(max_loop_s=1e9)
 CONTROL_S = 0.05
 
 
-def constant(delay_s: float, _now_s: float) -> float:
-    return delay_s
-
-
-@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("delay_s", [0.6, 1.5])
 def test_a_delay_that_was_always_there_keeps_the_robot_standing(delay_s: float) -> None:
     outcome = drive(lambda _: delay_s, duration_s=15.0)
     assert outcome.moving_s == []
@@ -39,7 +34,7 @@ def test_a_delay_that_was_always_there_keeps_the_robot_standing(delay_s: float) 
     )
 
 
-@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("delay_s", [0.6, 1.5])
 @pytest.mark.parametrize("begins_s", [4.0, 7.5])  # in the room, and short of the wall
 def test_a_delay_that_begins_stops_the_robot_before_the_wall(
     delay_s: float, begins_s: float
@@ -52,14 +47,13 @@ def test_a_delay_that_begins_stops_the_robot_before_the_wall(
 
 def test_the_wall_is_hit_where_nobody_measures_the_loop() -> None:
     """The defect that the tests above look for: they see it."""
-    for delay_s in (0.6, 1.0, 1.5):
-        outcome = drive(partial(constant, delay_s), echoes=False, checks=False, staleness=BLIND)
-        assert outcome.collisions > 0
-        assert len(outcome.moving_s) > 500  # of 600
-        assert outcome.reason == ""
+    outcome = drive(lambda _: 0.6, echoes=False, checks=False, staleness=BLIND)
+    assert outcome.collisions > 0
+    assert len(outcome.moving_s) > 500  # of 600
+    assert outcome.reason == ""
 
 
-@pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.15, 0.25])
+@pytest.mark.parametrize("delay_s", [0.05, 0.25])
 def test_over_a_link_within_the_limit_a_wrong_plan_hits_no_wall(delay_s: float) -> None:
     """The monitor stops the robot where it will be, not where odometry last said it was."""
     outcome = drive(lambda _: delay_s)
@@ -84,10 +78,9 @@ def test_a_robot_that_names_no_command_is_judged_by_its_odometry() -> None:
     assert outcome.collisions == 0
 
 
-@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
-def test_the_robot_checks_the_age_of_commands_itself(delay_s: float) -> None:
+def test_the_robot_checks_the_age_of_commands_itself() -> None:
     """Under a planner that measures nothing."""
-    outcome = drive(lambda _: delay_s, duration_s=15.0, staleness=BLIND, echoes=False)
+    outcome = drive(lambda _: 0.6, duration_s=15.0, staleness=BLIND, echoes=False)
     assert len(outcome.moving_s) > 200
     assert outcome.late > 200
     assert outcome.driven_m == 0.0

@@ -111,22 +111,3 @@ def test_a_confirmed_object_is_there_for_clients_and_after_a_restart(robot: Robo
     restarted(robot)
     assert robot.objects() == [sofa]
     assert robot.http.get(str(sofa["picture"])).content == JPEG
-
-
-def test_objects_are_saved_cleared_and_loaded_with_the_map(robot: Robot) -> None:
-    robot.until(lambda: robot.rig.mapper.health().ready)
-    robot.rig.client.call(keys.SEARCH_START, SearchRequest(("sofa",)))
-    confirm(robot.planner, SOFA)
-    robot.until(robot.objects)
-    (sofa,) = robot.objects()
-    assert robot.http.put("/v1/maps/flat").status_code == 201
-    robot.http.post("/v1/map/clear")
-    assert robot.objects() == []
-    restarted(robot)
-    assert robot.objects() == []
-    assert robot.http.post("/v1/maps/flat/load").status_code == 200
-    assert robot.objects() == [sofa]
-    assert robot.http.get(str(sofa["picture"])).content == JPEG
-    assert robot.http.delete(f"/v1/objects/{sofa['id']}").json() == sofa
-    restarted(robot)
-    assert robot.objects() == []

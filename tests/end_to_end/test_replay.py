@@ -99,17 +99,13 @@ def test_the_floor_lies_at_zero(study: System) -> None:
     assert abs(statistics.median(heights.values())) < 0.05
 
 
-@pytest.mark.parametrize("name", FURNITURE)
-def test_furniture_is_occupied(study: System, name: str) -> None:
-    assert at(study, FURNITURE[name]) is Occupancy.OCCUPIED
-
-
-@pytest.mark.parametrize("name", FLOOR)
-def test_the_floor_between_is_free(study: System, name: str) -> None:
-    assert at(study, FLOOR[name]) is Occupancy.FREE
-
-
-def test_what_no_camera_saw_is_unknown(study: System) -> None:
+def test_furniture_is_occupied_floor_is_free_and_what_no_camera_saw_unknown(
+    study: System,
+) -> None:
+    found = {name: at(study, place) for name, place in (FURNITURE | FLOOR).items()}
+    assert found == dict.fromkeys(FURNITURE, Occupancy.OCCUPIED) | dict.fromkeys(
+        FLOOR, Occupancy.FREE
+    )
     assert at(study, NEVER_SEEN) is Occupancy.UNKNOWN
 
 

@@ -17,7 +17,6 @@ import pytest
 
 from onemap_shared.messages import Odometry
 from onemap_tools.processes.launch import onemap_command
-from tests.end_to_end.conftest import SIMULATED, SIMULATOR
 from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System
 from tests.end_to_end.test_faults import absent_object
 
@@ -25,14 +24,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
 WATCHED_S = 4.0
 STILL_M = 0.02
-
-
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
-    """Every service and a simulated robot."""
-    folder = tmp_path_factory.mktemp("robot")
-    with System(folder, SIMULATED, {"simulator": SIMULATOR}) as system:
-        yield system
 
 
 def searching(system: System) -> dict[str, Any]:
@@ -100,23 +91,23 @@ def is_interrupted(system: System, search: dict[str, Any], why: str) -> None:
     system.until(lambda: system.monitor.moves, "the robot moves for who asked", START_S)
 
 
-def test_after_power_was_lost_the_robot_stays_where_it_is(robot: System) -> None:
-    search = searching(robot)
-    kill_all(robot)
-    start_all(robot)
-    stays_where_it_is(robot)
-    is_interrupted(robot, search, "the robot was started anew")
+def test_after_power_was_lost_the_robot_stays_where_it_is(system: System) -> None:
+    search = searching(system)
+    kill_all(system)
+    start_all(system)
+    stays_where_it_is(system)
+    is_interrupted(system, search, "the robot was started anew")
 
 
-def test_a_planner_that_was_away_does_not_go_on_with_another_map(robot: System) -> None:
-    search = searching(robot)
-    robot.kill("planner")
-    robot.until(lambda: robot.monitor.stands, "the robot brakes")
-    assert robot.http.post("/v1/map/clear").status_code == 200
-    robot.start("planner")
-    robot.until(robot.is_ready, "the planner is back", START_S)
-    stays_where_it_is(robot)
-    is_interrupted(robot, search, "the map is another one")
+def test_a_planner_that_was_away_does_not_go_on_with_another_map(system: System) -> None:
+    search = searching(system)
+    system.kill("planner")
+    system.until(lambda: system.monitor.stands, "the robot brakes")
+    assert system.http.post("/v1/map/clear").status_code == 200
+    system.start("planner")
+    system.until(system.is_ready, "the planner is back", START_S)
+    stays_where_it_is(system)
+    is_interrupted(system, search, "the map is another one")
 
 
 @contextmanager
@@ -142,19 +133,19 @@ def supervised_planner(system: System) -> Iterator[psutil.Process]:
         assert launcher.wait(PATIENCE_S) == 0
 
 
-def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(robot: System) -> None:
-    robot.processes["planner"].terminate()
-    robot.until(lambda: "planner" not in robot.monitor.alive, "the planner has left")
-    with supervised_planner(robot) as launcher:
-        search = searching(robot)
+def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(system: System) -> None:
+    system.processes["planner"].terminate()
+    system.until(lambda: "planner" not in system.monitor.alive, "the planner has left")
+    with supervised_planner(system) as launcher:
+        search = searching(system)
         (planner,) = launcher.children()
         planner.kill()
-        robot.monitor.odometry.clear()
-        robot.until(lambda: robot.monitor.stands, "the robot brakes")
-        robot.until(lambda: robot.monitor.moves, "the robot drives on", START_S)
-        assert robot.http.get("/v1/searches/current").json()["id"] == search["id"]
-    robot.until(lambda: "planner" not in robot.monitor.alive, "the planner has left")
-    robot.monitor.odometry.clear()
-    with supervised_planner(robot):
-        stays_where_it_is(robot)
-        is_interrupted(robot, search, "the planner was stopped")
+        system.monitor.odometry.clear()
+        system.until(lambda: system.monitor.stands, "the robot brakes")
+        system.until(lambda: system.monitor.moves, "the robot drives on", START_S)
+        assert system.http.get("/v1/searches/current").json()["id"] == search["id"]
+    system.until(lambda: "planner" not in system.monitor.alive, "the planner has left")
+    system.monitor.odometry.clear()
+    with supervised_planner(system):
+        stays_where_it_is(system)
+        is_interrupted(system, search, "the planner was stopped")
