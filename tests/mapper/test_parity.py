@@ -10,8 +10,7 @@ import torch
 
 from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.frame.blur import blur_kernel, blurred
-from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.projection import cell_features, project, project_compiled
+from onemap_mapper.frame.projection import cell_features, project_compiled
 from onemap_mapper.params import MapParams
 from onemap_perception.feature_field import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
@@ -31,37 +30,28 @@ def camera_pose(T_map_body: F32) -> F64:
     return T_map_body.astype(np.float64) @ T_body_camera
 
 
-def fused(
-    data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype, *, compiled: bool
-) -> tuple[F32, F32]:
+def fused(data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype) -> tuple[F32, F32]:
     """Confidence (600, 600) and features (600, 600, 32) after all frames."""
     fx, fy, cx, cy = data["K"].tolist()
     # The released code counts pixel centres at whole numbers, ours lie half a pixel further.
     intrinsics = Intrinsics(fx, fy, cx + 0.5, cy + 0.5)
     slots = np.full((CELLS, CELLS), -1)
-    store = CellStore(32, device=CPU, dtype=dtype, compiled=compiled)
+    store = CellStore(32, device=CPU, dtype=dtype, compiled=True)
     for k, (features, depth) in enumerate(zip(data["features"], data["depth"], strict=True)):
         T = camera_pose(data["pose"][k])
         variance = observation_variance(depth, intrinsics, VarianceParams())
-        if compiled:
-            weights = project_compiled(
-                depth,
-                variance,
-                intrinsics=intrinsics,
-                T_map_camera=T,
-                patch_shape=(8, 8),
-                params=EVERYTHING,
-            )
-        else:
-            images = torch.from_numpy(depth), torch.from_numpy(variance)
-            cloud = PointCloud.of(images[0], intrinsics=intrinsics, T_map_camera=T)
-            weights = project(cloud, images[1], patch_shape=(8, 8), params=EVERYTHING)
+        weights = project_compiled(
+            depth,
+            variance,
+            intrinsics=intrinsics,
+            T_map_camera=T,
+            patch_shape=(8, 8),
+            params=EVERYTHING,
+        )
         kernel = blur_kernel(
             weights.cells,
             camera_xy_m=(float(T[0, 3]), float(T[1, 3])),
-            params=MapParams(
-                depth_factor=0.01, blur_half_width_cells=half_width, compiled=compiled
-            ),
+            params=MapParams(depth_factor=0.01, blur_half_width_cells=half_width),
         )
         place = tuple(kernel.cells.numpy().T + CELLS // 2)
         new = slots[place] < 0
@@ -81,13 +71,12 @@ def fused(
     return confidence, dense
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize(
     ("dtype", "tolerance"), [(torch.float32, TOLERANCE), (torch.float16, 2 * TOLERANCE)]
 )
 @pytest.mark.parametrize(("name", "half_width"), [("no_blur", 0), ("blur", 3)])
 def test_matches_the_released_code(
-    name: str, half_width: int, dtype: torch.dtype, tolerance: float, compiled: bool
+    name: str, half_width: int, dtype: torch.dtype, tolerance: float
 ) -> None:
     with np.load(DATA / f"{name}.npz") as archive:
         data = {key: archive[key] for key in archive.files}
@@ -96,6 +85,6 @@ def test_matches_the_released_code(
     released_confidence[place] = data["confidence"]
     released_features = np.zeros((CELLS, CELLS, 32), np.float32)
     released_features[place] = data["feature_map"]
-    confidence, features = fused(data, half_width, dtype, compiled=compiled)
+    confidence, features = fused(data, half_width, dtype)
     for ours, theirs in ((confidence, released_confidence), (features, released_features)):
         assert np.abs(ours - theirs).max() <= tolerance * np.abs(theirs).max()
