@@ -75,15 +75,3 @@ def test_the_page_explains_what_is_shown_and_watched(reported: set[str]) -> None
     named = {name for expression in expressions() for name in NAME.findall(expression)}
     series = {f"{name}{end}" for name in explained for end in SERIES}
     assert named <= explained | series
-
-
-def test_every_alert_says_what_it_means() -> None:
-    rules = yaml.safe_load(ALERTS.read_text())["groups"][0]["rules"]
-    assert len({rule["alert"] for rule in rules}) == len(rules)
-    assert all(rule["annotations"]["summary"] for rule in rules)
-
-
-def test_every_panel_has_a_place_of_its_own() -> None:
-    panels = json.loads(DASHBOARD.read_text())["panels"]
-    places = {(panel["gridPos"]["x"], panel["gridPos"]["y"]) for panel in panels}
-    assert len(places) == len({panel["id"] for panel in panels}) == len(panels)
