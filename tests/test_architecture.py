@@ -330,3 +330,14 @@ def test_public_class_names_mean_one_thing() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(module.name)
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+def test_no_other_pool_is_made() -> None:
+    """One that does not watch its parent would leave processes behind."""
+    named = {
+        module.name
+        for module in modules(ROOT)
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.alias) and node.name in ("ProcessPoolExecutor", "Pool")
+    }
+    assert named == {"onemap_tools.processes.worker_pool"}

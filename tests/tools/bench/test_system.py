@@ -1,4 +1,4 @@
-"""A whole system's frames: ages by stage, and two robots with one map as real processes."""
+"""A whole system's frames: ages by stage, and a robot's as real processes."""
 
 from __future__ import annotations
 
@@ -57,24 +57,17 @@ def test_a_recorded_robot_sends_fields_and_embeds_texts_for_their_map() -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_two_robots_fill_one_map_while_clients_ask() -> None:
-    options = SystemBench(robots=2, rate=5.0, clients=2, seconds=2.0, size="160x120")
+def test_a_robot_is_followed_from_its_camera_to_its_commands_while_clients_ask() -> None:
+    options = SystemBench(rate=5.0, clients=2, seconds=3.0, size="160x120")
     result = run(options, lambda _: None)
     assert result["fused_hz"] > 0
     assert result["known"]["queries"] + result["new"]["queries"] > 0
     rows = {row["process"]: row for row in result["results"]}
-    assert rows.keys() == {"router", "mapper", "gateway", "robots", "clients"}
+    services = {"perception", "mapper", "planner", "gateway"}
+    assert rows.keys() == {"router", *services, "robots", "clients"}
     assert rows["mapper"]["taken_ms"]
-    assert result["capture_to_map_ms"]
-    assert all(len(line) == len(lines(result)[0]) for line in lines(result)[1 : len(rows) + 1])
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-def test_one_robot_is_followed_from_its_camera_to_its_commands() -> None:
-    result = run(SystemBench(rate=5.0, seconds=3.0, size="160x120"), lambda _: None)
-    rows = {row["process"]: row for row in result["results"]}
     assert rows["perception"]["stage_ms"]
     assert rows["perception"]["computing_ms"] > 0
     assert result["capture_to_map_ms"] == rows["planner"]["taken_ms"]
     assert result["capture_to_command_ms"]
+    assert all(len(line) == len(lines(result)[0]) for line in lines(result)[1 : len(rows) + 1])

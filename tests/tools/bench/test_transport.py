@@ -161,29 +161,13 @@ def test_thin_streams_fit_their_links_and_survive_their_file(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
-def test_a_window_bounds_the_age_on_a_thin_link(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At a fraction of what the camera sends: without a window the queues fill first."""
+def test_every_number_of_streams_has_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over loopback where no link can be emulated."""
     monkeypatch.setattr(benchmark, "WARM_UP_S", 1.0)
-    if problem := emulation_problem():
-        pytest.skip(problem)
-    asked = ["compressed", "thin"]
+    link = 0.0 if emulation_problem() else 30.0
     options = TransportBench(
-        link=4.0, delay=20.0, loss=1.0, setting=asked, rate=15.0, size="160x120", seconds=4.0
+        link=link, setting=["thin"], streams=[2], rate=5.0, seconds=1.0, size="160x120"
     )
-    queued, window = run(options, lambda _: None)["results"]
-    assert window["rate_hz"] > 0
-    assert window["replaced"] > queued["replaced"]  # a busy machine may drop some
-    assert window["age_p95_ms"] < queued["age_p95_ms"]
-    assert max(queued["down_mbit_s"], window["down_mbit_s"]) < 4.5  # the link was the link
-
-
-@pytest.mark.slow
-def test_every_number_of_streams_has_a_row_over_loopback(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(benchmark, "WARM_UP_S", 1.0)
-    options = TransportBench(setting=["thin"], streams=[2], rate=5.0, seconds=1.0, size="160x120")
     (thin,) = run(options, lambda _: None)["results"]
     assert (thin["setting"], thin["streams"]) == ("thin", 2)
     assert thin["slowest_hz"] > 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import signal
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import pytest
 
 from onemap_tools.processes.launch import ENDED
 from tests.shared.test_bus import eventually
-from tests.structure import ROOT, modules
 
 POOL = """
 from onemap_tools.processes.worker_pool import worker_pool
@@ -55,14 +53,3 @@ def test_workers_that_compute_end_with_their_parent(death: signal.Signals, tmp_p
     finally:
         for each in filter(runs, left):
             each.kill()
-
-
-def test_no_other_pool_is_made() -> None:
-    """One that does not watch its parent would leave processes behind."""
-    named = {
-        module.name
-        for module in modules(ROOT)
-        for node in ast.walk(module.tree)
-        if isinstance(node, ast.alias) and node.name in ("ProcessPoolExecutor", "Pool")
-    }
-    assert named == {"onemap_tools.processes.worker_pool"}

@@ -19,6 +19,7 @@ from onemap_tools.train.augmentation import augment_full_image, augment_strong, 
 from onemap_tools.train.batches import BatchSource, build_text_bank, class_frequency
 from onemap_tools.train.frames import NO_CLASS, FrameSetSpec, open_frames, render_frames
 from tests.simulator.scenes import box_room
+from tests.tools.processes.pickling_pool import PicklingPool
 from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
 
 FRAMES = tiny_frames()
@@ -44,6 +45,19 @@ def test_an_interrupted_rendering_continues(tmp_path: Path) -> None:
     np.testing.assert_array_equal(whole.label, halves.label)
     assert not np.array_equal(whole.rgb[:2], whole.rgb[2:])  # other seeds, other views
     assert (whole.scenes, whole.classes) == (2, CLASSES)
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_several_processes_render_the_same_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_tools.train.frames.worker_pool", PicklingPool)
+    for processes in (1, 2):
+        done = render_frames(tmp_path / str(processes), CLASSES[:2], SPEC, processes)
+        assert list(done) == [2, 4]
+    alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
+    np.testing.assert_array_equal(alone.rgb, together.rgb)
+    np.testing.assert_array_equal(alone.label, together.label)
 
 
 @pytest.mark.usefixtures("_one_room")
@@ -77,16 +91,6 @@ def test_a_disk_without_room_is_refused_before_anything_is_rendered(
     with pytest.raises(ValueError, match="GB of disk and"):
         next(render_frames(tmp_path, CLASSES, SPEC))
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.slow
-def test_processes_render_the_same_frames(tmp_path: Path) -> None:
-    for processes in (1, 2):
-        done = render_frames(tmp_path / str(processes), CLASSES[:2], SPEC, processes)
-        assert list(done) == [2, 4]
-    alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
-    np.testing.assert_array_equal(alone.rgb, together.rgb)
-    np.testing.assert_array_equal(alone.label, together.label)
 
 
 @given(seed=st.integers(0, 2**32 - 1))
