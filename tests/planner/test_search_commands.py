@@ -140,10 +140,3 @@ def test_a_list_holds_as_many_searches_as_one_message() -> None:
     assert listed.left_out == 51 - len(listed.searches)
     assert list(listed.searches) == statuses[: len(listed.searches)]
     assert decode(SearchList, encode(listed)) == listed
-
-
-def test_bad_names_are_refused_before_the_robot_moves(services: SimulatedServices) -> None:
-    with pytest.raises((RemoteError, ValueError), match="readable word"):
-        services.start("!!!")
-    services.frame()
-    assert services.sent_commands() == []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import STOP, Pose2d, Reverse
+from onemap_planner.motion.motions import Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
 from tests.planner.grid_world import (
@@ -41,22 +41,6 @@ def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
     floor = ~world.floor_plan.solid
     assert (world.occupancy[floor] == Occupancy.FREE).mean() > 0.97
     assert not world.entered_solid
-
-
-@pytest.mark.slow
-def test_a_stale_map_stops_the_robot_and_the_search_goes_on_after_it() -> None:
-    run = start(in_two_rooms(), "bed")
-    while run.now_s < 10.0:
-        run.step()
-    before = run.state
-    run.stale_reason = "the map is 1.2 s old"
-    for _ in range(20):
-        run.step()
-        assert run.world.velocity == STOP
-    assert run.state.search == before.search
-    assert run.state.active_time_s == before.active_time_s
-    run.stale_reason = ""
-    assert run.until_over(300.0).phase == Finished(SearchState.FOUND)
 
 
 def test_a_missing_map_fails_the_search_with_the_reason() -> None:
