@@ -129,19 +129,3 @@ def test_no_role_may_delete_or_speak_for_another(role: str) -> None:
     assert tokens == {keys.liveliness(name, "*") for name in ROLES[role].names}
     beats = {key for key in allowed(section, role, "put") if key.startswith("health")}
     assert beats == {keys.heartbeat(name).key for name in ROLES[role].names}
-
-
-def test_latched_topics_are_asked_for_and_answered() -> None:
-    section, latched = access_control(), keys.SEARCH_STATE.key
-    assert latched in allowed(section, "planner", "declare_queryable")
-    assert latched in allowed(section, "planner", "reply")
-    assert latched in allowed(section, "gateway", "query")
-    assert latched not in allowed(section, "mapper", "query")
-
-
-def test_keys_lie_below_the_namespace() -> None:
-    plain, fleet = access_control(), access_control("fleet/r1")
-    for role in ROLES:
-        for message in ("put", "query", "declare_subscriber", "liveliness_token"):
-            below = {f"fleet/r1/{key}" for key in allowed(plain, role, message)}
-            assert allowed(fleet, role, message) == below
