@@ -47,7 +47,7 @@ def turned_plan(angle_deg: float) -> tuple[Bool, Bool, F64]:
     return inside & ~walls, inside & walls, along
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 2.0, 5.0, 27.0, 45.0, 60.0, 90.0, 200.0])
+@pytest.mark.parametrize("angle_deg", [0.0, 5.0, 27.0, 45.0, 200.0])
 def test_a_door_parts_two_rooms_however_they_lie(angle_deg: float) -> None:
     free, walls, along = turned_plan(angle_deg)
     found = rooms(free, np.zeros_like(free), walls, grid_of(free))
