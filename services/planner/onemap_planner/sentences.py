@@ -207,9 +207,9 @@ def creeps_unseen(floor_m: float) -> str:
     return f"slowly, over floor not seen yet: the camera shows {shows}, tilted down or lower more"
 
 
-def position_jumped(by_m: float) -> str:
-    """That the robot stands, because its position changed by more than it can drive."""
-    return f"standing still: its position jumped by {by_m:.1f} m, was it pushed or carried?"
+def pose_jumped(what: str, by: str) -> str:
+    """That the robot stands, because its position or heading changed by more than it can drive."""
+    return f"standing still: its {what} jumped by {by}, was it pushed or carried?"
 
 
 def beside_map(by_m: float) -> str:
