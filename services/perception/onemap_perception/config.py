@@ -75,8 +75,8 @@ class TorchEncoderParams(ChannelParams):
         default=0.0,
         ge=0,
         lt=1,
-        description="A query whose best score, (1 + cosine) / 2, is lower gets no region. 0: not "
-        "measured, every query is answered; 'onemap bench queries --config' measures it.",
+        description="A query whose best score is lower gets no region. 0: fitted to each map, by "
+        "words of what no home has, and used as mapper.found_score too.",
     )
 
 

@@ -142,6 +142,9 @@ class TextEmbeddings(Message):
         neutral_mask: (N, M) 1 where neutral word m competes with text n (synonyms do not).
         temperature: factor of the cosine in the softmax.
         floor: a best score below this means "not here"; 0: not measured for this encoder.
+        controls: how many of the neutral words, the last ones, name what no home has; without a
+            floor, it is the score that one in twenty of them reaches on the map. None of them has
+            synonyms among the neutral words.
         stands_for: names of the encoder's classes that are nearest to each text, the nearest
             first; a class's own name alone for a name of it. Empty: the encoder has no classes.
     """
@@ -155,6 +158,11 @@ class TextEmbeddings(Message):
     temperature: float
     floor: Share = 0.0
     stands_for: tuple[tuple[str, ...], ...] = ()
+    controls: int = 0
+
+    def _check(self) -> None:
+        if not 0 <= self.controls <= len(self.neutral):
+            raise ValueError(f"{self.controls} controls are not among {len(self.neutral)} words")
 
     def only(self, rows: I64) -> TextEmbeddings:
         """The texts of these rows (K,)."""

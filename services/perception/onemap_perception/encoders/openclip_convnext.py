@@ -76,6 +76,7 @@ def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageMo
         stride_px=STRIDE,
         mean=np.array(preprocess.get("mean", CLIP_MEAN), np.float32),
         std=np.array(preprocess.get("std", CLIP_STD), np.float32),
+        temperature=float(model.logit_scale.exp()),
     )
 
 

@@ -99,6 +99,7 @@ def load_tipsv2(path: Path, device: torch.device) -> VisionLanguageModel:
         stride_px=vision.patch_px,
         mean=NO_MEAN,
         std=NO_STD,
+        temperature=1.0 / float(model.temperature),
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 
-from onemap_perception.config import TorchParams
+from onemap_perception.config import SHIPPED, TorchParams
 from onemap_perception.encoders.checkpoint import inference, open_device
 from onemap_perception.encoders.images import (
     fitted_size,
@@ -22,8 +22,10 @@ from onemap_perception.encoders.images import (
 )
 from onemap_perception.errors import BackendError, first_line
 from onemap_perception.onnx import open_session
+from onemap_perception.text.competition import Competition
 from onemap_perception.text.embeddings import CachedTextEncoder, EmbedTexts, uncalibrated_queries
 from onemap_perception.text.queries import IMAGE_NAME
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 
@@ -133,6 +135,7 @@ class VisionLanguageModel:
 
     vision: images (1, 3, H, W) to features (1, H / stride_px, W / stride_px, D), not normalised;
     embed: prompts to rows (N, D), not normalised. mean, std (3,): of the channels in [0, 1].
+    temperature: factor of the cosine that it was trained with; None: the checkpoint has none.
     """
 
     encoder_id: str
@@ -142,6 +145,7 @@ class VisionLanguageModel:
     stride_px: int
     mean: F32
     std: F32
+    temperature: float | None = None
 
 
 class TorchEncoder:
@@ -155,6 +159,7 @@ class TorchEncoder:
         self._mean, self._std = model.mean, model.std
         self._params = params
         self._texts = CachedTextEncoder(model.embed, prompt=PROMPT, capacity=TEXT_CACHE_SIZE)
+        self._competition = Competition(load_vocabulary(SHIPPED), self._texts, model.temperature)
         exported = self.tower.size_px if isinstance(self.tower, ExportedTower) else None
         self._frame_px = exported or CAMERA_PX
         width, height = self._frame_px
@@ -176,7 +181,7 @@ class TorchEncoder:
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Every text has an embedding; English ones are the most reliable."""
-        return uncalibrated_queries(
+        return self._competition.queries(
             texts,
             self._texts(texts),
             encoder_id=self.encoder_id,
