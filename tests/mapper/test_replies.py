@@ -38,7 +38,7 @@ from onemap_shared.messages import (
 from tests.mapper import scenes, table_room
 from tests.mapper.table_room import FEATURES, NAMES
 
-SOFA, WALL, CUP = np.eye(16, dtype=np.float32)[:3]
+SOFA, WALL, CUP, HAT = np.eye(16, dtype=np.float32)[:4]
 
 
 def query(text: str, direction: np.ndarray, *, min_score: float = 0.0) -> TextQuery:
@@ -112,6 +112,23 @@ def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> N
     assert reply.floor == 0.6
     assert 0 < reply.best_score < 0.6
     assert np.nanmax(reply.scores_grid) == pytest.approx(reply.best_score, abs=0.05)
+
+
+@pytest.mark.parametrize(("direction", "found"), [(SOFA, True), (HAT, False)])
+def test_without_labels_a_control_word_says_what_is_not_here(
+    belief: BeliefMap, direction: F32, found: bool
+) -> None:
+    """Nothing is like the cup; a sofa that no word names is as much of a cup as of a hat."""
+    words = torch.from_numpy(np.stack([direction, WALL, CUP]))
+    fitted = TextQuery("x", words, 30.0, neutral=words[1:], excluded=torch.zeros(2), controls=1)
+    scored = MapScores(belief).of([fitted])
+    reply = similarity_reply(scored, request=SimilarityRequest("x"))
+    occupancy, layers = scored.version.occupancy_grid(), scored.version.layers()
+    coverage = floor_coverage(occupancy, layers, reply.grid, robot_xy_m=(), area=None)
+    reply = judged(reply, SimilarityRequest("x"), coverage, scored, found_score=0.0)
+    assert 0.4 < reply.floor < 0.6
+    assert (reply.verdict.verdict is Verdict.FOUND) is found
+    assert (len(reply.scores) > 0) is found
 
 
 def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:

@@ -226,6 +226,31 @@ def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPa
     assert read == [45, 13]  # the text; the frame's cells, and those of the seven frames before
 
 
+def test_a_floor_is_fitted_to_the_map_and_again_when_it_has_grown() -> None:
+    """One in twenty of the control words reaches it; what they are is slow but obvious here."""
+    rng = np.random.default_rng(3)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    reply = replace(embeddings(rng, 30), controls=20)
+    query = text_query(reply, 0, CPU)
+
+    def expected() -> float:
+        cosines = unit_cosines(store.features(np.arange(store.count)), torch.tensor(reply.neutral))
+        shares = torch.softmax(reply.temperature * cosines, dim=1)[:, 10:].numpy()
+        return float(np.quantile(np.sort(shares, axis=0)[-3:].mean(axis=0), 0.95))
+
+    def fuse(features: F32, revision: int) -> float:
+        slots, sure = store.add(np.zeros((len(features), 2), np.int64)), torch.ones(len(features))
+        store.fuse(slots, torch.from_numpy(features), sure, revision=revision)
+        return cache.floor(query, store, revision)
+
+    first = fuse(unit(rng, 100, 8), 1)
+    assert first == pytest.approx(expected(), abs=1e-4)
+    assert fuse(reply.neutral[10:], 2) == first != pytest.approx(expected(), abs=1e-3)
+    assert fuse(unit(rng, 10, 8), 3) == pytest.approx(expected(), abs=1e-4)
+    assert fuse(reply.neutral[10:], 103) == pytest.approx(expected(), abs=1e-4)
+    assert cache.floor(text_query(replace(reply, floor=0.25), 0, CPU), store, 103) == 0.25
+
+
 def cell_scores(features: np.ndarray, concepts: np.ndarray, temperature: float) -> CellScores:
     query = TextQuery("a text", torch.from_numpy(concepts), temperature)
     cosine = unit_cosines(torch.from_numpy(features), query.concepts)

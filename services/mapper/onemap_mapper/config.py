@@ -56,8 +56,8 @@ class MapperConfig(Params):
         ge=0,
         le=1,
         description="Score of the best region from which the answer to a query is found: above "
-        "mini's floor, 0.25, where one unrelated word in twenty is answered. An encoder without "
-        "calibration scores every text above 0.5: raise it.",
+        "mini's floor, 0.25, where one unrelated word in twenty is answered. With an encoder whose "
+        "floor is fitted to the map, that floor counts.",
     )
     map_folder: Path = Field(
         default=Path("maps"),

@@ -139,8 +139,9 @@ class SearchView(Message):
         similarity: (nx, ny) score in [0, 1], NaN where not observed; (0, 0) without a text.
         rival: (nx, ny) the same for the best of the request's rivals; (0, 0) without any that
             the encoder knows.
-        guidance: (nx, ny) rank of the cell's cosine among all observed cells, 1 lowest to 255
-            highest, 0 where not observed; (0, 0) without a text.
+        guidance: (nx, ny) rank of the cell's cosine, or of a score that is no probability, among
+            all observed cells, 1 lowest to 255 highest, 0 where not observed; (0, 0) without a
+            text.
         calibrated: whether the similarity is a probability; else only its order means anything.
         tops_dm: (nx, ny) how high what stands in occupied cells reaches, in decimetres, 22 also
             for what is higher; 0 elsewhere, and where it is not known; (0, 0) from older mappers.
@@ -372,11 +373,11 @@ class ViewChanges(Message):
             bit first: whether it changed.
         occupancy: (n,) values of ``Occupancy`` of the changed cells, in the order of the bits.
         layers: (n,) bits of ``Layer``.
-        values: (p, m) of those of the n cells that are observed: score in [0, 1], cosine, and
-            with rivals the score of the best of them; p is 0 without a text, and in a map
-            without features.
-        rank_limits: (254,) ascending: the rank of a cosine among all observed cells is 1 and
-            the number of limits below it; (0,) without values.
+        values: (p, m) of those of the n cells that are observed: score in [0, 1], cosine, or
+            again a score that is no probability, and with rivals the score of the best of them;
+            p is 0 without a text, and in a map without features.
+        rank_limits: (254,) ascending: the rank of the second value among all observed cells is 1
+            and the number of limits below it; (0,) without values.
         calibrated: whether scores are probabilities; else only their order means anything.
     """
 

@@ -124,7 +124,7 @@ def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
 def _query(word: QueryWord, encoder: Encoder) -> TextQuery:
     """The query for a word, without its calibrated minimum score."""
     embedded = encoder.embed_text([word.text])
-    return replace(text_query(embedded, 0, torch.device("cpu")), min_score=0.0)
+    return replace(text_query(embedded, 0, torch.device("cpu")), min_score=0.0, controls=0)
 
 
 def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedScene:

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from onemap_mapper.belief.version import NO_SLOT, MapVersion
 from onemap_mapper.occupancy.heights import height_band, surroundings
+from onemap_mapper.query.similarity import TOP_CELLS
 from onemap_mapper.query.verdicts import area_mask
 from onemap_shared.geometry import F32, I64, Bool
 from onemap_shared.grid import GridSpec
@@ -77,7 +78,6 @@ def _loop(mask: Bool) -> I64:
 
 BEST_SHARE = 0.5  # of the best score, that a region's cells have at least
 TOP_SHARE = 0.05  # of all cells: the paper's top 5 percentile
-TOP_CELLS = 3  # a region's score is the mean of its best cells: one cell alone may be noise
 EIGHT_NEIGHBOURS = np.ones((3, 3), bool)
 
 

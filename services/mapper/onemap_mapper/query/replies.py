@@ -20,7 +20,7 @@ from onemap_mapper.query.regions import (
     scoring_at_least,
 )
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
-from onemap_mapper.query.similarity import CellScores, TextQuery, against, ranks
+from onemap_mapper.query.similarity import CellScores, TextQuery, against, guiding, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
 from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_masks, place_weights
@@ -48,7 +48,7 @@ NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 def similarity_reply(
     scored: ScoredVersion, *, request: SimilarityRequest, places: MapPlaces = NOWHERE
 ) -> SimilarityReply:
-    """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
+    """Ranked regions that score at least the text's floor, and the grid if requested.
 
     scored: a map that is not empty, with the scores of the text, then those of its negatives and
     of the anchors of its detail. places: of the map, if the detail names any.
@@ -67,7 +67,7 @@ def similarity_reply(
         grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
     regions = _regions_of(version, grid_scores, request, calibrated=query.calibrated)
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
-    regions = scoring_at_least(regions, query.min_score)
+    regions = scoring_at_least(regions, scored.floor)
     outlines = [outline(cells, version.grid) for cells in regions.cells]
     rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]
     log = version.view_log
@@ -83,7 +83,7 @@ def similarity_reply(
         grid=version.grid,
         scores_grid=grid_scores if request.include_grid else NO_GRID,
         best_score=best_score,
-        floor=query.min_score,
+        floor=scored.floor,
         outline_points_m=np.concatenate([np.zeros((0, 2), np.float32), *outlines]),
         outline_owner=np.repeat(
             np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]
@@ -118,8 +118,10 @@ def _described(
 
 def _layers(version: MapVersion, text: CellScores) -> Layers:
     """What the map says of an object, by rank if its scores are no probabilities."""
-    rank = version.to_grid((ranks(text.cosines) - np.float32(1.0)) / np.float32(RANKS - 1))
-    return Layers(version.to_grid(text.scores) if text.query.calibrated else by_rank(rank), rank)
+    rank = version.to_grid((ranks(guiding(text)) - np.float32(1.0)) / np.float32(RANKS - 1))
+    return Layers(
+        version.to_grid(text.scores) if text.query.has_probabilities else by_rank(rank), rank
+    )
 
 
 def _regions_of(
@@ -150,7 +152,12 @@ def judged(
     scored: ScoredVersion,
     found_score: float,
 ) -> SimilarityReply:
-    """The reply with its verdict; ``scored`` is what the reply was made of."""
+    """The reply with its verdict; ``scored`` is what the reply was made of.
+
+    found_score: from which a thing is found, unless the floor was fitted to the map.
+    """
+    if scored.texts[0].query.fits_floor:
+        found_score = scored.floor
     cosines = scored.version.to_grid(scored.texts[0].cosines)
     worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
     verdict = judge(reply.best_score, coverage, worths=worths, found_score=found_score)
@@ -183,9 +190,9 @@ def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
     calibrated = True
     if scored.texts:
         own, *others = scored.texts
-        calibrated = own.query.calibrated
+        calibrated = own.query.has_probabilities
         similarity = version.to_grid(own.scores)
-        guidance = np.nan_to_num(version.to_grid(ranks(own.cosines).astype(np.float32)))
+        guidance = np.nan_to_num(version.to_grid(ranks(guiding(own)).astype(np.float32)))
         guidance = guidance.astype(np.uint8)
         if others:
             rival = version.to_grid(np.max([other.scores for other in others], axis=0))
@@ -285,7 +292,7 @@ class ViewReplies:
             layers=cells.layers,
             values=_values(scored),
             rank_limits=scored.rank_limits,
-            calibrated=scored.texts[0].query.calibrated if scored.texts else True,
+            calibrated=scored.texts[0].query.has_probabilities if scored.texts else True,
         )
 
     def _known(self, have: ViewKey) -> KnownScores:
@@ -311,7 +318,7 @@ def _values(scored: ScoredChanges) -> F32:
     if not scored.texts:
         return np.zeros((0, 0), np.float32)
     own, *rivals = scored.texts
-    rows = [own.scores, own.cosines]
+    rows = [own.scores, guiding(own)]
     if rivals:
         rows.append(np.max([rival.scores for rival in rivals], axis=0))
     return np.stack(rows)

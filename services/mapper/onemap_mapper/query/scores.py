@@ -26,6 +26,7 @@ from onemap_mapper.query.similarity import (
     KeptScores,
     ScoreCache,
     TextQuery,
+    guiding,
     rank_limits,
 )
 from onemap_mapper.transfers import to_host
@@ -108,10 +109,14 @@ NO_LIMITS: F32 = np.zeros(0, np.float32)
 
 @dataclass(frozen=True, slots=True)
 class ScoredVersion:
-    """A revision of a map with the scores of the texts that were asked for, in their order."""
+    """A revision of a map with the scores of the texts that were asked for, in their order.
+
+    floor: score of the first text from which it is answered.
+    """
 
     version: MapVersion
     texts: tuple[CellScores, ...] = ()
+    floor: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +158,13 @@ class MapScores:
         with self._turn:
             version, found = self._scored(queries, BeliefMap.version)
             copied = tuple(kept.copied() for kept in found)
-            return ScoredVersion(version.of_robot(robot), copied)
+            floor = self._floor(queries[0]) if queries else 0.0
+            return ScoredVersion(version.of_robot(robot), copied, floor)
+
+    def _floor(self, query: TextQuery) -> float:
+        with self._lock:
+            table, revision = self._belief.store.table(), self._belief.revision
+        return self._cache.floor(query, table, revision)
 
     def learn(self, query: TextQuery) -> None:
         """Take the words that compete with a text for those that ``warm`` is about."""
@@ -198,7 +209,7 @@ class MapScores:
                     CellScores(kept.query, revision, kept.scores[slots], kept.cosines[slots])
                     for kept in found
                 ),
-                rank_limits(found[0].cosines) if found else NO_LIMITS,
+                rank_limits(guiding(found[0])) if found else NO_LIMITS,
             )
 
     def _scored(

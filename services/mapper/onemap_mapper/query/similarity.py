@@ -31,6 +31,10 @@ LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
 SETTLED = 8  # revisions: a cell that is in view changes with every frame
 LEAST_REST = 0.05  # of the sum over all words: what it is short of is right to 1e-4
 NO_SLOTS: I64 = np.zeros(0, np.int64)
+CONTROLS_BELOW = 0.95  # share of the control words whose best score lies below the floor
+FLOOR_REVISIONS = 100  # and a map that is not a quarter larger, for which a fitted floor holds
+FLOOR_GROWTH = 1.25
+TOP_CELLS = 3  # a region's score is the mean of its best cells: one cell alone may be noise
 CANDIDATES = 4096  # stale cells that are looked at for those that are settled
 
 
@@ -47,6 +51,7 @@ class CellSums:
         self._held = SlotValues(2, words.device)
         self._stale: Bool = np.zeros(0, bool)
         self._next = 0  # slot at which the search for settled ones goes on
+        self._floor, self._fitted_at = 0.0, (0, 0)  # revision and slots
 
     @property
     def nbytes(self) -> int:
@@ -91,6 +96,19 @@ class CellSums:
             self._held.values[0, index] = lengths
             self._held.values[1, index] = self._sum(self.words, features, lengths)
         self._stale[slots] = False
+
+    def floor(self, store: CellFeatures, revision: int, controls: int) -> float:
+        """The score that one in twenty of the last ``controls`` words reaches on the map."""
+        fitted_at, count = self._fitted_at
+        grown = not count or store.count > FLOOR_GROWTH * count
+        if grown or revision - fitted_at >= FLOOR_REVISIONS:
+            lengths, sums = self.of(store, revision, slice(None))
+            cosines = store.products(np.arange(store.count), self.words[-controls:]) / lengths
+            scores = torch.exp(self.temperature * cosines - sums)
+            best = scores.topk(min(TOP_CELLS, store.count), dim=1).values.mean(dim=1)
+            self._floor = float(torch.quantile(best, CONTROLS_BELOW))
+            self._fitted_at = revision, store.count
+        return self._floor
 
     def without(
         self, sums: Tensor, cosines: Tensor, excluded: Tensor, store: CellFeatures, slots: I64
@@ -144,6 +162,7 @@ class TextQuery:
     neutral (M, D): all words that may compete; excluded (M,): 0 for those m, -inf for the others.
     Both are None if the query does not say.
     min_score: a best score below this means that the map holds no such thing, 0 = not calibrated.
+    controls: see ``TextEmbeddings``; searches go by the order of such scores.
     """
 
     text: str
@@ -152,10 +171,20 @@ class TextQuery:
     min_score: float = 0.0
     neutral: Tensor | None = None
     excluded: Tensor | None = None
+    controls: int = 0
 
     @property
     def calibrated(self) -> bool:
         return len(self.concepts) > 1
+
+    @property
+    def has_probabilities(self) -> bool:
+        """Whether labels say what a score is worth."""
+        return self.calibrated and not self.controls
+
+    @property
+    def fits_floor(self) -> bool:
+        return self.controls > 0 and self.min_score == 0
 
     def scores_as(self, other: TextQuery) -> bool:
         """Whether both give every cell the same score: robots of one map embed a text each for
@@ -183,6 +212,7 @@ def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> 
         embeddings.floor,
         torch.tensor(embeddings.neutral, device=device),
         torch.tensor(np.where(embeddings.neutral_mask[index] > 0, 0.0, -np.inf)).float().to(device),
+        embeddings.controls,
     )
 
 
@@ -249,6 +279,12 @@ class CellScores:
     revision: int
     scores: F32
     cosines: F32
+
+
+def guiding(found: CellScores | KeptScores) -> F32:
+    """By which cells (count,) are ranked for a search: scores are 0 almost everywhere if they are
+    probabilities, cosines are not."""
+    return found.cosines if found.query.has_probabilities else found.scores
 
 
 class KeptScores:
@@ -360,6 +396,12 @@ class ScoreCache:
         if query.calibrated:
             self._sums = sums
         return sums
+
+    def floor(self, query: TextQuery, store: CellFeatures, revision: int) -> float:
+        """The text's own ``min_score``, or one that is fitted to the map."""
+        if not query.fits_floor:
+            return query.min_score
+        return self.learn(query).floor(store, revision, query.controls)
 
     def settled(self, store: CellStore, revision: int, most: int) -> I64:
         """As ``CellSums.settled``; none before any calibrated text."""
