@@ -17,7 +17,8 @@ import numpy as np
 
 from onemap_perception.detectors.boxes import Box, detections_from_boxes
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.text.embeddings import uncalibrated_queries, unit_rows
+from onemap_perception.text.competition import Competition
+from onemap_perception.text.embeddings import unit_rows
 from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.vocabulary import (
     EmbeddingTable,
@@ -96,7 +97,9 @@ class SimulatedEncoder:
         vocabulary = load_vocabulary(folder)
         self._table = compact_table(load_table(folder), vocabulary, params.dimension)
         self._queries = QueryEncoder(vocabulary, self._table, load_calibration(folder))
+        self._raw = QueryEncoder(vocabulary, self._table, load_calibration(folder), raw=True)
         self._image_mean, self._text_mean = common_components(params, rng)
+        self._competition = Competition(vocabulary, self._common_rows) if params.common else None
         self._objects = object_features(scene, self._class_rows(scene), params, rng)
 
     @property
@@ -124,13 +127,17 @@ class SimulatedEncoder:
         return result
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
-        """See ``Encoder``: with mini's neutral words, or without any if ``common`` is not 0."""
+        """See ``Encoder``: calibrated as mini, or if ``common`` is not 0 without labels."""
         ids = {"encoder_id": self.encoder_id, "text_space": self.text_space}
         queries = self._queries.queries(texts, **ids)
-        if not self._params.common:
+        if self._competition is None:
             return queries
-        rows = _unit(queries.embeddings + np.float32(self._params.common) * self._text_mean)
-        return uncalibrated_queries(texts, rows, **ids, floor=0.0)
+        return self._competition.queries(texts, self._common_rows(texts), **ids, floor=0.0)
+
+    def _common_rows(self, texts: Sequence[str]) -> F32:
+        """Embeddings (N, D) of texts, with what all of them have in common."""
+        own = self._raw.queries(texts, encoder_id="", text_space="").embeddings
+        return _unit(own + np.float32(self._params.common) * self._text_mean)
 
     def _class_rows(self, scene: Scene) -> F32:
         """Embeddings (objects, D) of the objects' categories."""
