@@ -137,7 +137,7 @@ class OnlyCosines(ColourEncoder):
 
 
 def test_patches_need_a_calibrated_encoder() -> None:
-    with pytest.raises(BackendError, match="needs an encoder with calibrated scores"):
+    with pytest.raises(BackendError, match="needs an encoder calibrated with labels"):
         make_detector(configured({}).detector, OnlyCosines())
 
 

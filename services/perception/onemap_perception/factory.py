@@ -29,6 +29,7 @@ from onemap_perception.config import (
 from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector
+from onemap_perception.detectors.two_looks import TwoLooksDetector
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.photo import PhotoEncoder
 from onemap_perception.encoders.projected import ProjectedEncoder, embed_words
@@ -107,11 +108,14 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
 
 
 def _patch_detector(encoder: Encoder) -> Detector:
-    if len(encoder.embed_text(("chair",)).neutral) == 0:
+    queries = encoder.embed_text(("chair",))
+    if len(queries.neutral) == 0 or queries.controls:
         raise BackendError(
-            "the detector patches needs an encoder with calibrated scores (mini, photo); choose "
+            "the detector patches needs an encoder calibrated with labels (mini, photo); choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
+    if isinstance(encoder, PhotoEncoder):
+        return TwoLooksDetector(encoder)
     return PatchDetector(encoder.encoder_id)
 
 

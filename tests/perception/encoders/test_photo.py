@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_perception.config import SHIPPED, MiniParams, PhotoParams
+from onemap_perception.config import SHIPPED, MiniParams, PatchesParams, PhotoParams
+from onemap_perception.detectors.patches import PatchDetector
+from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.images import decoded
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.photo import (
@@ -21,11 +23,16 @@ from onemap_perception.encoders.photo import (
     household_names,
 )
 from onemap_perception.errors import BackendError
+from onemap_perception.factory import make_detector
+from onemap_perception.target_detection import backproject_detections
 from onemap_perception.text.embeddings import scores
-from onemap_perception.text.vocabulary import load_table
-from onemap_shared.geometry import U8
+from onemap_perception.text.vocabulary import load_table, load_vocabulary
+from onemap_shared.geometry import F32, U8
+from onemap_tools.bench.queries import EXCLUDED_CLASSES
+from onemap_tools.bench.scene import read_labels, recorded_frames
 
 PHOTOGRAPHS = Path(__file__).parents[4] / "shared" / "data" / "rgbd_study"
+LABELS = Path(__file__).parents[2] / "data" / "rgbd_study.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +60,46 @@ def test_patches_and_words_are_those_of_mini(
     ours, theirs = encoder.embed_text(["sofa"]), mini.embed_text(["sofa"])
     np.testing.assert_array_equal(ours.embeddings, theirs.embeddings)
     assert ours.encoder_id == encoder.embed_image(image).encoder_id == encoder.encoder_id
+
+
+@pytest.mark.parametrize(
+    ("name", "looks", "kept"),
+    [  # what mini and the classifier see
+        ("sofa", ("sofa", "sofa"), True),
+        ("sofa", ("bed", "sofa"), False),
+        ("sofa", ("sofa", "bed"), False),
+        ("mirror", ("mirror", "bed"), True),  # no name of the classifier
+        ("printer", ("bed", "printer"), True),  # no class of mini
+        ("printer", ("printer", "bed"), False),
+    ],
+)
+def test_a_detection_is_what_both_networks_see_of_the_names_that_they_know(
+    encoder: PhotoEncoder,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    looks: tuple[str, str],
+    kept: bool,
+) -> None:
+    image = np.zeros((48, 64, 3), np.uint8)
+
+    def all_of(word: str) -> F32:
+        return np.tile(encoder.embed_text((word,)).embeddings[0], (6, 8, 1))
+
+    monkeypatch.setattr(encoder, "looks", lambda rgb: tuple(map(all_of, looks)))
+    seen = Image(image, all_of(name).astype(np.float16))
+    found = make_detector(PatchesParams(), encoder).detect(seen, encoder.embed_text((name, "lamp")))
+    assert [each.name for each in found] == [name] * kept
+
+
+def test_what_both_networks_see_is_kept_for_the_newest_image(encoder: PhotoEncoder) -> None:
+    image = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    encoder.encode(image)
+    features, opinion = encoder.looks(image)
+    assert features.shape == opinion.shape
+    assert encoder.looks(image)[0] is features
+    other = image.copy()
+    assert encoder.looks(other)[0] is not features
+    np.testing.assert_array_equal(encoder.looks(other)[0], features)
 
 
 def test_positions_are_interpolated_where_their_convolutions_are_centred() -> None:
@@ -114,3 +161,28 @@ def test_a_thing_in_a_photograph_scores_higher_than_with_mini(
     ours = mean_score(encoder, image, word, patches)
     assert ours > mean_score(mini, image, word, patches)
     assert ours > 3 * mean_score(encoder, image, word, WHOLE)
+
+
+@pytest.mark.skipif(not PHOTOGRAPHS.exists(), reason="the photographs are not here")
+def test_in_photographs_most_false_detections_go_and_nearly_all_true_ones_stay(
+    encoder: PhotoEncoder,
+) -> None:
+    """Of all classes of mini and the printer: counts of true and false ones."""
+    labels = read_labels(LABELS)
+    classes = (name for name in load_vocabulary(SHIPPED).names if name not in EXCLUDED_CLASSES)
+    names = encoder.embed_text((*classes, "printer"))
+    counts = []
+    for detector in (PatchDetector(encoder.encoder_id), make_detector(PatchesParams(), encoder)):
+        seen = []
+        for frame in recorded_frames(PHOTOGRAPHS, print):
+            found = detector.detect(Image(frame.rgb, encoder.encode(frame.rgb)), names)
+            points, owner = backproject_detections(found, frame)
+            for index, detection in enumerate(found):
+                middle = np.median(points[owner == index, :2], axis=0)
+                there = [label for label in labels if label.name == detection.name]
+                seen.append(any(label.holds(middle) for label in there))
+        counts.append((sum(seen), len(seen) - sum(seen)))
+    (true_before, false_before), (true, false) = counts
+    print(counts)
+    assert true >= 0.9 * true_before
+    assert false <= 0.5 * false_before

@@ -27,7 +27,7 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embeddings import scores
 from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.vocabulary import load_calibration, load_table, load_vocabulary
-from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.geometry import F16, F32, U8, Bool
 from onemap_shared.messages import TextEmbeddings, expect
 
 FOLDER = Path(__file__).parents[1] / "photo"
@@ -37,6 +37,7 @@ SHA256 = "22e71dd59091d4b6efd8943325e009f2fee736d5daeb4391ee7b21d159e02599"
 STRIDE = 16  # pixels from one position of the classifier to the next
 INPUT_WIDTH_PX = 640  # wider images are reduced to this
 WEIGHT = np.float32(2)  # of the second opinion, where it is certain
+SAME_WORD = 0.9  # cosine of queries, which lean to the nearest class as the words' targets do
 SURFACES = ("wall", "floor", "ceiling")
 
 
@@ -52,6 +53,7 @@ class PhotoEncoder:
         self._surfaces = self._text.queries(SURFACES, encoder_id="", text_space=TEXT_SPACE)
         self._session = open_classifier(folder)
         self._targets = name_embeddings(household_names(folder), params.folder)
+        self._seen: tuple[U8, F32, F32] | None = None  # the newest image and its looks
         self._id = f"photo-{SHA256[:8]}-{self._mini.encoder_id}"
 
     @property
@@ -66,15 +68,28 @@ class PhotoEncoder:
 
     def encode(self, rgb: U8) -> F16:
         """See ``Encoder``; the patches are those of ``mini``."""
-        expect(rgb, "rgb", np.uint8, (None, None, 3))
-        features = self._mini.encode(rgb).astype(np.float32)
+        features, opinion = self.looks(rgb)
         rows, columns, channels = features.shape
-        opinion = self._opinion(rgb, rows, columns)
         surface = scores(features.reshape(-1, channels), self._surfaces).sum(axis=1)
         weights = WEIGHT * (1 - surface).reshape(rows, columns, 1)
         summed = features + weights * opinion
         unit: F16 = (summed / np.linalg.norm(summed, axis=-1, keepdims=True)).astype(np.float16)
         return unit
+
+    def looks(self, rgb: U8) -> tuple[F32, F32]:
+        """What each network sees in an image: ``mini``'s features (h, w, D), and the classifier's
+        mean embeddings (h, w, D), of length 0 to 1. Those of the newest image are kept."""
+        expect(rgb, "rgb", np.uint8, (None, None, 3))
+        seen = self._seen
+        if seen is None or seen[0] is not rgb:
+            features = self._mini.encode(rgb).astype(np.float32)
+            self._seen = seen = rgb, features, self._opinion(rgb, *features.shape[:2])
+        return seen[1:]
+
+    def classified(self, texts: F32) -> Bool:
+        """Which of the embeddings (N, D) of texts are those of words that the classifier knows."""
+        known: Bool = (texts @ self._targets.T).max(axis=1) >= SAME_WORD
+        return known
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
