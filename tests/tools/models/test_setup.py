@@ -100,7 +100,7 @@ def test_one_command_makes_a_configuration_that_runs(hub: LocalHub) -> None:
     assert f"{TIPS} for tipsv2" in answer.text
     assert "licence: Apache-2.0 (its page states apache-2.0)" in answer.text
     assert answer.document["next"] == "onemap up --config robot.yaml"
-    assert answer.document["note"].startswith("Scores of this encoder are not calibrated: ")
+    assert answer.document["note"].startswith("Scores of this encoder are not fitted with labels: ")
     assert [each["model"] for each in answer.document["models"]] == [TIPS, COCO, OPEN]
     memory = answer.document["memory"]["cpu"]
     assert memory["needed_bytes"] > 1e9

@@ -33,9 +33,8 @@ ALLOWANCE_BYTES = 1_000_000_000
 CGROUP = Path("/sys/fs/cgroup")
 TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
 UNCALIBRATED = (
-    "Scores of this encoder are not calibrated: every query is answered, and every verdict is "
-    "found, until mapper.found_score and perception.encoder.floor are set for your rooms "
-    "(docs/encoders.md)."
+    "Scores of this encoder are not fitted with labels: everyday words compete with each text, and "
+    "what control words score on the map is no answer (docs/encoders.md)."
 )
 
 
