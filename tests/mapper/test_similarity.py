@@ -35,7 +35,14 @@ def unit_cosines(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
 
 
 def scores(features: torch.Tensor, query: TextQuery) -> torch.Tensor:
-    return scores_of(unit_cosines(features, query.concepts), query)
+    return scores_of(unit_cosines(features, all_concepts(query)), query)
+
+
+def all_concepts(query: TextQuery) -> torch.Tensor:
+    """The text and the words that compete with it."""
+    if query.neutral is None or query.excluded is None:
+        return query.concepts
+    return torch.cat([query.concepts[:1], query.neutral[query.excluded == 0]])
 
 
 def unit(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -82,7 +89,7 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
         features = torch.from_numpy(unit(rng, len(slots), 8))
         store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
         cached = cache.scores_of_all([query], store, revision)[0].scores
-        everything = unit_cosines(store.features(np.arange(store.count)), query.concepts)
+        everything = unit_cosines(store.features(np.arange(store.count)), all_concepts(query))
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
     assert read == [4, 4, 2, 2]  # the text, the words that compete
     cache.scores_of_all([query], store, 2)
@@ -212,7 +219,8 @@ def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPa
     """All but the cells in view, which change again; whatever was fused meanwhile."""
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    query = replace(text_query(embeddings(rng, 5), 0, CPU), neutral=None)
+    query = text_query(embeddings(rng, 5), 0, CPU)
+    query = replace(query, concepts=all_concepts(query), neutral=None, excluded=None)
     cache.learn(query)
     for revision in range(1, 40):
         seen = np.arange(revision, revision + 6)

@@ -99,7 +99,7 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     is_class = torch.eye(NEUTRAL_WORDS, device=store.device)[0] > 0  # the first of the words
     excluded = torch.where(is_class, -torch.inf, 0.0)
     of_class = replace(other, concepts=other.concepts[1:], excluded=excluded)
-    plain = replace(other, concepts=other.concepts[:1], neutral=None)
+    plain = replace(other, concepts=other.concepts[:1], neutral=None, excluded=None)
     warm, warmed, numbers = ScoreCache(), ScoreCache(), count()
     warmed.learn(first)
     warmed.settled(store, now, 0)

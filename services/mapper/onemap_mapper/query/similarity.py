@@ -159,8 +159,8 @@ RANKED_CELLS = 4096  # a rank among so many is right to a percent or two
 class TextQuery:
     """One embedded text. concepts (1 + m, D) float32 unit rows: the text, then competing words.
 
-    neutral (M, D): all words that may compete; excluded (M,): 0 for those m, -inf for the others.
-    Both are None if the query does not say.
+    neutral (M, D): all words that may compete, in the place of those m; excluded (M,): 0 for those
+    that do, -inf for the others. Both are None if the query does not say.
     min_score: a best score below this means that the map holds no such thing, 0 = not calibrated.
     controls: see ``TextEmbeddings``; searches go by the order of such scores.
     """
@@ -175,7 +175,9 @@ class TextQuery:
 
     @property
     def calibrated(self) -> bool:
-        return len(self.concepts) > 1
+        return len(self.concepts) > 1 or (
+            self.excluded is not None and bool((self.excluded == 0).any())
+        )
 
     @property
     def has_probabilities(self) -> bool:
@@ -201,17 +203,21 @@ def _same(a: Tensor | None, b: Tensor | None) -> bool:
     return a is b if a is None or b is None else torch.equal(a, b)
 
 
-def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> TextQuery:
-    """The query of one of the texts of a reply from perception."""
-    competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
-    concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
+def text_query(
+    embeddings: TextEmbeddings, index: int, device: torch.device, words: Tensor | None = None
+) -> TextQuery:
+    """The query of one of the texts of a reply from perception.
+
+    words: its neutral words on the device, which queries may share; None: they are copied there.
+    """
+    competes = embeddings.neutral_mask[index] > 0
     return TextQuery(
         embeddings.texts[index],
-        torch.from_numpy(concepts).to(device),
+        torch.tensor(embeddings.embeddings[index : index + 1], device=device),
         embeddings.temperature,
         embeddings.floor,
-        torch.tensor(embeddings.neutral, device=device),
-        torch.tensor(np.where(embeddings.neutral_mask[index] > 0, 0.0, -np.inf)).float().to(device),
+        torch.tensor(embeddings.neutral, device=device) if words is None else words,
+        torch.tensor(np.where(competes, 0.0, -np.inf)).float().to(device),
         embeddings.controls,
     )
 

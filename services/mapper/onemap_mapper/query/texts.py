@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import torch
 from cachetools import LRUCache
+from torch import Tensor
 
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_shared.messages import TextEmbeddings
@@ -41,6 +42,7 @@ class TextCache:
         self._asked: dict[str, Future[Entry]] = {}  # by text, until there is an answer
         self._waiting: dict[str, Future[Entry]] = {}  # those of them that no batch has taken
         self._clearings = 0
+        self._words = torch.zeros((0, 0), device=device)
         self._pool = ThreadPoolExecutor(BATCHES_AT_ONCE, "texts")
 
     def query(self, text: str) -> Entry:
@@ -73,8 +75,9 @@ class TextCache:
         clearings = self._clearings
         try:
             reply = self._embed(tuple(batch))
+            words = self._words_of(reply)
             entries = {
-                text: (reply.text_space, text_query(reply, index, self._device))
+                text: (reply.text_space, text_query(reply, index, self._device, words))
                 for index, text in enumerate(batch)
             }
         except Exception as problem:  # every asker gets it, none waits for ever
@@ -92,6 +95,13 @@ class TextCache:
         self._forget(batch)
         for text, future in batch.items():
             future.set_result(entries[text])
+
+    def _words_of(self, reply: TextEmbeddings) -> Tensor:
+        """The neutral words on the device; one copy for all texts of an encoder."""
+        words = torch.tensor(reply.neutral, device=self._device)
+        if not torch.equal(words, self._words):
+            self._words = words
+        return self._words
 
     def _forget(self, batch: Waiting) -> None:
         with self._lock:
