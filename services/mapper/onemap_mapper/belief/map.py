@@ -23,7 +23,7 @@ from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVe
 from onemap_mapper.belief.view_log import NO_VIEW, ViewLog, Views
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.evidence import HIT, OccupancyLayers, OccupancyUpdate, cells_within
-from onemap_mapper.occupancy.offset import REACH_CELLS, offset_cells
+from onemap_mapper.occupancy.offset import MIN_ON_FREE, REACH_CELLS, offset_cells
 from onemap_mapper.params import MapParams
 from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_shared.geometry import F64
@@ -103,7 +103,7 @@ class BeliefMap:
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
         self.revision += 1
-        offset_m = self._offset_m(update.occupancy)
+        offset_m = self._offset_m(update.occupancy, driving)
         self._doubt_beside(self.fuse_occupancy(update.occupancy, driving))
         slots = self.slots_at(rows, update.cells)
         own = history.keyframes.views(update.T_map_camera)
@@ -128,11 +128,16 @@ class BeliefMap:
         self.frames_fused += 1
         self.histories[robot] = history.after(update, self.newest_views, offset_m)
 
-    def _offset_m(self, frame: OccupancyUpdate) -> float:
-        """How far beside the map what a frame shows stands, metres; 0 if it does not."""
-        cells = frame.cells[(frame.evidence[:, :-1] >= HIT).any(dim=1)]
-        if len(cells) == 0:
+    def _offset_m(self, frame: OccupancyUpdate, rows: Tensor) -> float:
+        """How far beside the map what a frame shows stands, metres; 0 if it does not.
+
+        rows (n,): those of its cells in the tiles.
+        """
+        standing = (frame.evidence[:, :-1] >= HIT).any(dim=1)
+        on_free = standing & (self.occupancy.settled.values[rows] == int(Occupancy.FREE))
+        if int(on_free.sum()) < MIN_ON_FREE:
             return 0.0
+        cells = frame.cells[standing]
         bounds = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)]))
         first, last = bounds[0] - REACH_CELLS, bounds[1] + REACH_CELLS
         sides = [
