@@ -57,6 +57,19 @@ RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height an
 
 
 @compiled
+def columns_seen(planes: tuple[F32, F32, F32, F32], step: int, camera: F32) -> F32:
+    """The planes (4, rows, columns) of ``_Image``, of every so manieth column."""
+    rows, columns = planes[0].shape[0], -(-planes[0].shape[1] // step)
+    seen = np.empty((4, rows, columns), np.float32)
+    for k, plane in enumerate(planes):
+        less = camera[k - 1] if k in {1, 2} else np.float32(0)
+        for i in range(rows):
+            for j in range(columns):
+                seen[k, i, j] = plane[i, j * step] - less
+    return seen
+
+
+@compiled
 def floor_and_edges(depth: F32, z: F32, farthest: np.float32) -> tuple[Bool, Bool]:
     """Pixels (rows, columns) of floor up to a depth, and those just beyond the edge of a step down.
 
@@ -175,11 +188,20 @@ class _Image:
     camera: Tensor  # (3,)
 
     @classmethod
-    def of(cls, cloud: PointCloud) -> _Image:
+    def of(cls, cloud: PointCloud, *, by_loops: bool) -> _Image:
         step = max(1, cloud.depth_m.shape[1] // COLUMNS)
+        camera = torch.tensor(cloud.camera_m, device=cloud.depth_m.device)
+        if by_loops:
+            planes = torch.from_numpy(columns_seen(cloud.arrays(), step, camera.numpy()))
+            depth, x, y, z = planes.unbind()
+            return cls(depth, x, y, z, camera)
         depth, x, y, z = torch.stack([plane[:, ::step] for plane in cloud.planes])
-        camera = torch.tensor(cloud.camera_m, device=depth.device)
         return cls(depth, x.sub_(cloud.camera_m[0]), y.sub_(cloud.camera_m[1]), z, camera)
+
+    @property
+    def valid(self) -> Tensor:
+        """Mask (rows, columns) of pixels with depth."""
+        return self.depth > 0
 
     def xy(self, at: Tensor | tuple[Tensor, ...]) -> Tensor:
         """(n, 2): ground positions from the camera of pixels, by mask or by row and column."""
@@ -193,17 +215,17 @@ class _Image:
 
 def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
     """The floor and the drops that one depth image shows."""
-    image = _Image.of(cloud)
-    valid = image.depth > 0
-    use_compiled = jit.usable(wanted=params.compiled, device=valid.device)
+    use_compiled = jit.usable(wanted=params.compiled, device=cloud.depth_m.device)
+    image = _Image.of(cloud, by_loops=use_compiled)
     if use_compiled:
         arrays = image.depth.numpy(), image.z.numpy(), np.float32(params.occupancy_range_m)
         floor, edge = map(torch.from_numpy, floor_and_edges(*arrays))
     else:
-        floor, edge = _floor_and_edges(image, valid, params.occupancy_range_m)
-    below = valid & (image.z < -DROP_MIN_DEPTH_M / 2)
+        floor, edge = _floor_and_edges(image, image.valid, params.occupancy_range_m)
     drops = [floor.new_zeros((0, 2), dtype=torch.float32)]
-    if below.any():  # else there is neither an edge nor a riser
+    deep = -DROP_MIN_DEPTH_M / 2  # without pixels below there is neither an edge nor a riser
+    if image.z.amin() < deep and (below := image.valid & (image.z < deep)).any():
+        valid = image.valid
         feet = _riser_feet(image, valid, below)
         floor &= feet == 0
         low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
@@ -213,7 +235,8 @@ def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
             _crossings(image, valid & low, torch.zeros_like(image.z)),
             _before_risers(image, feet),
         ]
-    drops += _missing(image, valid, floor, params.cell_size_m)
+    if not image.depth.amin() > 0:
+        drops += _missing(image, image.valid, floor, params.cell_size_m)
     count = ceil(FLOOR_GAP_M / params.cell_size_m)
     shares, narrow = np.arange(1, count) / count, params.cell_size_m
     if use_compiled:
@@ -321,8 +344,6 @@ def _missing(image: _Image, valid: Tensor, floor: Tensor, cell_size_m: float) ->
 
     Beyond it is a cell further, away from the camera or sideways.
     """
-    if valid.all():
-        return []
     rows, columns = valid.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
     count = torch.zeros((rows + 1, columns + 1), dtype=torch.int32, device=valid.device)
