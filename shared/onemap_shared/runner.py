@@ -45,6 +45,7 @@ LOG = logging.getLogger("onemap.runner")
 
 STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
+NOTICE_S = 0.1  # until it is told that a worker is ready now: a start waits for each of them
 PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher to its own process id
 HANG_S = 10.0  # a loop without progress for this long hangs: stop feeding systemd's watchdog
 CLAIM_S = 4.0  # the process before is gone by then: a dead link is noticed after 2 s
@@ -257,11 +258,20 @@ class HeartbeatPublisher:
             else:
                 supervisor.alive(ready=health.ready, status=health.problem)
             publisher.put(_heartbeat(self.service, self.bus, steps, health))
-            if stop.wait(HEARTBEAT_S):
+            if _next_due(worker, health, stop):
                 supervisor.stopping()
                 health = Health(False, "it is stopping")
                 publisher.put(_heartbeat(self.service, self.bus, self.progress.steps or 0, health))
                 return
+
+
+def _next_due(worker: Worker, told: Health, stop: threading.Event) -> bool:
+    """Wait a second, but no longer than until a worker that was not ready is; returns ``stop``."""
+    due_s = time.monotonic() + HEARTBEAT_S
+    while not told.ready and time.monotonic() < due_s and not stop.wait(NOTICE_S):
+        if worker.health().ready:
+            return False
+    return stop.wait(max(due_s - time.monotonic(), 0.0))
 
 
 def _heartbeat(service: str, bus: Bus, progress: int, health: Health) -> Heartbeat:

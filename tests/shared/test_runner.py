@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -9,12 +10,15 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 from onemap_shared import keys, runner
-from onemap_shared.runner import SWITCH_S, is_starting, long_start
+from onemap_shared.runner import SWITCH_S, HeartbeatPublisher, is_starting, long_start
+from onemap_shared.transport import Health
+from onemap_shared.watchdog import LoopProgress
 from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, router
 
@@ -273,6 +277,30 @@ def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyP
     while beats.take(0.0) is not None:
         pass
     assert beats.take(0.1) is None  # over with the block
+
+
+def test_a_worker_that_is_ready_says_so_before_the_next_heartbeat_is_due(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "HEARTBEAT_S", 10 * PATIENCE_S)
+    told, stop, bus = itertools.count(), threading.Event(), MemoryRouter().bus("mapper")
+
+    class Loading:
+        def step(self, _timeout_s: float) -> None: ...
+        def close(self) -> None: ...
+        def health(self) -> Health:
+            return Health(ready=next(told) > 1)
+
+    beats = bus.subscribe(keys.heartbeat("mapper"), 8)
+    publisher = HeartbeatPublisher("mapper", bus, LoopProgress())
+    thread = threading.Thread(target=publisher.run, args=(Loading(), stop))
+    thread.start()
+    first, second = beats.take(PATIENCE_S), beats.take(PATIENCE_S)
+    stop.set()
+    thread.join()
+    assert first is not None
+    assert second is not None
+    assert (first.ready, second.ready) == (False, True)
 
 
 def test_systemd_is_asked_for_more_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
