@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import cv2
 import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
@@ -25,6 +26,8 @@ RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than
 LEAVE_FACTOR = (
     200.0  # out of a keep-out zone: the shortest way, wherever else the robot wants to go
 )
+HERE: I64 = np.zeros((1, 2), np.int64)
+NEIGHBOURHOOD: I64 = np.argwhere(CONNECTIVITY_8) - 1
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 
 
@@ -324,18 +327,18 @@ def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
 def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Bool:
     """Mask (nx, ny): the footprint there would reach too far over cells that are not known."""
     keep = (params.radius_m - params.unknown_overlap_m) / cell_size_m + 0.5
-    reach = int(np.ceil(keep)) - 1
-    if reach < 1:
+    if keep <= 1:
         return np.zeros_like(known)
-    x, y = np.ogrid[-reach : reach + 1, -reach : reach + 1]
-    near: Bool = ndimage.binary_dilation(~known, np.hypot(x, y) < keep)
+    near: Bool = _distance(~known) < keep
     return near
 
 
-def _mark(grid: GridSpec, points_xy: F64) -> Bool:
-    """Mask (nx, ny) of the cells that hold a point; points outside the grid are left out."""
+def _mark(grid: GridSpec, points_xy: F64, around: I64 = HERE) -> Bool:
+    """Mask (nx, ny) of the cells that hold a point, or lie ``around`` (K, 2) one; points outside
+    the grid are left out."""
     mask = np.zeros(grid.shape, bool)
     cells = grid.cells(points_xy.reshape(-1, 2))
+    cells = (cells[grid.contains(cells)][:, None] + around).reshape(-1, 2)
     cells = cells[grid.contains(cells)]
     mask[cells[:, 0], cells[:, 1]] = True
     return mask
@@ -343,15 +346,18 @@ def _mark(grid: GridSpec, points_xy: F64) -> Bool:
 
 def _beside(grid: GridSpec, points_xy: F64) -> Bool:
     """Mask (nx, ny) of the cells that hold a point, and of their eight neighbours."""
-    mask: Bool = ndimage.binary_dilation(_mark(grid, points_xy), CONNECTIVITY_8)
-    return mask
+    return _mark(grid, points_xy, NEIGHBOURHOOD)
 
 
 def _distance(mask: Bool) -> F64:
-    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true."""
+    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true.
+
+    The square of what OpenCV returns as float32 is a whole number: the distance is exact.
+    """
     if not mask.any():
         return np.full(mask.shape, np.inf)
-    distance: F64 = ndimage.distance_transform_edt(~mask)
+    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    distance: F64 = np.sqrt(np.rint(np.square(away, dtype=np.float64)))
     return distance
 
 
