@@ -7,13 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from onemap_mapper.query.regions import (
-    TOP_CELLS,
-    Regions,
-    find_regions,
-    outline,
-    scoring_at_least,
-)
+from onemap_mapper.query.regions import Regions, find_regions, outline, scoring_at_least
+from onemap_mapper.query.similarity import TOP_CELLS
 from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec
 

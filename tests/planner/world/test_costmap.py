@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy import ndimage
 
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.world.costmap import build_costmap, with_gaps
@@ -38,16 +37,6 @@ def test_navigable_is_free_with_room_for_the_robot(occupancy: np.ndarray) -> Non
     assert (costmap.navigable == expected).all()
     assert ((costmap.cost >= 1.0) == expected).all()
     np.testing.assert_allclose(costmap.clearance_m, away, rtol=1e-6)
-
-
-def test_clearances_of_a_large_map_are_exact() -> None:
-    """Thin obstacles far apart, up to 50 m: distances of hundreds of cells."""
-    occupied = np.zeros((500, 300), bool)
-    occupied[[3, 70, 499], [2, 250, 299]] = True
-    rows = np.where(occupied, "#", ".")
-    away = ndimage.distance_transform_edt(~occupied) * 0.1 - 0.05
-    clearance_m = costmap_of(drawn_map(*map("".join, rows)), (0.05, 0.05)).clearance_m
-    np.testing.assert_array_equal(clearance_m, away.astype(np.float32))
 
 
 def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import cv2
 import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
@@ -350,14 +349,10 @@ def _beside(grid: GridSpec, points_xy: F64) -> Bool:
 
 
 def _distance(mask: Bool) -> F64:
-    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true.
-
-    The square of what OpenCV returns as float32 is a whole number: the distance is exact.
-    """
+    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true."""
     if not mask.any():
         return np.full(mask.shape, np.inf)
-    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    distance: F64 = np.sqrt(np.rint(np.square(away, dtype=np.float64)))
+    distance: F64 = ndimage.distance_transform_edt(~mask)
     return distance
 
 
