@@ -99,7 +99,6 @@ ONLY_IN = {
     "msgpack": {"onemap_shared.wire"},
     "mcap": {"onemap_tools.recording.bag_file"},
     "foxglove": {"onemap_tools.recording.foxglove", "onemap_tools.recording.foxglove_server"},
-    "rerun": {"onemap_tools.recording.rerun_export"},
     "opentelemetry": {"onemap_shared.tracing"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},

@@ -66,7 +66,6 @@ for commands in (ask.app, places.app, recordings.app, run.app, models.export_app
 for name, group, panel in (
     ("map", map.app, FIRST),
     ("bag", recordings.bag_app, RECORDINGS),
-    ("export", recordings.export_app, RECORDINGS),
     ("service", run.service_app, OPERATE),
     ("config", config.app, OPERATE),
     ("scene", scene.app, DEEPER),

@@ -17,7 +17,6 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 
 app = typer.Typer()
 bag_app = typer.Typer(no_args_is_help=True, help="Look at a recording.")
-export_app = typer.Typer(no_args_is_help=True, help="Write a recording for another tool.")
 
 
 @app.command(rich_help_panel=FIRST)
@@ -174,22 +173,3 @@ def live(
     with requires_extra("live", "This command"):
         from onemap_tools.recording.live import live as run
     run(config, port, query, progress_console())
-
-
-@export_app.callback()
-def _export() -> None:
-    """Write a recording for another tool."""
-
-
-@export_app.command()
-def rerun(
-    file: Annotated[
-        Path, typer.Argument(exists=True, dir_okay=False, help="A file of 'onemap record'.")
-    ],
-    out: Annotated[Path, typer.Argument(dir_okay=False, help="A new file, *.rrd.")],
-    as_json: Json = False,
-) -> None:
-    """A recording as a file for Rerun: map, camera, plans, plots and log on a time line."""
-    with requires_extra("rerun,record", "This command"):
-        from onemap_tools.recording.rerun_export import describe, export
-    _show(export(file, out), describe, as_json)

@@ -27,7 +27,7 @@ from zstandard import ZstdDecompressor, ZstdError
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import MapDigest, SearchView, TextEmbeddings
+from onemap_shared.messages import MapDigest, TextEmbeddings
 from onemap_shared.wire import Packet, WireError, decode, encode, schema
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
@@ -47,7 +47,6 @@ QUEUE = 512  # odometry at 50 Hz for ten seconds
 
 # Answers of services, recorded as if they were published.
 DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
-VIEWS = Topic(keys.MAP_SEARCH_VIEW.key, SearchView)
 EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
 FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
 QUERIES = keys.MAP_QUERIES
