@@ -161,23 +161,6 @@ class QueriesBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RoomsBench(Options):
-    """How well rooms are told apart: against the floor plans of generated apartments.
-
-    Each apartment is mapped on a tour, with exact depth and with a stereo camera's.
-    mean_iou: over the true rooms, of their free cells with the best room found.
-    lost: rooms that 20 frames more took away without a word. Constants are chosen
-    on odd seeds and reported on even ones.
-    """
-
-    module = "rooms"
-    apartments: Annotated[int, Option(min=1, max=100, help="How many.")] = 50
-    parity: Annotated[Parity, Option(help="Of the apartments' seeds.")] = "even"
-    places: Annotated[int, Option(min=4, max=100, help="At which the camera turns around.")] = 10
-    threads: Threads = 1
-
-
-@dataclass(frozen=True, kw_only=True)
 class SceneBench(Options):
     """What an encoder sees in a scene of your own: right, wrong and missing answers.
 
@@ -354,7 +337,6 @@ class SystemBench(Options):
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
     SceneBench,
-    RoomsBench,
     QueriesBench,
     FusionBench,
     QueryBench,
