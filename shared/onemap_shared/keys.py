@@ -199,7 +199,7 @@ ROLES: Mapping[str, Access] = {
         subscribes=WATCHED,
         calls=(EMBED_TEXT, *QUERIES, *FILES, *OBJECTS, *PLACES, *SEARCHES),
     ),
-    # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
+    # status, doctor, recorder, viewer and demo look; changes go through the gateway
     "tools": Access(
         names=("doctor", "status", "demo", "recorder", "viewer"),
         subscribes=(*WATCHED, ROBOT_POSE_GRAPH, FIELD, MAP_QUERIES),
