@@ -64,7 +64,6 @@ class Planner:
         self._bus, self._config = bus, config
         self._woken = threading.Event()  # by odometry, or by a new plan
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY, arrived=self._woken)
-        self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._beats = [bus.subscribe(keys.heartbeat(name)) for name in ("perception", "mapper")]
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
@@ -90,6 +89,8 @@ class Planner:
             now=self._thread_inputs,
             planned=self._woken.set,
         )
+        map_changed = self._planning_thread.map_changed
+        self._revisions = bus.subscribe(keys.MAP_REVISION, arrived=map_changed)
         self._controlled = self._planning_thread.result  # by the last control step
         self._check_planning = ThreadCheck("the planning thread")
         self._whole_steps = True  # the last step did not raise
