@@ -14,7 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_tools.bench import fusion, perception
-from onemap_tools.bench.options import BENCHMARKS, Options, PerceptionBench
+from onemap_tools.bench.options import BENCHMARKS, Options, TransportBench
+from onemap_tools.bench.transport import benchmark as transport
 from onemap_tools.cli.app import app
 
 
@@ -61,16 +62,15 @@ def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> N
 
     def run(options: Options, _tell: object) -> dict[str, Any]:
         asked.append(options)
-        return {"results": [{"backend": "mini", "frames_per_s": 8.0}]}
+        return {"results": [{"setting": "thin", "rate_hz": 8.0}]}
 
-    monkeypatch.setattr(perception, "run", run)
-    what = ("--backend", "mini", "--backend", "photo", "--device", "cpu", "--device", "cuda")
-    code, text = bench("perception", "--size", "320x240", *what, "--threads", "2")
-    assert (code, text) == (0, "backend mini  frames_per_s 8.0\n")
+    monkeypatch.setattr(transport, "run", run)
+    what = ("--setting", "thin", "--setting", "narrow", "--streams", "1", "--streams", "4")
+    code, text = bench("transport", "--congestion-control", "reno", *what, "--rate", "8")
+    assert (code, text) == (0, "setting thin  rate_hz 8.0\n")
+    settings = ["thin", "narrow"]
     assert asked == [
-        PerceptionBench(
-            size="320x240", backend=["mini", "photo"], device=["cpu", "cuda"], threads=2
-        )
+        TransportBench(congestion_control="reno", setting=settings, streams=[1, 4], rate=8.0)
     ]
 
 
@@ -81,6 +81,7 @@ def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> N
         (("perception", "--size", "640"), "size is '640'; write it like 640x480"),
         (("navigation", "--method", "luck"), "'luck' is not one of"),
         (("navigation", "--method", "vlfm", "--order", "any"), "--order any is for onemap and"),
+        (("transport", "--setting", "fast"), "--setting is 'fast'; there are raw, window,"),
         (("perception", "--random-weights", "--backend", "x"), "--backend is 'x'; there are mini"),
         (("habitat", "--episodes", "none"), "--scenes"),
     ],

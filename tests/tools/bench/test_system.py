@@ -10,12 +10,10 @@ import pytest
 from onemap_perception.config import MiniParams
 from onemap_perception.factory import make_encoder
 from onemap_shared import keys
-from onemap_shared.frame_sender import compressions
-from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame, TextRequest
-from onemap_shared.wire import encode
+from onemap_shared.messages import FrameReceipt, TextRequest
 from onemap_tools.bench.options import SystemBench
-from onemap_tools.bench.stream import Stream, make_stream
-from onemap_tools.bench.system import RecordedRobot, ages_ms, lines, run, turns
+from onemap_tools.bench.system import RecordedRobot, ages_ms, lines, run
+from onemap_tools.bench.transport.benchmark import Stream
 from tests.memory_bus import MemoryBus, MemoryRouter
 
 TURN = np.broadcast_to(np.eye(4), (2, 4, 4))
@@ -55,23 +53,6 @@ def test_a_recorded_robot_sends_fields_and_embeds_texts_for_their_map() -> None:
             thread.join()
     assert (field.text_space, field.encoder_id) == (texts.text_space, encoder.encoder_id)
     assert field.stamp_ns in robot.ages["mapper"]
-
-
-@pytest.mark.slow
-def test_compressed_streams_fit_thin_links() -> None:
-    """The goals: 8 Hz in 30 Mbit/s, and 4 Hz in 10 Mbit/s, each way, with a fifth to spare."""
-
-    def mbit(message: RgbdFrame | FeatureField, compression: str) -> float:
-        packet = encode(message, compressions(type(message), compression))
-        return 8e-6 * (len(packet.header) + len(packet.body))
-
-    for channels, hz, mbit_s in ((0, 8, 30), (128, 8, 30), (128, 4, 10)):
-        stream = make_stream(make_encoder(MiniParams(channels=channels)), (320, 240), turns(1)[:2])
-        frame = stream.frame(0, 1)
-        assert hz * mbit(frame, "lossy") < 0.8 * mbit_s
-        assert hz * mbit(stream.field(frame), "lossy") < 0.8 * mbit_s
-        if not channels:  # without compression such a field does not fit
-            assert hz * mbit(stream.field(frame), "none") > 2 * mbit_s
 
 
 @pytest.mark.slow

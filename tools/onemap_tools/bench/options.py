@@ -161,6 +161,23 @@ class QueriesBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
+class RoomsBench(Options):
+    """How well rooms are told apart: against the floor plans of generated apartments.
+
+    Each apartment is mapped on a tour, with exact depth and with a stereo camera's.
+    mean_iou: over the true rooms, of their free cells with the best room found.
+    lost: rooms that 20 frames more took away without a word. Constants are chosen
+    on odd seeds and reported on even ones.
+    """
+
+    module = "rooms"
+    apartments: Annotated[int, Option(min=1, max=100, help="How many.")] = 50
+    parity: Annotated[Parity, Option(help="Of the apartments' seeds.")] = "even"
+    places: Annotated[int, Option(min=4, max=100, help="At which the camera turns around.")] = 10
+    threads: Threads = 1
+
+
+@dataclass(frozen=True, kw_only=True)
 class SceneBench(Options):
     """What an encoder sees in a scene of your own: right, wrong and missing answers.
 
@@ -312,6 +329,40 @@ class ClientsBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TransportBench(Options):
+    """What a link carries: rate and age of the fields that reach the map.
+
+    Router, robots, perception and map are processes of their own; frames are those
+    of a simulated camera with noisy depth, fields what mini makes of them, computed
+    beforehand. With --link, perception is in a network namespace of its own behind
+    a link of that rate, delay and loss (Linux, as root); without, all is on loopback.
+
+    raw: no setting. window: two frames under way. compressed: JPEG, lossless depth,
+    int8 features, 8-bit variances. thin: both. narrow: thin with 128 of mini's 384
+    channels. Ages count from the capture until the map has the field;
+    router_ms_per_frame is the router's processor time for a frame and its field.
+    """
+
+    module = "transport.benchmark"
+    link: Annotated[
+        float, Option(min=0, help="Mbit/s each way between perception and robot; 0: none.")
+    ] = 0.0
+    delay: Annotated[float, Option(min=0, help="Milliseconds each way.")] = 0.0
+    loss: Annotated[float, Option(min=0, max=50, help="Percent of packets.")] = 0.0
+    congestion_control: Annotated[
+        str, Option(help="Of TCP over the link, such as bbr or reno; default: the machine's.")
+    ] = ""
+    setting: Annotated[list[str] | None, Option(help="May be repeated; default: all.")] = None
+    streams: Annotated[
+        list[int] | None, Option(min=1, max=64, help="Robots at once; may be repeated.")
+    ] = None
+    rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second.")] = 15.0
+    encode: Annotated[float, Option(min=0, help="Milliseconds of perception a frame.")] = 30.0
+    size: Size = "320x240"
+    seconds: Annotated[float, Option(min=1, help="That count, after three others.")] = 10.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class SystemBench(Options):
     """Where a frame's time goes, process by process, and what one machine carries.
 
@@ -337,10 +388,12 @@ class SystemBench(Options):
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
     SceneBench,
+    RoomsBench,
     QueriesBench,
     FusionBench,
     QueryBench,
     PerceptionBench,
+    TransportBench,
     ClientsBench,
     SystemBench,
     HabitatBench,

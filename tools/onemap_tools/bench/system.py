@@ -43,7 +43,7 @@ from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_tools.bench.machine import best_ms, parse_size
 from onemap_tools.bench.options import SystemBench
-from onemap_tools.bench.stream import APARTMENT, Stream, make_stream
+from onemap_tools.bench.transport.benchmark import APARTMENT, Stream, make_stream
 from onemap_tools.errors import CliError
 from onemap_tools.processes.launch import Processes, ProcessSpec, onemap_command
 from onemap_tools.processes.network import LOOPBACK, accepts_connections, any_free_port
@@ -137,7 +137,7 @@ def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
     """A row for each process, and what frames and queries took; ValueError for a wrong size."""
     tell("renders and encodes the frames")
     encoder = make_encoder(MiniParams())
-    stream = make_stream(encoder, parse_size(options.size), turns(options.robots))
+    stream = make_stream(MiniParams(), parse_size(options.size), bodies=turns(options.robots))
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         endpoint, port = f"tcp/{LOOPBACK}:{any_free_port()}", any_free_port()
         specs = specs_of(options.robots, Path(folder), endpoint, port)

@@ -1,0 +1,1 @@
+"""Frames and fields over emulated links, between real processes."""
