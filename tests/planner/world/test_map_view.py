@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.world.map_view import MAX_OUTSIDE_M, map_view_around, outside_reason
+from onemap_planner.world.regions import UndetectedViews, discounted, find_regions
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.planner.drawn_maps import (
@@ -39,21 +40,27 @@ def test_the_margin_over_a_rival_survives_the_crop_around_the_robot() -> None:
     assert np.isposinf(map_view_around(view, np.array([0.5, 0.5])).margin).all()
 
 
-def test_without_calibration_the_place_in_the_ranking_is_the_similarity() -> None:
+@pytest.mark.parametrize(("score", "regions"), [(0.9, 1), (0.02, 0)])
+def test_without_calibration_the_place_in_the_ranking_is_the_similarity(
+    score: float, regions: int
+) -> None:
+    """Goals go by the score too: the best cells of a map need not be like the object."""
     view = search_view_of(drawn_map(*["." * 10] * 10))
     guidance = np.arange(1, 101, dtype=np.float32).reshape(10, 10) * 2.54 + 1
     view = replace(
         view,
-        similarity=np.linspace(0.61, 0.63, 100, dtype=np.float32).reshape(10, 10),
+        similarity=np.linspace(score, score + 0.02, 100, dtype=np.float32).reshape(10, 10),
         guidance=guidance.astype(np.uint8),
     )
     at = np.array([0.5, 0.5])
-    assert np.nanmin(map_view_around(view, at).similarity) > 0.6
+    assert np.nanmin(map_view_around(view, at).similarity) >= np.float32(score)
     ranked = map_view_around(replace(view, calibrated=False), at)
     known = ranked.similarity[ranked.observed]
     assert (np.sort(known)[:90] == 0).all()
     assert known.max() == pytest.approx(1.0)
     assert 8 <= (known > 0).sum() <= 11
+    assert len(find_regions(discounted(ranked, UndetectedViews()))) == regions
+    assert len(find_regions(ranked)) == 1
 
 
 @pytest.mark.parametrize(("x_m", "outside"), [(-49.0, False), (51.0, False), (90_000.0, True)])

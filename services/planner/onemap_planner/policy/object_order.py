@@ -138,7 +138,7 @@ def _places(memory: TargetMemory, map_view: MapView, among: Bool) -> tuple[Likel
         for candidate in memory.candidates
         if candidate.sightings >= max(MIN_SIGHTINGS, candidate.contradictions)
     ]
-    scale = 1.0 if map_view.calibrated else UNCALIBRATED_PROBABILITY
+    scale = 1.0 if map_view.scores is None else UNCALIBRATED_PROBABILITY
     similar = [
         replace(place, probability=place.probability * scale * LOOK_FACTOR**looks)
         for place in likely_places(map_view, among, threshold=LIKELY, refuted=memory.refuted)

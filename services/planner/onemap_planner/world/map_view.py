@@ -155,8 +155,8 @@ class MapView:
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
-    guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed; calibrated:
-    whether the score is a probability.
+    guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed; scores float32 in
+    [0, 1], NaN where not observed: of an encoder without calibration, None of others.
     """
 
     grid: GridSpec
@@ -170,7 +170,19 @@ class MapView:
     similarity: F32
     margin: F32
     guidance: F32
-    calibrated: bool = True
+    scores: F32 | None = None
+
+    @property
+    def promise(self) -> F32:
+        """By which goals are chosen (nx, ny), NaN where not observed: the similarity.
+
+        Without calibration it is the geometric mean of similarity and score: some cell is always
+        the best of the map, though nothing on it is like the object.
+        """
+        if self.scores is None:
+            return self.similarity
+        promise: F32 = np.sqrt(np.maximum(self.scores, 0) * self.similarity)
+        return promise
 
     @property
     def cell_area_m2(self) -> float:
@@ -251,7 +263,7 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         similarity=similarity if part.calibrated else by_rank(guidance),
         margin=margin,
         guidance=guidance,
-        calibrated=part.calibrated,
+        scores=None if part.calibrated else similarity,
     )
 
 

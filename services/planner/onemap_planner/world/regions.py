@@ -105,13 +105,13 @@ class UndetectedViews:
 
 
 def discounted(map_view: MapView, views: UndetectedViews) -> MapView:
-    """The map view whose similarity is lower by ``MISSED`` for each view without a detection."""
-    if not views.counts:
-        return map_view
-    cells = np.array(list(views.counts), np.int64) - np.asarray(map_view.grid.origin_cell)
-    inside = map_view.grid.contains(cells)
-    x, y = cells[inside].T
-    left = MISSED ** np.array(list(views.counts.values()))[inside]
-    similarity: F32 = map_view.similarity.copy()
-    similarity[x, y] *= left.astype(np.float32)
+    """The map view with the promise as its similarity, lower by ``MISSED`` for each view without a
+    detection."""
+    similarity: F32 = map_view.promise.copy()
+    if views.counts:
+        cells = np.array(list(views.counts), np.int64) - np.asarray(map_view.grid.origin_cell)
+        inside = map_view.grid.contains(cells)
+        x, y = cells[inside].T
+        left = MISSED ** np.array(list(views.counts.values()))[inside]
+        similarity[x, y] *= left.astype(np.float32)
     return replace(map_view, similarity=similarity)
