@@ -208,12 +208,6 @@ class Client:
         body = options.body(tuple(texts))
         return self._connection.follow(STANDING, "answer", QueryResult.of, body)
 
-    def follow_image(
-        self, image: bytes, options: QueryOptions = NO_OPTIONS
-    ) -> Iterator[QueryEvent]:
-        """The same for what a PNG or JPEG of one thing shows, as of ``query_image``."""
-        return self._connection.follow(STANDING, "answer", QueryResult.of, options.body(image))
-
     def search(
         self,
         objects: Sought | Sequence[Sought],

@@ -25,7 +25,6 @@ from onemap import (
 )
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import FakeMapper, FakePlanner
-from tests.shared.samples import PNG
 
 REPORT: dict[str, Any] = {
     "id": "s1",
@@ -185,15 +184,6 @@ def test_standing_queries_are_answered(client: Client, mapper: FakeMapper) -> No
     assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
     with pytest.raises(OneMapError, match="flurb"):
         next(client.follow_queries(["flurb"]))
-
-
-def test_an_image_is_followed(client: Client, mapper: FakeMapper) -> None:
-    answer = next(client.follow_image(PNG, QueryOptions(max_regions=1)))
-    assert isinstance(answer, QueryResult)
-    assert (answer.text, answer.calibrated, len(answer.regions)) == ("image", False, 1)
-    assert set(mapper.images) == {PNG}
-    with pytest.raises(OneMapError, match="negatives"):
-        next(client.follow_image(PNG, QueryOptions(negatives=("bed",))))
 
 
 def test_a_standing_query_says_why_there_is_no_answer() -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from collections.abc import AsyncIterator, Callable
-from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -13,17 +11,10 @@ import anyio
 import pytest
 from fastapi.sse import ServerSentEvent
 from starlette.testclient import TestClient
-from websockets.exceptions import ConnectionClosedError
-from websockets.sync.client import connect
 
-from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http import streams
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.routes.queries import query_events
 from onemap_gateway.http.schemas import QueryRequest
-from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES
-from onemap_gateway.http.streams import MAX_IMAGE_STREAMS
-from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.messages import MAX_IMAGE_BYTES
@@ -34,7 +25,6 @@ from tests.gateway.fakes import (
     FakeMapper,
     client_of,
     client_on,
-    code_at_the_end,
     gateway_on,
     odometry,
     revision,
@@ -224,24 +214,6 @@ def test_an_empty_map_is_a_problem_that_passes(router: MemoryRouter) -> None:
     listen(router, ["sofa"], scenario)
 
 
-def test_an_image_that_perception_refuses_frees_its_place(router: MemoryRouter) -> None:
-    FakeMapper(router, image_problem=RequestRejected("bad_image", "why: do this"))
-    with gateway_on(router) as gateway:
-        answer = client_of(gateway).post("/v1/queries/events", json={"image": IMAGE})
-        assert (answer.status_code, answer.json()["type"]) == (422, "/docs#problem-bad_image")
-        assert "do this" in answer.json()["detail"]
-        assert gateway.image_streams.open == 0
-
-
-def test_one_stream_too_many_with_an_image_is_refused(router: MemoryRouter) -> None:
-    FakeMapper(router)
-    with gateway_on(router) as gateway:
-        gateway.image_streams.open = MAX_IMAGE_STREAMS
-        refused = client_of(gateway).post("/v1/queries/events", json={"image": IMAGE})
-    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "2")
-    assert "close one of them" in refused.json()["detail"]
-
-
 @pytest.mark.parametrize(
     ("asked", "reason"),
     [
@@ -261,81 +233,9 @@ def test_what_cannot_be_followed_is_refused_before_the_stream(
     assert reason in answer.json()["detail"]
 
 
-LIVE = "ws://localhost:8080/v1/queries/live"
-
-
-@pytest.mark.parametrize("binary", [False, True])
-def test_an_image_is_asked_for_in_the_first_message(router: MemoryRouter, binary: bool) -> None:
-    mapper = ChangingMapper(router)
-    body = json.dumps({"image": IMAGE, "area_m": [0, -1, 2, 3], "max_regions": 1})
-    with gateway_on(router) as gateway:
-        with client_of(gateway).websocket_connect(LIVE) as socket:
-            if binary:
-                socket.send_bytes(body.encode())
-            else:
-                socket.send_text(body)
-            answer = socket.receive_json()
-            assert (answer["event"], answer["data"]["text"]) == ("answer", "image")
-            assert (answer["data"]["calibrated"], len(answer["data"]["regions"])) == (False, 1)
-            assert gateway.image_streams.open == 1
-            mapper.moved_m = 0.3
-            mapper.announce(1)
-            assert socket.receive_json()["data"]["regions"][0]["centre_m"][0] == 0.65
-        assert gateway.image_streams.open == 0
-    assert set(mapper.images) == {PNG}
-    assert mapper.asked[-1].area_m == (0.0, -1.0, 2.0, 3.0)
-
-
-@pytest.mark.parametrize(
-    ("body", "status", "reason"),
-    [
-        ("{not json", 400, "not valid JSON"),
-        ("{}", 422, "exactly one of 'text'"),
-        ('{"text": "flurb"}', 422, "flurb"),
-        ('{"text": "sofa", "include_grid": true}', 422, "'include_grid' is for"),
-        ('{"text": "sofa", "speed": 3}', 422, "'speed' is no field"),
-    ],
-)
-def test_a_first_message_that_cannot_be_followed_is_told_and_closed(
-    client: TestClient, body: str, status: int, reason: str
-) -> None:
-    with client.websocket_connect(LIVE) as socket:
-        socket.send_text(body)
-        problem = socket.receive_json()
-        assert (problem["event"], problem["data"]["status"]) == ("problem", status)
-        assert reason in problem["data"]["detail"]
-        assert code_at_the_end(socket) == 1008
-
-
-def test_a_first_message_that_never_comes_is_given_up(
-    client: TestClient, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(streams, "BODY_TIMEOUT_S", 0.05)
-    with client.websocket_connect(LIVE) as socket:
-        problem = socket.receive_json()
-        assert (problem["event"], problem["data"]["status"]) == ("problem", 408)
-        assert "send the body of POST /v1/queries" in problem["data"]["detail"]
-        assert code_at_the_end(socket) == 1008
-
-
-def test_the_largest_image_fits_into_a_message(router: MemoryRouter) -> None:
-    """Over a real connection, which has a limit of its own."""
-    mapper = FakeMapper(router)
-    image = PNG + bytes(MAX_IMAGE_BYTES - len(PNG))
-    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
-        address = f"ws://127.0.0.1:{worker.port}/v1/queries/live"
-        with connect(address, open_timeout=WAIT_S) as socket:
-            socket.send(json.dumps({"image": b64encode(image).decode()}))
-            assert json.loads(socket.recv(timeout=WAIT_S))["event"] == "answer"
-    assert set(mapper.images) == {image}
-
-
-def test_a_message_larger_than_any_image_closes_the_socket(router: MemoryRouter) -> None:
-    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
-        address = f"ws://127.0.0.1:{worker.port}/v1/queries/live"
-        with connect(address, open_timeout=WAIT_S) as socket:
-            socket.send("x" * (MAX_IMAGE_BODY_BYTES + 1))
-            with pytest.raises(ConnectionClosedError) as end:
-                socket.recv(timeout=WAIT_S)
-    assert end.value.rcvd is not None
-    assert end.value.rcvd.code == 1009
+@pytest.mark.parametrize("name", ["image", "include_grid"])
+def test_a_stream_is_of_words_and_without_grids(client: TestClient, name: str) -> None:
+    body = {"image": {"image": IMAGE}, "include_grid": {"text": "sofa", "include_grid": True}}
+    answer = client.post("/v1/queries/events", json=body[name])
+    assert answer.status_code == 422
+    assert f"'{name}' is for POST /v1/queries" in answer.json()["detail"]

@@ -17,7 +17,7 @@ from onemap_gateway.connections import MAX_CONNECTIONS, LimitedConnection, conne
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.middleware import FleetApp
-from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES, LockOut
+from onemap_gateway.http.security import MAX_BODY_BYTES, LockOut
 from onemap_gateway.present.service_status import hung_for_s
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
@@ -70,7 +70,7 @@ class GatewayWorker:
                 server_header=False,
                 proxy_headers=bool(config.trusted_proxies),  # uvicorn believes all of loopback
                 forwarded_allow_ips=[str(proxy) for proxy in config.trusted_proxies],
-                ws_max_size=MAX_IMAGE_BODY_BYTES,  # of a standing query
+                ws_max_size=MAX_BODY_BYTES,  # clients have nothing to say there
                 timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
         )

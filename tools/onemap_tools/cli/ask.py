@@ -78,15 +78,13 @@ def query(
 
     options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
     words = " ".join(text or ())
-    if bool(words) == (image is not None) or (image is not None and negative):
-        raise typer.BadParameter("name an object, or give --image without --not")
+    if bool(words) == (image is not None) or (image is not None and (negative or follow)):
+        raise typer.BadParameter("name an object, or give --image without --not and --follow")
     crop = None if image is None else remote.read_crop(image)
     with gateway_client(url, token) as gateway:
         if follow:
-            standing = gateway.follow_queries([words], options)  # opened when it is read
-            events = gateway.follow_image(crop, options) if crop else standing
             try:
-                remote.follow_query(events, as_json=as_json)
+                remote.follow_query(gateway.follow_queries([words], options), as_json=as_json)
             except KeyboardInterrupt:
                 return
         if crop is not None:

@@ -37,9 +37,6 @@ poses (z up, the floor at 0); positions are rounded to millimetres. Times are RF
 `robot`, `map`, `camera`, `search`, `path`, `trail_m`, `services` and `latencies`. The sequence
 numbers in it tell a client when to fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
 
-`WS /v1/queries/live` takes the parameters of `GET /v1/queries/events` and sends the same events,
-each as a JSON object with `event`, its name, and `data`.
-
 Every GET has a HEAD, and OPTIONS names in `Allow` what an address takes.
 
 If the gateway has a token, every request but those for the page, this documentation, `/healthz`

@@ -19,7 +19,6 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import HttpProblem, from_call_error
 from onemap_gateway.http.security import LockOut
 from onemap_gateway.http.shared_results import SharedResults
-from onemap_gateway.http.streams import ImageStreams
 from onemap_gateway.present.metrics import RequestCounter
 from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.present.service_status import (
@@ -66,7 +65,6 @@ class GatewayContext:
     config: GatewayConfig
     robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
-    image_streams: ImageStreams = field(default_factory=ImageStreams)
     lock_out: LockOut = field(default_factory=LockOut)
     paces: Paces = Paces()
     images: SharedResults = field(init=False)

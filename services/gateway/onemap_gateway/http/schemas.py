@@ -271,14 +271,13 @@ def _described(
 
 
 class StandingRequest(QueryRequest):
-    """A query whose answers are sent again whenever they change; a stream has no grid."""
+    """A query in words whose answers are sent again whenever they change; without a grid."""
 
     @model_validator(mode="after")
-    def _without_grid(self) -> StandingRequest:
-        if self.include_grid:
-            raise ValueError(
-                "'include_grid' is for POST /v1/queries: a stream sends regions only; leave it out"
-            )
+    def _in_words(self) -> StandingRequest:
+        for name in ("image", "include_grid"):
+            if getattr(self, name):
+                raise ValueError(f"{name!r} is for POST /v1/queries: leave it out of a stream")
         return self
 
 

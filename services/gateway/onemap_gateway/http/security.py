@@ -94,7 +94,7 @@ def client_network(address: str) -> str:
 
 MAX_BODY_BYTES = 64 * 1024
 # Behind the prefix of any robot: the body of these may hold an image in base64, or many outlines.
-LARGE_PATHS = ("/v1/queries", "/v1/queries/events", "/v1/map.png", "/v1/places.geojson")
+LARGE_PATHS = ("/v1/queries", "/v1/map.png", "/v1/places.geojson")
 MAX_IMAGE_BODY_BYTES = MAX_BODY_BYTES + (MAX_IMAGE_BYTES * 4 + 2) // 3
 BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s, and for an image over 77 kB/s
 # A browser cannot add a header to a WebSocket, so the page sends its token, in base64url without

@@ -6,17 +6,15 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import AsyncIterator, Sequence
-from contextlib import suppress
-from functools import partial
 from typing import Annotated, Any
 
 import anyio
-from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Depends, Query
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import ValidationError
 
 from onemap.replies import QueryListReply, QueryResult
-from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
+from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import (
     HttpProblem,
     content,
@@ -25,16 +23,8 @@ from onemap_gateway.http.problems import (
 )
 from onemap_gateway.http.schemas import IMAGE_NAME, Described, QueryRequest, StandingRequest
 from onemap_gateway.http.sentences import WordsReply, understand
-from onemap_gateway.http.streams import (
-    GOING_AWAY,
-    REFUSED,
-    RETRY_MS,
-    accept,
-    first_message,
-    problem_event,
-    speak,
-)
-from onemap_gateway.present.formats import finite, json_text
+from onemap_gateway.http.streams import RETRY_MS, problem_event
+from onemap_gateway.present.formats import finite
 from onemap_gateway.present.queries import IMAGE_SUBJECT, differ, query_result, with_scores
 from onemap_shared import keys
 from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
@@ -87,7 +77,7 @@ NEVER = -1  # no revision of a map
 
 
 def standing_query(
-    texts: Sequence[str], negatives: Sequence[str], area_m: str, max_regions: int | str
+    texts: Sequence[str], negatives: Sequence[str], area_m: str, max_regions: int
 ) -> QueryRequest:
     """The request that an address describes; HttpProblem if it is none.
 
@@ -118,7 +108,7 @@ async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> No
 async def query_events(
     gateway: GatewayContext, request: QueryRequest
 ) -> AsyncIterator[ServerSentEvent]:
-    """The answer to each text, or to the image, and again whenever regions or verdict change.
+    """The answer to each text, and again whenever its regions or verdict change.
 
     Asks only after a new revision of the map. While there is no answer, as of an empty map, it
     goes on and gives a problem; any other problem ends it.
@@ -217,80 +207,21 @@ async def follow_queries(
         yield event
 
 
-async def standing_body(
-    request: StandingRequest, gateway: GatewayDep
-) -> AsyncIterator[QueryRequest]:
-    """The request of a stream in a body, refused as one in an address; with a place if it needs
-    one, until the stream has ended."""
-    with gateway.image_streams.place(request.image):
-        await check_answerable(gateway, request)
-        yield request
+async def standing_body(request: StandingRequest, gateway: GatewayDep) -> QueryRequest:
+    """The request of a stream in a body, refused as one in an address."""
+    await check_answerable(gateway, request)
+    return request
 
 
 @router.post(
     "/queries/events",
-    summary="Tell me when it changes, also for an image",
+    summary="Tell me when it changes, of what a body describes",
     response_class=EventSourceResponse,
     responses={200: EVENTS, **problem_responses(422, 503)},
 )
 async def follow_query_body(
     request: Annotated[QueryRequest, Depends(standing_body)], gateway: GatewayDep
 ) -> AsyncIterator[ServerSentEvent]:
-    """The same, asked with the body of `POST /v1/queries`, which may hold an `image`.
-
-    At most 16 streams with an image are open at once.
-    """
+    """The same, asked with the body of `POST /v1/queries`, without `image` and `include_grid`."""
     async for event in query_events(gateway, request):
         yield event
-
-
-@router.websocket("/queries/live")
-async def follow_queries_live(socket: WebSocket) -> None:
-    """The same over a WebSocket: objects with ``event``, ``answer`` or ``problem``, and ``data``.
-
-    Without parameters in the address the client's first message is the body of a POST. A browser
-    cannot read why a socket was refused, so the reason is the first and only message then.
-    """
-    gateway = get_gateway(socket)
-    await accept(socket)
-    with suppress(WebSocketDisconnect):
-        try:
-            request = await _socket_request(socket)
-            with gateway.image_streams.place(request.image):
-                await speak(socket, partial(_send_changes, socket, gateway, request))
-        except HttpProblem as problem:
-            await _refuse(socket, problem)
-
-
-async def _socket_request(socket: WebSocket) -> QueryRequest:
-    """What the address asks for, or the first message; HttpProblem if neither can be."""
-    asked = socket.query_params
-    if asked:
-        texts, negatives = asked.getlist("text"), asked.getlist("negative")
-        return standing_query(
-            texts, negatives, asked.get("area_m", ""), asked.get("max_regions", "5")
-        )
-    try:
-        return StandingRequest.model_validate_json(await first_message(socket))
-    except ValidationError as error:
-        raise from_validation_error(error) from None
-
-
-async def _send_changes(socket: WebSocket, gateway: GatewayContext, request: QueryRequest) -> None:
-    try:
-        await check_answerable(gateway, request)
-    except HttpProblem as problem:  # a task group would wrap it
-        await _refuse(socket, problem)
-        return
-    async for event in query_events(gateway, request):
-        await _send(socket, event)
-    await socket.close(GOING_AWAY if gateway.cache.closing else REFUSED)
-
-
-async def _refuse(socket: WebSocket, problem: HttpProblem) -> None:
-    await _send(socket, problem_event(problem))
-    await socket.close(REFUSED)
-
-
-async def _send(socket: WebSocket, event: ServerSentEvent) -> None:
-    await socket.send_text(json_text({"event": event.event, "data": event.data}))
