@@ -9,15 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 import yaml
-from matplotlib.path import Path as Polygon
 from PIL import Image
 from typer.testing import CliRunner
 
-from onemap import MapObject, QueryResult
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
 from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.app import app
@@ -25,11 +21,9 @@ from onemap_tools.cli.map import MapLayer
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.map_export import (
     MapArrays,
-    feature_collection,
     layer_image,
     nav2_pgm,
     nav2_yaml,
-    point_cloud,
     read_archive,
 )
 from tests.gateway.fakes import GRID, FakeMapper, kept_object
@@ -72,22 +66,14 @@ def test_archives_pictures_and_maps_for_nav2_are_read(url: str, tmp_path: Path) 
     assert Image.open(tmp_path / "flat.pgm").size == GRID.shape
 
 
-def test_regions_and_objects_are_features(url: str, tmp_path: Path) -> None:
-    exported(url, tmp_path / "flat.geojson", "--text", "sofa", "--text", "kettle")
-    features = json.loads((tmp_path / "flat.geojson").read_text())["features"]
-    kinds = [each["properties"]["kind"] for each in features]
-    assert kinds == ["region"] * 4 + ["object"]
-
-
 @pytest.mark.parametrize(
     ("asked", "code", "reason"),
     [
         ("flat.txt", EXIT_USAGE_ERROR, "ends in .npz"),
         ("flat", EXIT_USAGE_ERROR, "ends in .npz"),
-        ("flat.ply --text sofa --text bed", EXIT_USAGE_ERROR, "one --text"),
         ("flat.png --layer similarity", EXIT_USAGE_ERROR, "give one with --text"),
         ("no/folder.npz", EXIT_FAILED, "Cannot write"),
-        ("flat.geojson --text flurb", EXIT_USAGE_ERROR, "flurb"),
+        ("flat.npz --text flurb", EXIT_USAGE_ERROR, "flurb"),
     ],
 )
 def test_what_cannot_be_written_is_refused(
@@ -160,24 +146,6 @@ def test_a_layer_is_white_where_it_is_set_and_the_similarity_opaque_where_known(
     assert image[0, 0].tolist() == [0, 0, 0, 0]
 
 
-def test_trimesh_reads_places_colours_and_properties() -> None:
-    content = point_cloud(small_map())
-    cloud = trimesh.load(io.BytesIO(content), file_type="ply")
-    vertices = np.asarray(cloud.vertices)
-    assert len(vertices) == 5  # the unknown cell is left out
-    np.testing.assert_allclose(vertices[0], [-0.75, 2.25, 0.0])
-    np.testing.assert_allclose(vertices[-1], [0.25, 2.25, 0.0])
-    colours = np.asarray(cloud.colors)[:, :3]
-    assert colours[-1].tolist() == [255, 60, 0]  # the best match
-    assert colours[2].tolist() == [230, 230, 230]  # free
-    raw = cloud.metadata["_ply_raw"]["vertex"]["data"]
-    assert raw["occupancy"].ravel().tolist() == [1, 2, 1, 1, 2]
-    np.testing.assert_allclose(raw["similarity"].ravel()[[0, 4]], [0.2, 1.0])
-    assert np.isnan(raw["similarity"].ravel()[1:4]).all()
-    none = point_cloud(small_map(text=False))
-    assert none.count(b"property") == content.count(b"property")
-
-
 def archive(**arrays: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
@@ -193,23 +161,3 @@ def test_what_is_no_map_is_refused() -> None:
     whole |= {"origin_m": np.zeros(2), "cell_size_m": np.array(0.1)}
     with pytest.raises(ValueError, match="shapes that differ"):
         read_archive(archive(**whole))
-
-
-(FOUND, _) = EXAMPLES["QueryResult"]
-(OBJECT,) = EXAMPLES["MapObject"]
-
-
-def test_a_region_is_a_closed_polygon_around_its_centre() -> None:
-    document = feature_collection([QueryResult.of(FOUND)], [MapObject.of(OBJECT)])
-    features = json.loads(json.dumps(document, allow_nan=False))["features"]
-    assert [feature["type"] for feature in features] == ["Feature"] * len(features)
-    geometry = features[0]["geometry"]
-    (ring,) = geometry["coordinates"]
-    assert geometry["type"] == "Polygon"
-    assert ring[0] == ring[-1]
-    x, y = np.array(ring).T
-    assert (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() > 0  # counter-clockwise, as the RFC wants it
-    assert Polygon(ring).contains_point(FOUND["regions"][0]["centre_m"])
-    assert features[0]["properties"]["text"] == "sofa"
-    assert features[0]["properties"]["verdict"] == "found"
-    assert features[0]["properties"]["height_m"] == [0.1, 0.9]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,34 +12,22 @@ from zipfile import BadZipFile
 import numpy as np
 import yaml
 
-from onemap import Client, MapObject, QueryOptions, QueryResult, Region
+from onemap import Client
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.map import MapLayer
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 
-ENDINGS = (".npz", ".png", ".yaml", ".geojson", ".ply")
-ONE_TEXT = (".npz", ".png", ".ply")
-MAX_REGIONS = 100
+ENDINGS = (".npz", ".png", ".yaml")
 # Of nav2's map server in trinary mode: p = (255 - pixel) / 255, compared with the thresholds.
 FREE_PIXEL, OCCUPIED_PIXEL, UNKNOWN_PIXEL = 254, 0, 205
 FREE_THRESHOLD, OCCUPIED_THRESHOLD = 0.196, 0.65  # unknown, 0.196078, is not below
 PIXELS = np.array([UNKNOWN_PIXEL, FREE_PIXEL, OCCUPIED_PIXEL], np.uint8)  # by occupancy
-GREYS = np.array([90, 230, 30])  # the same
-BEST = np.array([255, 60, 0])  # the colour of the similarity 1
-VERTEX = np.dtype(
-    [(name, "<f4") for name in "xyz"]
-    + [(name, "u1") for name in ("red", "green", "blue", "occupancy")]
-    + [("similarity", "<f4")]
-)
-TYPES = {"<f4": "float", "|u1": "uchar"}
 
 
-def export_map(
-    gateway: Client, file: Path, *, texts: Sequence[str], layer: MapLayer
-) -> dict[str, Any]:
+def export_map(gateway: Client, file: Path, *, text: str, layer: MapLayer) -> dict[str, Any]:
     """Write the map; returns path and size of what was written, one file or two."""
-    files = _contents(gateway, file, texts, layer)
+    files = _contents(gateway, file, text, layer)
     for path, content in files.items():
         try:
             path.write_bytes(content)
@@ -51,28 +38,18 @@ def export_map(
     return {"path": str(file), "file_bytes": size, **({"beside": others} if others else {})}
 
 
-def _contents(
-    gateway: Client, file: Path, texts: Sequence[str], layer: MapLayer
-) -> Mapping[Path, bytes]:
-    """What to write where; CliError if a file of this ending cannot hold it."""
+def _contents(gateway: Client, file: Path, text: str, layer: MapLayer) -> Mapping[Path, bytes]:
+    """What to write where; CliError for another ending."""
     ending = file.suffix.lower()
     if ending not in ENDINGS:
         raise CliError(
             f"A map is written to a file that ends in {', '.join(ENDINGS)}, not {ending!r}.",
             EXIT_USAGE_ERROR,
         )
-    if ending in ONE_TEXT and len(texts) > 1:
-        raise CliError(f"A {ending} file holds the similarity to one --text.", EXIT_USAGE_ERROR)
-    if ending == ".geojson":
-        answers = gateway.query_all(texts, QueryOptions(MAX_REGIONS)) if texts else ()
-        document = feature_collection(answers, gateway.objects())
-        return {file: json.dumps(document, indent=1).encode()}
-    content = gateway.maps.archive(texts[0] if texts else "")
+    content = gateway.maps.archive(text)
     if ending == ".npz":
         return {file: content}
     arrays = read_archive(content)
-    if ending == ".ply":
-        return {file: point_cloud(arrays)}
     if ending == ".yaml":
         image = file.with_suffix(".pgm")
         return {file: nav2_yaml(arrays, image.name).encode(), image: nav2_pgm(arrays)}
@@ -176,75 +153,3 @@ def _upright(values: U8) -> U8:
     """Grid values (nx, ny, ...) as an image (ny, nx, ...): its first row has the largest y."""
     image: U8 = np.ascontiguousarray(np.swapaxes(values, 0, 1)[::-1])
     return image
-
-
-def point_cloud(arrays: MapArrays) -> bytes:
-    """A vertex for each known cell, at its centre, z = 0, grey by its occupancy.
-
-    ``occupancy``: 0 unknown, 1 free, 2 occupied; ``similarity``: to the text, NaN without one or
-    where nothing was observed; red grows with it.
-    """
-    known = (arrays.occupancy != Occupancy.UNKNOWN) | ((arrays.layers & Layer.OBSERVED) > 0)
-    cells = np.argwhere(known)
-    vertices = np.zeros(len(cells), VERTEX)
-    for axis, name in enumerate(("x", "y")):
-        vertices[name] = arrays.origin_m[axis] + (cells[:, axis] + 0.5) * arrays.cell_size_m
-    vertices["occupancy"] = occupancy = arrays.occupancy[known]
-    similarity = arrays.similarity[known] if arrays.similarity.size else np.float32(np.nan)
-    vertices["similarity"] = similarity
-    share = np.nan_to_num(vertices["similarity"])
-    grey = GREYS[np.minimum(occupancy, Occupancy.OCCUPIED)]
-    for name, best in zip(("red", "green", "blue"), BEST, strict=True):
-        vertices[name] = np.rint(grey * (1 - share) + best * share)
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(cells)}"]
-    lines += [f"property {TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
-    return "\n".join([*lines, "end_header", ""]).encode() + vertices.tobytes()
-
-
-def feature_collection(
-    queries: Sequence[QueryResult], objects: Sequence[MapObject]
-) -> dict[str, Any]:
-    """GeoJSON: a Polygon for each region of each answer, and a Point for each found object.
-
-    RFC 7946 knows degrees only; the coordinates here are metres of the map frame, which programs
-    take as they are where no other reference system is set.
-    """
-    regions = [_region(query, region) for query in queries for region in query.regions]
-    return {"type": "FeatureCollection", "features": [*regions, *map(_object, objects)]}
-
-
-def _region(query: QueryResult, region: Region) -> dict[str, Any]:
-    x_min, y_min, x_max, y_max = region.extent_m
-    box = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
-    corners = [list(corner) for corner in region.outline_m or box]
-    named = {name: getattr(region, name) for name in ("rank", "score", "variance")}
-    return {
-        "type": "Feature",
-        "geometry": {"type": "Polygon", "coordinates": [[*corners, corners[0]]]},
-        "properties": {
-            "kind": "region",
-            "text": query.text,
-            "verdict": query.verdict,
-            **named,
-            "height_m": list(region.height_m) if region.height_m else None,
-            "last_seen_at": region.last_seen_at or None,
-        },
-    }
-
-
-def _object(found: MapObject) -> dict[str, Any]:
-    return {
-        "type": "Feature",
-        "id": found.id,
-        "geometry": {"type": "Point", "coordinates": list(found.position_m)},
-        "properties": {
-            "kind": "object",
-            "name": found.name,
-            "score": found.score,
-            "times_found": found.times_found,
-            "robot": found.robot,
-            "last_seen_at": found.last_seen_at.isoformat(),
-            "extent_m": list(found.extent_m),
-            "height_m": list(found.height_m) if found.height_m else None,
-        },
-    }

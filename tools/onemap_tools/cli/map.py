@@ -132,14 +132,9 @@ def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> No
 
 @app.command()
 def export(
-    file: Annotated[
-        Path, typer.Argument(dir_okay=False, help="Ends in .npz, .png, .yaml, .geojson or .ply.")
-    ],
+    file: Annotated[Path, typer.Argument(dir_okay=False, help="Ends in .npz, .png or .yaml.")],
     *,
-    text: Annotated[
-        list[str] | None,
-        typer.Option(help="Also the similarity to it; for .geojson its regions, and repeatable."),
-    ] = None,
+    text: Annotated[str, typer.Option(help="Also the similarity to it, in .npz and .png.")] = "",
     layer: Annotated[
         MapLayer, typer.Option(help="Of a .png file; similarity needs --text.")
     ] = MapLayer.OCCUPANCY,
@@ -150,14 +145,13 @@ def export(
     """Write the map to a file on this machine, in the format of its ending.
 
     .npz: occupancy, layers and geometry for NumPy; .png: one layer, a pixel per cell,
-    with a world file .pgw; .yaml: for nav2's map server, with a .pgm; .geojson: found
-    objects, and the regions of each --text; .ply: the known cells as a point cloud.
+    with a world file .pgw; .yaml: for nav2's map server, with a .pgm.
     """
     from onemap_tools.gateway import gateway_client
     from onemap_tools.map_export import export_map
 
     with gateway_client(url, token) as gateway:
-        written = export_map(gateway, file, texts=text or (), layer=layer)
+        written = export_map(gateway, file, text=text, layer=layer)
 
     def describe(written: dict[str, Any], console: Console) -> None:
         paths = " and ".join([written["path"], *written.get("beside", ())])
