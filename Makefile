@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit tests coverage kernels chaos docs clean
+.PHONY: demo test setup-demo setup-dev format check types unit tests coverage kernels chaos docs clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -88,9 +88,6 @@ docs: setup-dev $(VENV)/.docs
 $(VENV)/.docs: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP_INSTALL) -c constraints.txt -e '.[docs]'
 	touch $@
-
-extras: setup-dev
-	$(BIN)/python deploy/check_extras.py
 
 clean:
 	rm -rf $(VENV) site .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage .coverage.* runs

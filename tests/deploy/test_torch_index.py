@@ -96,22 +96,11 @@ def test_only_a_page_is_an_answer() -> None:
     with served(404) as url:
         assert not INDEX.answers(url)
     assert not INDEX.answers(url)  # the port is closed
-    assert not INDEX.answers("nonsense")
 
 
-def test_what_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A server that accepts and never answers, and a name server that is silent for ever."""
+def test_what_hangs_is_given_up() -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         assert not INDEX.answers(f"http://127.0.0.1:{silent.getsockname()[1]}/", limit_s=0.2)
-    hang = threading.Event()
-
-    def never(*_: object, **__: object) -> None:
-        hang.wait()
-        raise OSError
-
-    monkeypatch.setattr(INDEX.urllib.request, "urlopen", never)
-    assert not INDEX.answers("http://127.0.0.1:9/", limit_s=0.2)
-    hang.set()
 
 
 @pytest.mark.parametrize(
