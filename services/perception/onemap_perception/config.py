@@ -62,7 +62,7 @@ class TorchEncoderParams(ChannelParams):
     """What the encoders of vision and text towers in torch have in common."""
 
     model: str = Field(
-        description="A hub id that 'onemap models fetch' has fetched, or a file or folder."
+        description="A hub id that 'onemap models use' has fetched, or a file or folder."
     )
     device: Device = Field(default="cpu", description="cpu, cuda or cuda:N; cuda in fp16.")
     exported: Path | None = Field(

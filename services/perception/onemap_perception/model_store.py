@@ -298,14 +298,6 @@ KNOWN_MODELS = (
 )
 
 
-def known_model(repo: str) -> KnownModel:
-    """The entry of this hub id; raises BackendError."""
-    for model in KNOWN_MODELS:
-        if model.repo == repo:
-            return model
-    raise BackendError(f"{repo!r} is not among the known models; 'onemap models list' names them")
-
-
 def locate(model: str) -> Path:
     """The folder or file of a path or a hub id; raises BackendError with the command to run."""
     place = Path(model).expanduser()
@@ -317,7 +309,7 @@ def locate(model: str) -> Path:
     folder = cached(model, files)
     if folder is not None:
         return folder
-    raise BackendError(f"the model {model} is not on this machine: onemap models fetch {model}")
+    raise BackendError(f"the model {model} is not on this machine: onemap models use {model}")
 
 
 def cached(repo: str, files: tuple[str, ...]) -> Path | None:

@@ -97,7 +97,7 @@ def test_an_unknown_option_is_a_usage_error_in_json(command: tuple[str, ...]) ->
         "bench fusion --frames many",
         "replay /no/such/folder",
         "map save",
-        "models fetch no/such",
+        "models use no/such",
         "doctor --config /no/such.yaml",
         "config show --config /no/such.yaml",
         "ros2 topics --config /no/such.yaml",

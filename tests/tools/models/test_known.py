@@ -14,6 +14,9 @@ from typer.testing import CliRunner
 from onemap_perception import model_store
 from onemap_perception.errors import BackendError
 from onemap_tools.cli.app import app
+from onemap_tools.cli.terminal import plain_console
+from onemap_tools.errors import CliError
+from onemap_tools.models import known
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 from tests.perception.local_hub import LocalHub, serve_hub, use_hub
 
@@ -48,28 +51,6 @@ def test_the_list_has_every_known_model(cache: Path) -> None:
     assert here["licence"] == "Apache-2.0"
 
 
-def test_changed_files_of_a_model_are_named(cache: Path) -> None:
-    folder = put_in_cache(cache)
-    assert run("verify", REPO) == (0, f"{REPO}: whole\n")
-    (folder / "model.safetensors").resolve().write_bytes(b"other")
-    code, text = run("verify")
-    assert code == 1
-    assert "damaged: model.safetensors; delete " in " ".join(text.split())
-    (folder / "config.json").unlink()
-    (folder / "config.json").write_text("{}")
-    assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
-
-
-def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
-    code, text = run("verify", REPO)
-    assert code == 1
-    assert f"onemap models fetch {REPO}" in text
-    assert run("verify") == (0, "No known model lies on this machine.\n")
-    assert run("verify", "nobody/nothing")[0] == 2
-    with pytest.raises(BackendError, match=f"onemap models fetch {REPO}"):
-        model_store.locate(REPO)
-
-
 @pytest.fixture
 def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
     """A hub with one known model."""
@@ -83,19 +64,30 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
         yield hub
 
 
-def test_fetch_downloads_what_is_needed_and_checks_it(hub: LocalHub) -> None:
-    code, text = run("fetch", REPO, "--json")
-    assert code == 0
-    assert json.loads(text.splitlines()[-1])["bytes_here"] == 702
-    assert run("verify", REPO) == (0, f"{REPO}: whole\n")
-    assert run("fetch", "nobody/nothing")[0] == 2
+def downloaded() -> Path:
+    (model,) = (each for each in model_store.KNOWN_MODELS if each.repo == REPO)
+    return known.download(model, plain_console())
+
+
+def test_what_is_needed_is_downloaded_and_checked(hub: LocalHub) -> None:
+    folder = downloaded()
+    assert listed()[REPO]["bytes_here"] == 702
+    assert model_store.corrupt_files(folder) == []
+    (folder / "model.safetensors").resolve().write_bytes(b"other")
+    (folder / "config.json").unlink()
+    (folder / "config.json").write_text("{ }")
+    assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
 
 
 def test_a_damaged_download_is_removed(hub: LocalHub) -> None:
     small = hub.models[REPO]["config.json"]
     small.announced = "a" * 40
-    code, text = run("fetch", REPO)
-    assert code == 1
-    assert f"{REPO} arrived damaged: config.json; it was removed: fetch again" in text
+    with pytest.raises(CliError, match=f"{REPO} arrived damaged: config.json; it was removed"):
+        downloaded()
     small.announced = hashlib.sha1(b"blob 2\0{}").hexdigest()
-    assert run("fetch", REPO)[0] == 0
+    assert downloaded().is_dir()
+
+
+def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
+    with pytest.raises(BackendError, match=f"onemap models use {REPO}"):
+        model_store.locate(REPO)

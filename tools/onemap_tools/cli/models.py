@@ -1,4 +1,4 @@
-"""``onemap models``: use, list, fetch and verify models of the hub; ``onemap export-encoder``."""
+"""``onemap models``: list and use models of the hub; ``onemap export-encoder``."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import typer
 
 from onemap_tools.cli.options import DEEPER, Config, Json
 from onemap_tools.cli.terminal import confirmed, print_json, progress_console, result_console
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
 export_app = typer.Typer()
-Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
 
 
 @app.command(name="list")
@@ -90,32 +89,6 @@ def _agree() -> None:
         )
     if not answer:
         raise CliError("Not accepted: nothing was fetched and nothing was written.")
-
-
-@app.command()
-def fetch(repo: Repo, as_json: Json = False) -> None:
-    """Download a model into the hub's cache and verify it; resumes an interrupted download."""
-    from onemap_tools.models import known
-
-    entry = known.fetch(repo, progress_console())
-    known.describe([entry], result_console(as_json))
-    if as_json:
-        print_json(entry)
-
-
-@app.command()
-def verify(
-    repo: Annotated[str, typer.Argument(help="A hub id; without one, all that lie here.")] = "",
-    as_json: Json = False,
-) -> None:
-    """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
-    from onemap_tools.models import known
-
-    reports = known.verify(repo)
-    known.describe_reports(reports, result_console(as_json))
-    if as_json:
-        print_json({"models": reports})
-    raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
 
 
 @export_app.command(rich_help_panel=DEEPER)

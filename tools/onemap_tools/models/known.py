@@ -1,4 +1,4 @@
-"""Known models of the hub on this machine: list, fetch, verify."""
+"""Known models of the hub on this machine: list and download."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rich.text import Text
 
 from onemap_perception import model_store
 from onemap_perception.errors import BackendError
-from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, CliError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,15 +46,6 @@ def inventory() -> list[dict[str, Any]]:
         ]
 
 
-def fetch(repo: str, console: Console) -> dict[str, Any]:
-    """Download and verify one model; raises CliError."""
-    with model_errors(EXIT_USAGE_ERROR):
-        model = model_store.known_model(repo)
-    size = _about(model.about_mb)
-    console.print(f"Fetching {repo} ({size}, licence {model.licence})")
-    return _document(model, download(model, console))
-
-
 def download(model: model_store.KnownModel, console: Console) -> Path:
     """Fetch a model with a progress bar and verify it; CliError if it cannot be had whole."""
     columns = (BarColumn(), DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn())
@@ -68,26 +59,8 @@ def download(model: model_store.KnownModel, console: Console) -> Path:
     if damaged:
         model_store.discard(folder, damaged)
         names = ", ".join(damaged)
-        raise CliError(f"{model.repo} arrived damaged: {names}; it was removed: fetch again")
+        raise CliError(f"{model.repo} arrived damaged: {names}; it was removed: try again")
     return folder
-
-
-def verify(repo: str) -> list[dict[str, Any]]:
-    """Repo, folder and damaged files of one model, or of all on this machine without ``repo``."""
-    if repo:
-        with model_errors(EXIT_USAGE_ERROR):
-            model_store.known_model(repo)
-    entries = [entry for entry in inventory() if repo in ("", entry["repo"]) and entry["folder"]]
-    if repo and not entries:
-        raise CliError(f"{repo} is not on this machine: onemap models fetch {repo}")
-    return [
-        {
-            "repo": entry["repo"],
-            "folder": entry["folder"],
-            "damaged": model_store.corrupt_files(Path(entry["folder"])),
-        }
-        for entry in entries
-    ]
 
 
 def describe(entries: Sequence[dict[str, Any]], console: Console) -> None:
@@ -99,16 +72,6 @@ def describe(entries: Sequence[dict[str, Any]], console: Console) -> None:
             console.print(f"  {entry['bytes_here'] / MEGABYTE:.0f} MB in {entry['folder']}")
         else:
             console.print(f"  not fetched, {_about(entry['about_mb'])}")
-
-
-def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print whether each model is whole, or its damaged files."""
-    if not reports:
-        console.print("No known model lies on this machine.")
-    for report in reports:
-        bad = ", ".join(report["damaged"])
-        state = f"damaged: {bad}; delete {report['folder']}" if bad else "whole"
-        console.print(f"{report['repo']}: {state}")
 
 
 def _about(megabytes: int | None) -> str:
