@@ -1,4 +1,4 @@
-"""A model hub on loopback: what the hub's client asks of it, with faults on request."""
+"""A model hub on loopback: what the hub's client asks of it."""
 
 from __future__ import annotations
 
@@ -25,15 +25,12 @@ ABOUT = re.compile(r"/api/models/(?P<repo>[^/]+/[^/]+?)(?P<tree>/tree/[^/]+)?(/r
 class ServedFile:
     """A file and what the hub says of it.
 
-    breaks_at: the connection ends after this byte of the file; None: never. announced: the digest
-    that the hub states. ranges: the first byte that each download asked for.
+    announced: the digest that the hub states. ranges: the first byte that each download asked for.
     """
 
     content: bytes
     large: bool
     announced: str = ""
-    breaks_at: int | None = None
-    ignores_ranges: bool = False
     ranges: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -111,7 +108,7 @@ def handler_of(hub: LocalHub) -> type[BaseHTTPRequestHandler]:
                 self._send(404, b"", {"X-Error-Code": "EntryNotFound"})
                 return
             asked = re.match(r"bytes=(\d+)-(\d*)", self.headers.get("Range", ""))
-            begin = int(asked[1]) if asked and not file.ignores_ranges else 0
+            begin = int(asked[1]) if asked else 0
             end = int(asked[2]) + 1 if asked and asked[2] else len(file.content)
             headers = {
                 "ETag": f'"{file.announced}"',
@@ -119,19 +116,11 @@ def handler_of(hub: LocalHub) -> type[BaseHTTPRequestHandler]:
                 "Accept-Ranges": "bytes",
                 **({"X-Linked-Etag": f'"{file.announced}"'} if file.large else {}),
             }
-            status = 206 if asked and not file.ignores_ranges else 200
+            status = 206 if asked else 200
             body = file.content[begin:end]
             if self.command == "GET" and not (asked and asked[2]):  # not the header alone
                 file.ranges.append(begin)
-                if file.breaks_at is not None:
-                    self._break(status, body, headers, max(0, file.breaks_at - begin))
-                    return
             self._send(status, body, headers)
-
-        def _break(self, status: int, body: bytes, headers: dict[str, str], sent: int) -> None:
-            self._head(status, len(body), headers)
-            self.wfile.write(body[:sent])
-            self.close_connection = True
 
         def _refuse(self) -> None:
             self._send(403, b"{}", {"X-Error-Code": "GatedRepo", "X-Error-Message": "gated"})

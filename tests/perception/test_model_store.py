@@ -1,8 +1,7 @@
-"""Models of a hub on loopback and of the cache: listed, located, continued, never half."""
+"""Models of a hub on loopback and of the cache: listed, located, fetched, never half."""
 
 from __future__ import annotations
 
-import fcntl
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,14 +12,8 @@ import pytest
 from onemap_perception import model_store
 from onemap_perception.errors import BackendError
 from onemap_perception.model_store import (
-    PART,
-    HubFile,
-    HubListing,
-    OnBytes,
-    blobs_folder,
     count_parameters,
     count_parameters_here,
-    download,
     list_files,
     list_snapshot,
 )
@@ -65,18 +58,8 @@ def served(hub: LocalHub) -> ServedFile:
     return hub.models[REPO][WEIGHTS]
 
 
-def listed() -> tuple[HubListing, HubFile]:
-    listing = list_files(REPO, ("*.safetensors",))
-    (file,) = listing.files
-    return listing, file
-
-
-def blob(file: HubFile) -> Path:
-    return blobs_folder(REPO) / file.digest
-
-
-def fetch(on_bytes: OnBytes = lambda _: None) -> Path:
-    return model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED, on_bytes)
+def fetch() -> Path:
+    return model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED)
 
 
 def test_a_model_is_listed_with_its_licence_and_parameters(hub: LocalHub, source: Path) -> None:
@@ -98,65 +81,24 @@ def test_a_model_of_the_cache_is_listed_without_the_hub(tmp_path: Path) -> None:
     }
 
 
-def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
-    served(hub).breaks_at = 2_000_000
-    listing, file = listed()
-    with pytest.raises(BackendError, match=r"broke off at 2\.0 of 3\.0 MB .* command continues"):
-        download(listing, file, lambda _: None)
-    assert not blob(file).exists()
-    assert model_store.cached(REPO, NEEDED) is None
-    asked = len(served(hub).ranges)
-    served(hub).breaks_at = None
-    arrived: list[int] = []
-    download(listing, file, arrived.append)
-    assert served(hub).ranges[asked:] == [2_000_000]
-    assert (arrived[0], sum(arrived)) == (2_000_000, file.size_bytes)
-    assert blob(file).read_bytes() == served(hub).content
-    assert [path.name for path in blob(file).parent.iterdir()] == [file.digest]
-
-
-def test_other_content_than_announced_is_removed(hub: LocalHub) -> None:
-    right = served(hub).content
-    served(hub).content = bytes(len(right))
-    listing, file = listed()
-    with pytest.raises(BackendError, match=r"arrived damaged: model\.safetensors has the SHA-256"):
-        download(listing, file, lambda _: None)
-    assert list(blob(file).parent.iterdir()) == []
-    served(hub).content = right
-    download(listing, file, lambda _: None)
-    assert blob(file).exists()
-
-
-def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
-    listing, file = listed()
-    hub.models[REPO].clear()
-    with pytest.raises(BackendError) as error:
-        download(listing, file, lambda _: None)
-    assert str(error.value) == f"{REPO} cannot be fetched: model.safetensors: 404 Not Found"
-
-
-def test_two_processes_do_not_write_one_file(hub: LocalHub) -> None:
-    listing, file = listed()
-    part = blob(file).with_name(file.digest + PART)
-    part.parent.mkdir(parents=True)
-    with part.open("ab") as other:
-        fcntl.flock(other, fcntl.LOCK_EX)
-        with pytest.raises(BackendError, match="is being fetched by another process"):
-            download(listing, file, lambda _: None)
-
-
 def test_fetch_downloads_what_is_needed_and_again_what_is_discarded(hub: LocalHub) -> None:
     assert model_store.cached(REPO, NEEDED) is None
-    arrived: list[int] = []
-    folder = fetch(arrived.append)
+    folder = fetch()
     assert {path.name for path in folder.iterdir()} == {"config.json", WEIGHTS}
-    assert sum(arrived) == len(served(hub).content)
+    assert (folder / WEIGHTS).read_bytes() == served(hub).content
     assert model_store.corrupt_files(folder) == []
     assert model_store.cached(REPO, NEEDED) == folder
     (folder / WEIGHTS).resolve().write_bytes(b"other")
     assert model_store.corrupt_files(folder) == [WEIGHTS]
     model_store.discard(folder, [WEIGHTS])
     assert model_store.corrupt_files(fetch()) == []
+
+
+def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
+    listing = model_store.look_up(REPO, NEEDED)
+    hub.models.clear()
+    with pytest.raises(BackendError, match=f"^{REPO} cannot be fetched: .+"):
+        model_store.fetch(listing, NEEDED)
 
 
 def test_a_path_is_a_path(tmp_path: Path) -> None:

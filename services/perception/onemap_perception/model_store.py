@@ -1,16 +1,13 @@
 """Models of the hub: which ones OneMap has settings for, what they hold, where they are here.
 
 The hub is the one that ``HF_ENDPOINT`` names; ``HF_TOKEN`` opens models that need an account. The
-layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it. A
-download that broke off is continued: the hub's own client begins a file anew in every process,
-here the part that arrived stays beside the whole files.
+layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it.
 """
 # Talks: asks the model hub and its cache.
 # Touches files: weights.
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,9 +15,7 @@ from fnmatch import fnmatch
 from math import prod
 from pathlib import Path
 from types import ModuleType
-from typing import Any, BinaryIO
-
-import httpx
+from typing import Any
 
 from onemap_perception.errors import BackendError, first_line
 
@@ -151,39 +146,6 @@ def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
         raise BackendError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
 
 
-TIMEOUT_S = 30.0  # without a byte: the connection is dead
-PART = ".onemap-part"  # beside the whole files; the hub's client never reads it
-
-OnBytes = Callable[[int], None]
-
-
-def download(listing: HubListing, file: HubFile, on_bytes: OnBytes) -> None:
-    """Put a large file into the hub's cache, where the hub's client links it; BackendError if not.
-
-    on_bytes: called with the number of bytes that arrived, those of earlier downloads first.
-    """
-    whole = blobs_folder(listing.repo) / file.digest
-    if whole.exists():
-        on_bytes(file.size_bytes)
-        return
-    part = whole.with_name(whole.name + PART)
-    try:
-        part.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("ab") as out:
-            _lock(out, listing.repo)
-            if out.tell() > file.size_bytes:
-                _restart(out)
-            on_bytes(out.tell())
-            url = client().hf_hub_url(listing.repo, file.path, revision=listing.commit)
-            _append(url, out, file.size_bytes, on_bytes)
-        _keep(part, whole, file, listing.repo)
-    except httpx.HTTPStatusError as refused:
-        answer = f"{refused.response.status_code} {refused.response.reason_phrase}"
-        raise BackendError(f"{listing.repo} cannot be fetched: {file.path}: {answer}") from refused
-    except (httpx.HTTPError, OSError) as problem:
-        raise BackendError(_broken_off(listing, file, part, problem)) from problem
-
-
 def blobs_folder(repo: str) -> Path:
     """Where the hub's cache keeps the contents of a model's files, named by their digests."""
     client()
@@ -192,67 +154,6 @@ def blobs_folder(repo: str) -> Path:
 
     folder: str = repo_folder_name(repo_id=repo, repo_type="model")
     return Path(constants.HF_HUB_CACHE) / folder / "blobs"
-
-
-def _lock(out: BinaryIO, repo: str) -> None:
-    try:
-        fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as taken:
-        raise BackendError(f"{repo} is being fetched by another process: wait for it") from taken
-
-
-def _append(url: str, out: BinaryIO, size_bytes: int, on_bytes: OnBytes) -> None:
-    """Fetch what is missing; a connection that breaks is made anew as long as bytes arrive."""
-    from huggingface_hub.utils import build_hf_headers
-
-    headers = {**build_hf_headers(), "accept-encoding": "identity"}
-    with httpx.Client(headers=headers, follow_redirects=True, timeout=TIMEOUT_S) as http:
-        while (begin := out.tell()) < size_bytes:
-            try:
-                _receive(http, url, out, on_bytes)
-            except httpx.TransportError:
-                if out.tell() <= begin:
-                    raise
-            if out.tell() <= begin:
-                raise httpx.ReadError("the server sent nothing more")
-
-
-def _receive(http: httpx.Client, url: str, out: BinaryIO, on_bytes: OnBytes) -> None:
-    begin = out.tell()
-    with http.stream("GET", url, headers={"range": f"bytes={begin}-"}) as response:
-        response.raise_for_status()
-        if response.status_code != httpx.codes.PARTIAL_CONTENT:  # it sends the file from its start
-            _restart(out)
-            on_bytes(-begin)
-        for chunk in response.iter_bytes():  # as it comes: a larger chunk is lost if it breaks off
-            out.write(chunk)
-            out.flush()
-            on_bytes(len(chunk))
-
-
-def _restart(out: BinaryIO) -> None:
-    out.truncate(0)
-    out.seek(0)
-
-
-def _keep(part: Path, whole: Path, file: HubFile, repo: str) -> None:
-    """Give the part its place if its content is what the hub announced; else remove it."""
-    arrived = sha256(part)
-    if arrived != file.digest:
-        part.unlink()
-        raise BackendError(
-            f"{repo} arrived damaged: {file.path} has the SHA-256 {arrived[:12]}..., "
-            f"the hub announced {file.digest[:12]}...; it was removed: fetch again"
-        )
-    part.replace(whole)
-
-
-def _broken_off(listing: HubListing, file: HubFile, part: Path, problem: Exception) -> str:
-    here = part.stat().st_size if part.exists() else 0
-    return (
-        f"{listing.repo} cannot be fetched: {file.path} broke off at {here / 1e6:.1f} of "
-        f"{file.size_bytes / 1e6:.1f} MB ({first_line(problem)}); the same command continues there"
-    )
 
 
 CHUNK_BYTES = 1 << 22
@@ -338,15 +239,8 @@ def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
         return list_snapshot(repo, folder)
 
 
-def fetch(listing: HubListing, files: tuple[str, ...], on_bytes: OnBytes = lambda _: None) -> Path:
-    """Download into the cache, continuing an earlier download; raises BackendError.
-
-    on_bytes: called with the number of bytes that arrived, of the large files.
-    """
-    if not listing.offline:
-        for file in listing.files:
-            if file.large:
-                download(listing, file, on_bytes)
+def fetch(listing: HubListing, files: tuple[str, ...]) -> Path:
+    """Download into the cache with a progress bar of the hub's client; raises BackendError."""
     try:
         place = client().snapshot_download(
             listing.repo, allow_patterns=list(files), local_files_only=listing.offline

@@ -14,7 +14,6 @@ from typer.testing import CliRunner
 from onemap_perception import model_store
 from onemap_perception.errors import BackendError
 from onemap_tools.cli.app import app
-from onemap_tools.cli.terminal import plain_console
 from onemap_tools.errors import CliError
 from onemap_tools.models import known
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
@@ -66,7 +65,7 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
 
 def downloaded() -> Path:
     (model,) = (each for each in model_store.KNOWN_MODELS if each.repo == REPO)
-    return known.download(model, plain_console())
+    return known.download(model)
 
 
 def test_what_is_needed_is_downloaded_and_checked(hub: LocalHub) -> None:

@@ -53,9 +53,9 @@ def use(
 ) -> None:
     """Fetch models, check that they run here and write the configuration that uses them.
 
-    Shows licence and size and asks; continues a broken download; refuses a device with too
-    little memory. The file is written last, after the models were loaded and saw one image;
-    its other settings and its comments stay.
+    Shows licence and size and asks; refuses a device with too little memory. The file is
+    written last, after the models were loaded and saw one image; its other settings and its
+    comments stay.
     """
     with requires_extra("transformers", "'onemap models use'"):
         from onemap_tools.models.setup import set_up

@@ -5,17 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.progress import (
-    BarColumn,
-    DownloadColumn,
-    Progress,
-    TimeRemainingColumn,
-    TransferSpeedColumn,
-)
 from rich.text import Text
 
 from onemap_perception import model_store
@@ -46,15 +38,11 @@ def inventory() -> list[dict[str, Any]]:
         ]
 
 
-def download(model: model_store.KnownModel, console: Console) -> Path:
-    """Fetch a model with a progress bar and verify it; CliError if it cannot be had whole."""
-    columns = (BarColumn(), DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn())
-    shown = Progress(*columns, console=console, disable=not console.is_terminal)
-    with model_errors(), shown as progress:
+def download(model: model_store.KnownModel) -> Path:
+    """Fetch a model and verify it; CliError if it cannot be had whole."""
+    with model_errors():
         listing = model_store.look_up(model.repo, model.files)
-        total = sum(file.size_bytes for file in listing.files if file.large)
-        task = progress.add_task(model.repo, total=total)
-        folder = model_store.fetch(listing, model.files, partial(progress.advance, task))
+        folder = model_store.fetch(listing, model.files)
     damaged = model_store.corrupt_files(folder)
     if damaged:
         model_store.discard(folder, damaged)

@@ -136,7 +136,7 @@ def set_up(
         confirm()
         for model in wanted:
             if model.model is not None:
-                download(model.model, console)
+                download(model.model)
         console.print("Loading them for one image ...")
         try_out(drafted.perception)
         used = {each: used_memory(each) for each in needed}
