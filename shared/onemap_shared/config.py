@@ -103,19 +103,13 @@ class BusConfig(Params):
 
 
 class LogConfig(Params):
-    """How a process logs and traces."""
+    """How a process logs."""
 
     format: Literal["human", "json"] = Field(
         default="human", description="json for journald and log collectors."
     )
     level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="info names every change of state and no single frame."
-    )
-    traces: str = Field(
-        default="",
-        pattern=r"^(https?://[^\s]+)?$",
-        description="Where an OpenTelemetry collector takes spans of frames (OTLP over HTTP), for "
-        "example http://127.0.0.1:4318/v1/traces; empty: no traces, nothing is sent.",
     )
 
 

@@ -28,7 +28,6 @@ from typing import TypeVar
 
 from pydantic import BaseModel
 
-from onemap_shared import tracing
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.compression import CompressionError
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
@@ -120,7 +119,6 @@ def run_service(
     options = parser.parse_args(arguments)
     try:
         bus_config, log_config, config = load(options.config, section or service, model)
-        tracing.start(log_config, service)
     except ConfigError as problem:
         print(f"{service}: {problem}", file=sys.stderr)
         return EXIT_MISUSED
@@ -159,7 +157,6 @@ def _join_and_work(
         code = _work(heartbeats, lambda: build(bus), stop)
     finally:
         bus.close()
-        tracing.use(None)
     return EXIT_CRASHED if crashed.is_set() else code
 
 

@@ -37,8 +37,8 @@ COMES_WITH = {
     "numba": {"llvmlite"},
 }
 OPTIONAL = {  # imported when installed, with a clear sentence when not
-    # JPEG, over thin links; traces; beliefs, of mapper and planner only
-    "shared": {"cv2", "opentelemetry", "scipy"},
+    # JPEG, over thin links; beliefs, of mapper and planner only
+    "shared": {"cv2", "scipy"},
     "perception": {
         "tokenizers",
         "safetensors",

@@ -48,7 +48,7 @@ from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper
 from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_mapper.warm_up import prepare, resolved_device
-from onemap_shared import keys, tracing
+from onemap_shared import keys
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     NO_DETAIL,
@@ -429,7 +429,6 @@ class Mapper:
                 stamp_ns=update.stamp_ns,
                 depth=update.depth,
             )
-            tracing.stage("fuse", update.stamp_ns, now_s - started_s)
             self._announce()
         with self._lock:  # again, so that the announced map can be read first
             if self._map is belief:

@@ -22,7 +22,7 @@ from onemap_perception.errors import (
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.target_detection import Target, detect_in_frame, make_target, with_picture
-from onemap_shared import keys, tracing
+from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import (
     Detections,
@@ -270,7 +270,6 @@ class Perception:
             self._telemetry.frame_failed(problem)
             return None
         encoded_s = time.perf_counter()
-        tracing.stage("encode", frame.stamp_ns, encoded_s - begun_s)
         field = feature_field(frame, features, self._components.encoder, self._components.variance)
         self._fields.put(field)
         self._telemetry.frame_done(
@@ -295,7 +294,6 @@ class Perception:
         if result is None:
             return
         self._telemetry.detection_done(result.detect_ms)
-        tracing.stage("detect", result.detections.stamp_ns, result.detect_ms / 1e3)
         if self._target is not None and result.target.name == self._target.name:
             self._detections.put(with_picture(result.detections, result.rgb, result.target.name))
 

@@ -47,7 +47,7 @@ from onemap_planner.world.map_view import (
     after,
     outside_reason,
 )
-from onemap_shared import keys, tracing
+from onemap_shared import keys
 from onemap_shared.geometry import F32, F64, Velocity2d
 from onemap_shared.messages import (
     NO_VIEW,
@@ -387,8 +387,6 @@ class PlanningThread:
         plan_ms = (time.monotonic() - now_s) * 1e3
         if not self._registry.compare_and_swap(state, next_state):
             return
-        if view is not None:
-            tracing.stage("plan", view.stamp_ns, plan_ms / 1e3)
         result = replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
         if decision is not None:  # without one the old plan ages, and so does its frame
             result = replace(result, frame_ns=view.stamp_ns if view is not None else 0)

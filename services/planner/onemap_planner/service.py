@@ -32,7 +32,7 @@ from onemap_planner.search.journal import (
 )
 from onemap_planner.search.state_machine import EventStamp, Search, status
 from onemap_planner.searches import SearchCommands, SearchRegistry
-from onemap_shared import keys, tracing
+from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
@@ -75,7 +75,6 @@ class Planner:
         self._inputs = LatestInputs(loop=LoopMonitor(bus.instance), held=held)
         self._controller = VelocityController()
         self._sent = self._refused = 0
-        self._driven_ns = 0  # the frame on which the newest command rests
         self._reported: set[str] = set()
         self._trail = decision_log.Trail()
         self._control_rate = RateMeter()
@@ -278,9 +277,6 @@ class Planner:
         sent = SentCommand(self._sent, time.monotonic(), velocity)
         self._inputs = with_sent(self._inputs, sent)
         self._commands.put(command)
-        if frame_ns != self._driven_ns:
-            self._driven_ns = frame_ns
-            tracing.drive(frame_ns)
 
     def _publish_status(self, now_s: float) -> None:
         """Publish the state of the search on every change and every ``STATUS_PERIOD_S``."""

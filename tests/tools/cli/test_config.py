@@ -54,7 +54,6 @@ def test_the_environment_overrides_the_file(
     assert sections["log"] == {
         "format": "human",
         "level": "debug",
-        "traces": "",
     }
     assert "simulator" not in sections  # this file is of a real robot
     assert "hunter2" not in shown.output
