@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test setup-demo setup-dev format check types unit tests coverage kernels chaos docs clean
+.PHONY: demo test setup-demo setup-dev format check types unit tests coverage kernels chaos clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -79,15 +79,5 @@ coverage: setup-dev kernels
 chaos: setup-dev
 	$(BIN)/pytest tests/chaos -m chaos --quiet $(ARGS)
 
-# The documents as a site, in site/; broken links fail. mkdocs is in no other extra. The page of
-# settings and the tables of messages are written from the code, so all services are needed.
-docs: setup-dev $(VENV)/.docs
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
-	@echo "Look at it: $(BIN)/python -m http.server --directory site"
-
-$(VENV)/.docs: pyproject.toml constraints.txt | $(BIN)/python
-	$(PIP_INSTALL) -c constraints.txt -e '.[docs]'
-	touch $@
-
 clean:
-	rm -rf $(VENV) site .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage .coverage.* runs
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage .coverage.* runs

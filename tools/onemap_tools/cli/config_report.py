@@ -6,7 +6,7 @@ import json
 import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic.json_schema import models_json_schema
 
@@ -115,30 +115,6 @@ def schema(models: SectionModels) -> dict[str, Any]:
     }
 
 
-class SchemaRow(NamedTuple):
-    """A section, a section within it, one of its variants, or a key.
-
-    label: its full path; kind: allowed values in words; default: of a key, "required" if it has
-    none; reason: its description in one line.
-    """
-
-    level: Literal["section", "group", "variant", "key"]
-    label: str
-    reason: str
-    kind: str = ""
-    default: str = ""
-
-    def lines(self) -> Iterator[str]:
-        """The row as text: a line, and the reason below it or in it."""
-        if self.level in ("section", "variant"):
-            yield f"{self.label}: {self.reason}"
-            return
-        yield f"{self.label}: {self.kind}{', ' if self.default else ''}{self.default}"
-        yield from textwrap.wrap(
-            self.reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT
-        )
-
-
 class SchemaText:
     """Formats the keys of one schema; resolves references in its ``$defs``."""
 
@@ -148,36 +124,32 @@ class SchemaText:
 
     def lines(self) -> Iterator[str]:
         """A paragraph for each section, each key with its full path."""
-        for number, row in enumerate(self.rows()):
-            if number and row.level == "section":
-                yield ""
-            yield from row.lines()
-
-    def rows(self) -> Iterator[SchemaRow]:
-        """Every section, followed by its keys."""
-        for name, entry in self._schema["properties"].items():
+        for number, (name, entry) in enumerate(self._schema["properties"].items()):
             model = self._resolved(entry)
-            yield SchemaRow("section", name, _plain(model))
+            if number:
+                yield ""
+            yield f"{name}: {_plain(model)}"
             yield from self._keys(name, model)
 
-    def _keys(self, section: str, model: dict[str, Any]) -> Iterator[SchemaRow]:
+    def _keys(self, section: str, model: dict[str, Any]) -> Iterator[str]:
         for name, entry in model.get("properties", {}).items():
-            path, reason = f"{section}.{name}", _plain(entry)
+            path = f"{section}.{name}"
             choices = entry.get("oneOf") or entry.get("anyOf") or [entry]
             models = [each for each in map(self._resolved, choices) if "properties" in each]
             if not models:
                 given = entry.get("default")
                 default = f"default {'none' if given is None else json.dumps(given)}"
                 value = "required" if name in model.get("required", ()) else default
-                yield SchemaRow("key", path, reason, self._kind(entry), value)
+                yield f"{path}: {self._kind(entry)}, {value}"
+                yield from _reason(entry)
                 continue
             key = entry.get("discriminator", {}).get("propertyName", "")
-            kind = f"one of these, by {key}" if key else "a section"
-            yield SchemaRow("group", path, reason, kind)
+            yield f"{path}: {f'one of these, by {key}' if key else 'a section'}"
+            yield from _reason(entry)
             for each in models:
                 if key:
                     tag = each["properties"][key]["const"]
-                    yield SchemaRow("variant", f"{path} with {key} {tag}", _plain(each))
+                    yield f"{path} with {key} {tag}: {_plain(each)}"
                 yield from self._keys(path, each)
 
     def _resolved(self, entry: dict[str, Any]) -> dict[str, Any]:
@@ -200,6 +172,11 @@ class SchemaText:
         kind = FORMATS.get(entry.get("format", "")) or TYPES[entry["type"]]
         limits = [f"{sign}{entry[name]:g}" for name, sign in LIMITS if name in entry]
         return " ".join([kind, " and ".join(limits)]).rstrip()
+
+
+def _reason(entry: dict[str, Any]) -> list[str]:
+    """The description of a key, indented."""
+    return textwrap.wrap(_plain(entry), WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
 
 
 def _plain(entry: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""What is written from the code is complete: messages, their example and fields, settings."""
+"""What is written from the code is complete: messages, their example and fields."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import re
 import numpy as np
 
 from onemap_shared import keys, wire
-from onemap_shared.config import read
 from onemap_shared.keys import Procedure, Topic
-from onemap_tools.cli.config_report import installed_models
-from onemap_tools.docs import reference
-from onemap_tools.docs.reference import EXAMPLE, ROOT, messages_reference, settings_page
+from onemap_tools import message_reference as reference
+from onemap_tools.message_reference import EXAMPLE, messages_reference
 from tests.shared.samples import SAMPLES, equal
 from tests.shared.samples import message_types as all_message_types
+from tests.structure import ROOT
 
-MESSAGES, SETTINGS = messages_reference(), settings_page()
+MESSAGES = messages_reference()
 
 
 def section(cls: type) -> str:
@@ -66,10 +65,3 @@ def test_the_page_of_the_wire_has_the_limits_of_the_code() -> None:
     limits = wire.MAX_DIMENSIONS, wire.MAX_HEADER_BYTES, wire.MAX_BODY_BYTES
     assert "{} axes, {} bytes of header, {} bytes of body".format(*limits) in page
     assert all(f"`{name}` {dtype.name}" in page for name, dtype in wire.DTYPES.items())
-
-
-def test_every_key_of_the_configuration_is_listed_with_its_variable() -> None:
-    for name, model in installed_models().known.items():
-        assert all(f"`{name}.{key}`" in SETTINGS for key in model.model_fields)
-    assert "`gateway.port`<br>`ONEMAP__GATEWAY__PORT`" in SETTINGS
-    assert read(None, {"ONEMAP__GATEWAY__PORT": "1"}) == {"gateway": {"port": 1}}

@@ -1,4 +1,4 @@
-"""What the code says of itself, as Markdown: every message with its fields, every setting."""
+"""Every key and message of the code as Markdown, printed by ``-m`` of this module."""
 
 from __future__ import annotations
 
@@ -9,24 +9,13 @@ import re
 import typing
 from collections.abc import Iterator, Sequence
 from enum import Enum, IntEnum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from onemap_shared import keys, messages, wire
-from onemap_shared.config import PREFIX
 from onemap_shared.keys import Procedure, Topic
-from onemap_tools.cli.config_report import (
-    SchemaRow,
-    SchemaText,
-    SectionModels,
-    installed_models,
-    schema,
-)
-from onemap_tools.errors import CliError
 
-ROOT = Path(__file__).resolve().parents[3]
 # Without rotation, at x = 1.5 m, y = -2 m.
 EXAMPLE = messages.Odometry(
     41,
@@ -40,16 +29,6 @@ BYTES_PER_LINE = 16
 SCALARS = {int: "integer", float: "number", str: "string", bool: "boolean", bytes: "bytes"}
 ENTRY = re.compile(r"    (\w+): (.*)")  # of the section "Attributes:" of a docstring
 SHAPE = re.compile(r"(\([^)]*\)) (.*)")  # that the description of an array begins with
-
-SETTINGS = """# Settings
-
-Every process reads the same YAML file (`--config FILE`): its own section, `bus` and `log`. What
-the file leaves out has its default. An environment variable overrides a key of the file; its value
-is YAML too. An unknown key is refused, with the nearest valid name.
-
-`onemap config schema` prints this list, `onemap config check --config FILE` reports every mistake,
-`onemap config show --config FILE` prints the values that take effect.
-"""
 
 
 def messages_reference() -> str:
@@ -222,37 +201,5 @@ def _link(cls: Any) -> str:
     return f"[{cls.__name__}](#{cls.__name__.lower()})"
 
 
-def settings_page(models: SectionModels | None = None) -> str:
-    """Every key with its variable, type, default and reason.
-
-    ``models``: of all sections by default; CliError if one of them is not installed.
-    """
-    models = models or installed_models()
-    if models.missing:
-        raise CliError("\n".join(models.missing.values()))
-    lines = [SETTINGS]
-    for row in SchemaText(schema(models)).rows():
-        if row.level == "section":
-            lines += [f"\n## {row.label}", "", _cell(row.reason), ""]
-            lines += ["| key, variable | type and limits | default | reason |", "|---|---|---|---|"]
-        else:
-            lines.append(f"| {' | '.join(_cells(row))} |")
-    return "\n".join(lines) + "\n"
-
-
-def _cells(row: SchemaRow) -> Iterator[str]:
-    if row.level == "key":
-        yield f"`{row.label}`<br>`{PREFIX}{row.label.replace('.', '__').upper()}`"
-    else:
-        yield f"**`{row.label}`**" if row.level == "variant" else f"`{row.label}`"
-    yield _cell(row.kind)
-    default = row.default.removeprefix("default ").replace(f'"{ROOT}/', '"')
-    yield f"`{default}`" if default not in ("", "required", "none") else default
-    yield _cell(row.reason)
-
-
-def _cell(text: str) -> str:
-    """Text that Markdown shows as it is, in a cell of a table."""
-    for character, shown in (("<", "&lt;"), ("|", "\\|"), ("*", "\\*")):
-        text = text.replace(character, shown)
-    return text
+if __name__ == "__main__":
+    print(messages_reference(), end="")

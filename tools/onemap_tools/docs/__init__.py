@@ -1,1 +1,0 @@
-"""The site of the documents, and its pages that are written from the code."""
