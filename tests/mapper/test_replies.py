@@ -129,6 +129,7 @@ def test_without_labels_a_control_word_says_what_is_not_here(
     assert 0.4 < reply.floor < 0.6
     assert (reply.verdict.verdict is Verdict.FOUND) is found
     assert (len(reply.scores) > 0) is found
+    assert not reply.calibrated
 
 
 def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:

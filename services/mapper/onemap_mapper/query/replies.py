@@ -91,7 +91,7 @@ def similarity_reply(
         last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
         heights_m=region_bands(version, regions.cells, grid_scores),
         best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
-        calibrated=query.calibrated,
+        calibrated=query.has_probabilities,
     )
 
 
