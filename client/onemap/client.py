@@ -39,7 +39,7 @@ from onemap.replies import (
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
 MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
-PLACES = "/v1/places"
+PLACES, GEOJSON = "/v1/places", "/v1/places.geojson"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
 QueryEvent = QueryResult | QueryInterrupted
 Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
@@ -252,6 +252,16 @@ class Client:
     def forget_place(self, name: str) -> MapPlace:
         """Remove a place, and say what it was."""
         return self._connection.fetch(MapPlace.of, "DELETE", _place_address(name))
+
+    def export_places(self) -> dict[str, Any]:
+        """The named places as GeoJSON, in metres of the map frame."""
+        return self._connection.fetch(dict, "GET", GEOJSON)
+
+    def import_places(self, collection: Mapping[str, Any]) -> PlaceListReply:
+        """Add or replace the places of a GeoJSON FeatureCollection; all of them, or none."""
+        return self._connection.fetch(
+            PlaceListReply.of, "PUT", GEOJSON, collection, timeout_s=FILE_TIMEOUT_S
+        )
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -19,6 +20,8 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     MAX_CORNERS,
     NO_ROOM,
+    Place,
+    PlaceKind,
 )
 from onemap_tools.cli.app import app
 from tests.client.conftest import client as python_client
@@ -126,13 +129,81 @@ def test_an_unknown_place_is_not_found(client: TestClient, mapper: NamingMapper)
     assert (answer.status_code, answer.json()["type"]) == (404, "/docs#problem-no_such_place")
 
 
+def named(mapper: NamingMapper) -> dict[str, Place]:
+    """A room, one that is not known yet, a region and a zone."""
+    places = (
+        Place("kitchen", inside_m=(1.51234567, 1.0)),
+        Place("L", inside_m=L_SHAPED),
+        Place("attic", inside_m=(50.0, 50.0)),
+        Place("corner", corners_m=((0.1, 0.2), (1.123456789, 0.2), (0.1, 1.7))),
+        Place("stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5))),
+    )
+    mapper.named.update({place.name.casefold(): place for place in places})
+    return dict(mapper.named)
+
+
+def test_what_is_exported_is_imported(client: TestClient, mapper: NamingMapper) -> None:
+    before = named(mapper)
+    exported = client.get("/v1/places.geojson")
+    assert exported.headers["Content-Type"] == "application/geo+json"
+    collection = exported.json()
+    shapes = [each["geometry"]["type"] for each in collection["features"]]
+    assert shapes == ["Polygon", "MultiPolygon", "Point", "Polygon", "Polygon"]
+    for feature in collection["features"][3:]:
+        (ring,) = feature["geometry"]["coordinates"]
+        assert ring[0] == ring[-1]
+        feature["geometry"]["coordinates"][0] = [[*corner, 0.0] for corner in ring]  # heights
+    mapper.named.clear()
+    mapper.named["kitchen"] = Place("Kitchen", PlaceKind.KEEP_OUT, ROOM_3)
+    sent = client.put(
+        "/v1/places.geojson",
+        content=json.dumps({**collection, "name": "of a GIS"}),
+        headers={"Content-Type": "application/geo+json"},
+    )
+    assert sent.status_code == 200
+    assert mapper.named == before
+    assert [place["name"] for place in sent.json()["places"]] == [p.name for p in before.values()]
+
+
+def feature(name: str = "stairs", shape: object = CORNERS, **properties: Any) -> dict[str, Any]:
+    kind = "Polygon" if isinstance(shape, list) else "Point"
+    coordinates = [shape] if kind == "Polygon" else shape
+    geometry = {"type": kind, "coordinates": coordinates}
+    return {"type": "Feature", "properties": {"name": name, **properties}, "geometry": geometry}
+
+
+@pytest.mark.parametrize(
+    ("last", "said"),
+    [
+        (feature(shape={"a": 1}), "'stairs' is to be a Point in a room or a Polygon"),
+        (feature(shape=[[0, 0], ["a", 1], [1, 1]]), "'stairs' is to be a Point"),
+        (feature(shape=[]), "'stairs' is to be a Point"),
+        (feature(shape=CORNERS[:2]), "corners_m has 2 corners"),
+        (feature("FIRST"), "places have the name 'first': give each its own"),
+        (feature(" "), "name of a place is empty"),
+        (feature(kind="lava"), "properties.kind"),
+        ({"type": "Feature", "properties": {}}, "properties.name"),
+    ],
+)
+def test_a_file_is_imported_as_a_whole_or_not_at_all(
+    client: TestClient, mapper: NamingMapper, last: dict[str, Any], said: str
+) -> None:
+    features = [feature("first"), last]
+    answer = client.put(
+        "/v1/places.geojson", json={"type": "FeatureCollection", "features": features}
+    )
+    assert (answer.status_code, mapper.named) == (422, {})
+    assert said in answer.json()["detail"]
+
+
 def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
     kitchen = python_client.name_place("kitchen / 2", ROOM_3)
     assert (kitchen.room, kitchen.kind, kitchen.inside_m) == (3, "room", ROOM_3)
     zone = python_client.name_place("stairs", corners_m=[(0, 0), (2, 0), (2, 1)], keep_out=True)
     assert python_client.places().places[:2] == (kitchen, zone)
+    collection = python_client.export_places()
     assert python_client.forget_place("Kitchen / 2") == kitchen
-    assert python_client.places().places[0] == zone
+    assert python_client.import_places(collection).places[0] == zone
     assert NO_ROOM not in {place.room for place in python_client.places().places}
     with pytest.raises(OneMapError, match="No pose of the robot"):
         python_client.name_place("kitchen")

@@ -1,10 +1,20 @@
-"""What clients send about a place."""
+"""What clients send about places: one place, or a GeoJSON file of them."""
 
 from __future__ import annotations
 
-from pydantic import ConfigDict, Field, model_validator
+from typing import Annotated, Any, Literal
 
-from onemap_gateway.http.schemas import Place, RequestModel
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
+
+from onemap_gateway.http.schemas import Coordinate, Place, RequestModel
 from onemap_shared import messages as m
 
 HERE = (0.0, 0.0)  # stands for the robot's place while a request is checked
@@ -45,3 +55,91 @@ class PlaceRequest(RequestModel):
         """The place of this name, with the robot at ``robot_m``; ValueError if there is none."""
         inside_m = robot_m if self.is_here else self.inside_m or ()
         return m.Place(name, self.kind, inside_m, tuple(self.corners_m or ()))
+
+
+class Foreign(BaseModel):
+    """A part of GeoJSON, which other programs may have added members to."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class PlaceProperties(Foreign):
+    """``inside_m``: a point in a room, whatever the geometry is."""
+
+    name: str
+    kind: m.PlaceKind = m.PlaceKind.ROOM
+    inside_m: Place | None = None
+
+
+Position = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
+POSITIONS = TypeAdapter(list[Position])
+
+
+class PlaceFeature(Foreign):
+    """A place: a Point in a room, or a Polygon without holes."""
+
+    type: Literal["Feature"]
+    properties: PlaceProperties
+    geometry: JsonValue = None
+
+    def place(self) -> m.Place:
+        """The place; raises ValueError with its name if there is none."""
+        given = self.properties
+        where = {"inside_m": given.inside_m} if given.inside_m else _where(self.geometry)
+        try:
+            return m.Place(given.name, given.kind, **where)
+        except ValueError as problem:
+            raise ValueError(
+                f"the feature {given.name[: m.MAX_TEXT_CHARS]!r} is to be a Point in a room or a "
+                f"Polygon without holes, in metres of the map frame: {problem}"
+            ) from None
+
+
+def _where(geometry: JsonValue) -> dict[str, Any]:
+    """The geometry as members of a place; none if it is of another type or damaged."""
+    try:
+        match geometry:
+            case {"type": "Point", "coordinates": point}:
+                return {"inside_m": tuple(POSITIONS.validate_python([point])[0][:2])}
+            case {"type": "Polygon", "coordinates": [ring]}:
+                corners = [(corner[0], corner[1]) for corner in POSITIONS.validate_python(ring)]
+                return {"corners_m": tuple(corners[: -1 if corners[:1] == corners[-1:] else None])}
+    except ValidationError:
+        pass
+    return {}
+
+
+class PlaceCollection(Foreign):
+    """A GeoJSON FeatureCollection in metres of the map frame, not in degrees."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "type": "FeatureCollection",
+                    "features": [
+                        {
+                            "type": "Feature",
+                            "properties": {"name": "stairs", "kind": "keep_out"},
+                            "geometry": {
+                                "type": "Polygon",
+                                "coordinates": [[[0, 0], [2, 0], [2, 1], [0, 1], [0, 0]]],
+                            },
+                        }
+                    ],
+                }
+            ]
+        }
+    )
+
+    type: Literal["FeatureCollection"]
+    features: Annotated[list[PlaceFeature], Field(max_length=m.MAX_PLACES)]
+
+    @model_validator(mode="after")
+    def _is_change(self) -> PlaceCollection:
+        self.change()
+        return self
+
+    def change(self) -> m.PlacesChange:
+        """All places, in their order; raises ValueError if they do not fit each other."""
+        return m.PlacesChange(tuple(feature.place() for feature in self.features))
