@@ -8,13 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from onemap_tools.progress import (
-    LINE_EVERY_S,
-    LineView,
-    LiveView,
-    SearchProgress,
-    progress_view,
-)
+from onemap_tools.progress import LINE_EVERY_S, ProgressLines, SearchProgress
 
 REPORT: dict[str, Any] = {
     "elapsed_s": 12.0,
@@ -29,8 +23,8 @@ PROGRESS = SearchProgress(REPORT, 0.2, 5.0, (1.0, -2.0))
 DRIVE = SearchProgress({**REPORT, "objects": [], "results": [], "target": ""})
 
 
-def console(*, terminal: bool = False) -> Console:
-    return Console(file=io.StringIO(), force_terminal=terminal, markup=False, width=200)
+def console() -> Console:
+    return Console(file=io.StringIO(), markup=False, width=200)
 
 
 def text_of(console: Console) -> str:
@@ -40,10 +34,9 @@ def text_of(console: Console) -> str:
 
 def test_a_line_shows_what_is_known() -> None:
     out = console()
-    with progress_view(out) as view:
-        view.show(PROGRESS)
-        view.show(DRIVE)
-    assert isinstance(view, LineView)
+    lines = ProgressLines(out)
+    lines.show(PROGRESS)
+    lines.show(DRIVE)
     of_search, of_drive = text_of(out).splitlines()
     assert of_search == (
         "  12.0 s  [1/2] bed: exploring: walking [to] a frontier; "
@@ -55,20 +48,11 @@ def test_a_line_shows_what_is_known() -> None:
 
 def test_a_line_comes_at_a_change_and_every_five_seconds_for_each_robot() -> None:
     out = console()
-    with LineView(out) as view:
-        for elapsed_s in (0.0, 1.0, LINE_EVERY_S + 0.1, LINE_EVERY_S + 0.2):
-            view.wait(elapsed_s, "no frame")
-        view.wait(LINE_EVERY_S + 0.3, "no map")
-        assert len(text_of(out).splitlines()) == 3
-        for name in ("r1", "r2", "r1", "r2"):
-            view.show(replace(PROGRESS, name=name))
+    lines = ProgressLines(out)
+    for elapsed_s in (0.0, 1.0, LINE_EVERY_S + 0.1, LINE_EVERY_S + 0.2):
+        lines.wait(elapsed_s, "no frame")
+    lines.wait(LINE_EVERY_S + 0.3, "no map")
+    assert len(text_of(out).splitlines()) == 3
+    for name in ("r1", "r2", "r1", "r2"):
+        lines.show(replace(PROGRESS, name=name))
     assert [line.split()[2] for line in text_of(out).splitlines()[3:]] == ["r1", "r2"]
-
-
-def test_a_terminal_gets_the_live_panel() -> None:
-    terminal = console(terminal=True)
-    with progress_view(terminal) as view:
-        assert isinstance(view, LiveView)
-        view.wait(1.0, "waiting [for] the robot")
-        view.show(PROGRESS)
-    assert "exploring" in text_of(terminal)

@@ -17,7 +17,7 @@ from onemap_tools.cli.terminal import (
     stays_up,
 )
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary, describe
-from onemap_tools.progress import SearchProgress, panel
+from onemap_tools.progress import ProgressLines, SearchProgress
 from tests.structure import ROOT
 
 NASTY = ("[/sofa]", "[bold]x", "[red]", ":smiley:", "[link=file:///]y", "\\[z]")
@@ -56,7 +56,7 @@ def test_what_people_and_robots_say_is_printed_literally(text: str) -> None:
     item = ObjectSummary(text, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
     summary = DemoSummary((text, text), (RobotSummary("", (item,), 1.0, 1.0),), 1.0, 1.0, 1.0)
     describe(summary, f"runs/{text}/map.png", console)
-    console.print(panel(SearchProgress(finished(text))))
+    ProgressLines(console).show(SearchProgress(finished(text)))
     assert text_of(console).count(text) >= 8
 
 

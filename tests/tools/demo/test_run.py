@@ -35,7 +35,7 @@ from onemap_tools.demo.setup import DemoRobot, DemoSetup
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
-from onemap_tools.progress import LineView
+from onemap_tools.progress import ProgressLines
 from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, router
 from tests.tools.demo.test_setup import options
@@ -129,7 +129,7 @@ def demo_of(
 
 
 def searched(demo: DemoRun) -> DemoSummary:
-    return demo.search(TARGETS, LineView(console()))
+    return demo.search(TARGETS, ProgressLines(console()))
 
 
 def ended(folder: Path) -> ProcessExit:
@@ -154,7 +154,7 @@ def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> 
     demo = demo_of(tmp_path, FakeRobot(), FakeRobot(missing=(missing,) * 9), limit_s=0.0)
     told = r"Not ready after 0 s\. r2: No camera frame has arrived yet\. The logs are in"
     with pytest.raises(CliError, match=told):
-        demo.wait_until_ready(LineView(console()))
+        demo.wait_until_ready(ProgressLines(console()))
 
 
 def test_a_start_that_compiles_is_shown_and_waited_for(
@@ -170,7 +170,7 @@ def test_a_start_that_compiles_is_shown_and_waited_for(
     monkeypatch.setattr(f"{module.__name__}.time", SimpleNamespace(monotonic=lambda: now_s))
     assert demo.overdue
     out = console()
-    demo.wait_until_ready(LineView(out))
+    demo.wait_until_ready(ProgressLines(out))
     assert isinstance(out.file, io.StringIO)
     assert compiling in out.file.getvalue()
     assert not demo.overdue

@@ -24,7 +24,7 @@ from onemap_tools.errors import (
 )
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
-from onemap_tools.progress import SearchProgress, progress_view
+from onemap_tools.progress import ProgressLines, SearchProgress
 
 POLL_S = 0.5
 CONDITION_COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
@@ -38,18 +38,19 @@ def follow(
     Returns the final report and the exit code: done, not done, or stopped before either was known.
     """
     interrupted = False
-    with interruptible() as stop, progress_view(console) as view:
+    lines = ProgressLines(console)
+    with interruptible() as stop:
         handle = SearchHandle(start())
         if understood := _understood(handle.report, *handle.report["objects"]):
             console.print(understood, soft_wrap=True)
         while handle.active:
-            view.show(_progress(gateway, handle.report))
+            lines.show(_progress(gateway, handle.report))
             if stop.wait(POLL_S):
                 handle.cancel()
                 interrupted = True
                 break
             if problem := handle.poll():
-                view.wait(handle.report["elapsed_s"], problem)
+                lines.wait(handle.report["elapsed_s"], problem)
     if is_done(handle.report):
         return handle.report, EXIT_OK
     return handle.report, EXIT_INTERRUPTED if interrupted else EXIT_FAILED

@@ -72,7 +72,7 @@ from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.progress import ProgressView, SearchProgress, progress_view
+from onemap_tools.progress import ProgressLines, SearchProgress
 
 M = TypeVar("M")
 
@@ -302,7 +302,7 @@ class DemoRun:
             gateway = stack.enter_context(gateway_client(self.setup.url_of(robot)))
             self.searches.append(RobotSearch(robot, gateway, bus))
 
-    def wait_until_ready(self, view: ProgressView) -> None:
+    def wait_until_ready(self, lines: ProgressLines) -> None:
         """Show what is missing; CliError after the time limit, which restarts after compiling."""
         while missing := self._missing():
             for search in self.searches:
@@ -314,7 +314,7 @@ class DemoRun:
                     f"Not ready after {self.options.time_limit_s:g} s. {missing} "
                     f"The logs are in {self.processes.folder}."
                 )
-            view.wait(time.monotonic() - self.began_s, missing)
+            lines.wait(time.monotonic() - self.began_s, missing)
             self.pause()
 
     def _missing(self) -> str:
@@ -372,7 +372,7 @@ class DemoRun:
                 corners_m = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
                 self.searches[0].gateway.name_place(room.kind, corners_m=corners_m)
 
-    def search(self, targets: DemoTargets, view: ProgressView) -> DemoSummary:
+    def search(self, targets: DemoTargets, lines: ProgressLines) -> DemoSummary:
         """Search for the targets until all are finished or the time limit has passed.
 
         Several robots take them in turn: one that has finished with its object takes the next.
@@ -386,7 +386,7 @@ class DemoRun:
         while self._deal(rounds):
             for search in self.searches:
                 if search.active:
-                    view.show(search.progress)
+                    lines.show(search.progress)
             if self.overdue:
                 failure = f"Cancelled after the time limit of {self.options.time_limit_s:g} s."
                 for search in self.searches:
@@ -518,15 +518,15 @@ def _run(options: DemoOptions, console: Console) -> dict[str, Any]:
         demo = DemoRun(options, setup, processes, stop, began_s)
         with ExitStack() as stack:
             demo.join(stack)
-            with progress_view(console) as view:
-                demo.wait_until_ready(view)
-                if options.recording is None:
-                    targets = demo.choose_targets(console)
-                    console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
-                    summary = demo.search(targets, view)
-                else:
-                    console.print(f"Mapping {options.recording}. {setup.pages}")
-                    played = demo.play()
+            lines = ProgressLines(console)
+            demo.wait_until_ready(lines)
+            if options.recording is None:
+                targets = demo.choose_targets(console)
+                console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
+                summary = demo.search(targets, lines)
+            else:
+                console.print(f"Mapping {options.recording}. {setup.pages}")
+                played = demo.play()
             if options.recording is None:
                 document = demo.write_results(summary.document(), summary.objects)
                 describe(summary, document["picture"], console)
