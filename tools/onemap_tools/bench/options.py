@@ -103,7 +103,7 @@ class QueryBench(Options):
 class PerceptionBench(Options):
     """How long an encoder takes for one frame, on CPU and GPU.
 
-    A frame is an image of noise; resizing it, copying it, the network and copying
+    A frame is an image of coloured squares; resizing it, copying it, the network and copying
     the features back all count. On CUDA the network alone is timed with device
     events too. The weights of --random-weights need no download: the time does
     not depend on their values.
