@@ -21,6 +21,7 @@ from onemap_perception.encoders.photo import (
     PhotoEncoder,
     at_patches,
     household_names,
+    mean_entropy,
 )
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector
@@ -28,6 +29,12 @@ from onemap_perception.target_detection import backproject_detections
 from onemap_perception.text.embeddings import scores
 from onemap_perception.text.vocabulary import load_table, load_vocabulary
 from onemap_shared.geometry import F32, U8
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
+from onemap_simulator.rendering.camera_poses import sample_camera_poses
+from onemap_simulator.rendering.rgbd_camera import CameraParams
+from onemap_tools.bench.frames import rendered_frames
+from onemap_tools.bench.perception import noise
 from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.bench.scene import read_labels, recorded_frames
 
@@ -71,6 +78,7 @@ def test_patches_and_words_are_those_of_mini(
         ("mirror", ("mirror", "bed"), True),  # no name of the classifier
         ("printer", ("bed", "printer"), True),  # no class of mini
         ("printer", ("printer", "bed"), False),
+        ("sofa", ("bed", ""), True),  # not asked: the features alone count
     ],
 )
 def test_a_detection_is_what_both_networks_see_of_the_names_that_they_know(
@@ -85,7 +93,8 @@ def test_a_detection_is_what_both_networks_see_of_the_names_that_they_know(
     def all_of(word: str) -> F32:
         return np.tile(encoder.embed_text((word,)).embeddings[0], (6, 8, 1))
 
-    monkeypatch.setattr(encoder, "looks", lambda rgb: tuple(map(all_of, looks)))
+    seen_by_each = tuple(all_of(word) if word else None for word in looks)
+    monkeypatch.setattr(encoder, "looks", lambda rgb: seen_by_each)
     seen = Image(image, all_of(name).astype(np.float16))
     found = make_detector(PatchesParams(), encoder).detect(seen, encoder.embed_text((name, "lamp")))
     assert [each.name for each in found] == [name] * kept
@@ -95,11 +104,33 @@ def test_what_both_networks_see_is_kept_for_the_newest_image(encoder: PhotoEncod
     image = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
     encoder.encode(image)
     features, opinion = encoder.looks(image)
+    assert opinion is not None
     assert features.shape == opinion.shape
     assert encoder.looks(image)[0] is features
     other = image.copy()
     assert encoder.looks(other)[0] is not features
     np.testing.assert_array_equal(encoder.looks(other)[0], features)
+
+
+@pytest.mark.parametrize("style", [TRAINING, HELD_OUT])
+def test_in_the_simulator_the_classifier_is_not_asked(
+    encoder: PhotoEncoder, mini: MiniEncoder, style: Style
+) -> None:
+    scene = generate_apartment(29, style)
+    poses = sample_camera_poses(scene, np.random.default_rng(29), 6)
+    for frame, _ in rendered_frames(scene, CameraParams(), poses):
+        np.testing.assert_array_equal(encoder.encode(frame.rgb), mini.encode(frame.rgb))
+
+
+def test_entropy_is_the_logarithm_of_how_many_classes_are_equally_likely() -> None:
+    shares = np.zeros((2, 1, 8), np.float32)
+    shares[0, 0, 3], shares[1, 0, :4] = 1, 0.25
+    assert mean_entropy(shares) == pytest.approx(np.log(4) / 2)
+
+
+def test_the_benchmark_asks_the_classifier(encoder: PhotoEncoder) -> None:
+    for width, height in ((640, 480), (320, 240)):
+        assert encoder.looks(noise(width, height))[1] is not None
 
 
 def test_positions_are_interpolated_where_their_convolutions_are_centred() -> None:

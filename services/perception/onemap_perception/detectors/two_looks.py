@@ -17,7 +17,7 @@ class TwoLooksDetector:
 
     Each has its say on names that it knows, as a score of its mean over the patches that must not
     lie below the encoder's floor. One that does not know a name has none: its word would be that of
-    the nearest thing that it knows.
+    the nearest thing that it knows. Nor is anything left out where the classifier is not asked.
     """
 
     reads_features = True
@@ -31,10 +31,13 @@ class TwoLooksDetector:
         found = self._patches.detect(image, names)
         if not found:
             return ()
+        features, opinion = self._encoder.looks(image.rgb)
+        if opinion is None:
+            return found
         classified = self._encoder.classified(names.embeddings)
         trained = np.array([len(near) == 1 for near in names.stands_for])
         sure = found
-        for look, knows in zip(self._encoder.looks(image.rgb), (trained, classified), strict=True):
+        for look, knows in ((features, trained), (opinion, classified)):
             sure = tuple(
                 detection
                 for detection in sure

@@ -5,7 +5,9 @@ et al., "Learning Deep Features for Discriminative Localization", 2016). Its pro
 household names weight the names' embeddings (ConSE: Norouzi et al., "Zero-Shot Learning by Convex
 Combination of Semantic Embeddings", 2014), whose sum is the shorter the less certain it is. The
 classifier knows no walls, floors and ceilings, which ``mini`` tells well: there it has no say.
-Nothing is trained. See photo/MODEL_CARD.md.
+Nor does it know that it never saw rendered images, of which it is as sure as of photographs.
+``mini`` is sure of the former alone: where it is, the classifier is not asked. Nothing is trained.
+See photo/MODEL_CARD.md.
 """
 # Touches files: weights, names.
 
@@ -24,7 +26,6 @@ from onemap_perception.encoders.images import mean_feature, resized
 from onemap_perception.encoders.mini import TEXT_SPACE, MiniEncoder, crop_of
 from onemap_perception.errors import BackendError
 from onemap_perception.onnx import open_session
-from onemap_perception.text.embeddings import scores
 from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.vocabulary import load_calibration, load_table, load_vocabulary
 from onemap_shared.geometry import F16, F32, U8, Bool
@@ -39,6 +40,9 @@ INPUT_WIDTH_PX = 640  # wider images are reduced to this
 WEIGHT = np.float32(2)  # of the second opinion, where it is certain
 SAME_WORD = 0.9  # cosine of queries, which lean to the nearest class as the words' targets do
 SURFACES = ("wall", "floor", "ceiling")
+# Entropy of ``mini``'s classes in nats, the mean of an image's patches, up to which it knows what
+# it sees: that of two classes that are equally likely.
+MAX_ENTROPY = np.log(2)
 
 
 class PhotoEncoder:
@@ -50,10 +54,12 @@ class PhotoEncoder:
     def __init__(self, params: PhotoParams, folder: Path = FOLDER) -> None:
         self._mini = MiniEncoder(params)
         self._text = self._mini.text
-        self._surfaces = self._text.queries(SURFACES, encoder_id="", text_space=TEXT_SPACE)
+        names = load_vocabulary(params.folder).names
+        self._classes = self._text.queries(names, encoder_id="", text_space=TEXT_SPACE)
+        self._surfaces = np.isin(names, SURFACES)
         self._session = open_classifier(folder)
         self._targets = name_embeddings(household_names(folder), params.folder)
-        self._seen: tuple[U8, F32, F32] | None = None  # the newest image and its looks
+        self._seen: tuple[U8, F32, F32 | None] | None = None  # the newest image and its looks
         self._id = f"photo-{SHA256[:8]}-{self._mini.encoder_id}"
 
     @property
@@ -69,22 +75,32 @@ class PhotoEncoder:
     def encode(self, rgb: U8) -> F16:
         """See ``Encoder``; the patches are those of ``mini``."""
         features, opinion = self.looks(rgb)
-        rows, columns, channels = features.shape
-        surface = scores(features.reshape(-1, channels), self._surfaces).sum(axis=1)
-        weights = WEIGHT * (1 - surface).reshape(rows, columns, 1)
-        summed = features + weights * opinion
+        if opinion is None:
+            return features.astype(np.float16)
+        surface = self._shares(features)[..., self._surfaces].sum(axis=-1, keepdims=True)
+        summed = features + WEIGHT * (1 - surface) * opinion
         unit: F16 = (summed / np.linalg.norm(summed, axis=-1, keepdims=True)).astype(np.float16)
         return unit
 
-    def looks(self, rgb: U8) -> tuple[F32, F32]:
+    def looks(self, rgb: U8) -> tuple[F32, F32 | None]:
         """What each network sees in an image: ``mini``'s features (h, w, D), and the classifier's
-        mean embeddings (h, w, D), of length 0 to 1. Those of the newest image are kept."""
+        mean embeddings (h, w, D), of length 0 to 1; None where ``mini`` is sure of the image.
+        Those of the newest image are kept."""
         expect(rgb, "rgb", np.uint8, (None, None, 3))
         seen = self._seen
         if seen is None or seen[0] is not rgb:
             features = self._mini.encode(rgb).astype(np.float32)
-            self._seen = seen = rgb, features, self._opinion(rgb, *features.shape[:2])
+            foreign = mean_entropy(self._shares(features)) > MAX_ENTROPY
+            opinion = self._opinion(rgb, *features.shape[:2]) if foreign else None
+            self._seen = seen = rgb, features, opinion
         return seen[1:]
+
+    def _shares(self, features: F32) -> F32:
+        """Probabilities (h, w, N) of ``mini``'s classes."""
+        logits = np.float32(self._classes.temperature) * (features @ self._classes.embeddings.T)
+        likely = np.exp(logits - logits.max(axis=-1, keepdims=True))
+        shares: F32 = likely / likely.sum(axis=-1, keepdims=True)
+        return shares
 
     def classified(self, texts: F32) -> Bool:
         """Which of the embeddings (N, D) of texts are those of words that the classifier knows."""
@@ -111,6 +127,12 @@ class PhotoEncoder:
         except Exception as problem:  # onnxruntime's errors share no other base class
             raise BackendError(f"onnxruntime failed on a {size} image: {problem}") from problem
         return at_patches(shares @ self._targets, size, rows, columns)
+
+
+def mean_entropy(shares: F32) -> float:
+    """Mean over the patches of the entropy of probabilities (h, w, N), in nats."""
+    surprise = np.log(np.maximum(shares, np.finfo(np.float32).tiny))
+    return float(-(shares * surprise).sum(axis=-1).mean())
 
 
 def at_patches(values: F32, size: tuple[int, int], rows: int, columns: int) -> F32:
