@@ -75,13 +75,14 @@ def costmap_of(
     params: CostmapParams = POINT_ROBOT,
     *,
     trail_xy: F64 = NO_POINTS,
+    obstacles_xy: F64 = NO_POINTS,
 ) -> Costmap:
-    """The costmap without virtual obstacles, and without a trail unless one is given."""
+    """The costmap without virtual obstacles and a trail unless they are given."""
     return build_costmap(
         map_view,
         robot_xy=np.array(robot_xy),
         trail_xy=trail_xy,
-        obstacles_xy=NO_POINTS,
+        obstacles_xy=obstacles_xy,
         params=params,
     )
 

@@ -240,6 +240,17 @@ def test_the_body_comes_over_what_no_camera_saw_slowly(
     assert (pose.x_m > 2.6) == (beside == "a")  # assumed floor is floor, unknown cells are not
 
 
+@pytest.mark.parametrize(("contact_y_m", "blind"), [(1.5, False), (4.5, True)])
+def test_a_contact_at_the_start_says_that_things_stand_there(
+    contact_y_m: float, blind: bool
+) -> None:
+    rows, contact = [*["." * 10] * 5, *["a" * 10] * 5], np.array([[2.7, contact_y_m]])
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.2, 2.5), SIZE, obstacles_xy=contact)
+    assert costmap.blind.any() == blind
+    onwards = pose_after(Velocity2d(0.7, 0.0), Pose2d(1.5, 2.5, 0.0), costmap)
+    assert (onwards.x_m > 2.8) == blind
+
+
 def test_a_body_that_is_over_it_creeps_along_and_drives_away() -> None:
     rows = [*["." * 10] * 5, *[" " * 10] * 5]
     costmap = costmap_of(drawn_map(*rows, scale=5), (2.4, 2.5), SIZE)

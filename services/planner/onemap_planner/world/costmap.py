@@ -133,7 +133,8 @@ class Costmap:
     the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
     drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
     unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; blind
-    bool: of these, assumed floor around the place where the search began, below the camera's image;
+    bool: of these, assumed floor around the place where the search began, below the camera's image,
+    until the robot ran into something there;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
     size. keep_out: zones that no path enters and that hide nothing; None without any.
     drops bool: of the occupied, where there is no floor, or beside that none that was seen: no part
@@ -185,9 +186,11 @@ def build_costmap(
     occupied |= drops
     unseen &= ~drops
     free = (seen_free | driven) & ~occupied
-    start = grid.cells(np.vstack([trail_xy, robot_xy])[0])
-    around = distance_cells(grid, start) * size <= params.blind_m
-    blind = unseen & seen_free & map_view.assumed & around
+    start_xy = np.vstack([trail_xy, robot_xy])[0]
+    ran_into_m = np.hypot(*(obstacles_xy - start_xy).T).min(initial=np.inf)
+    blind = unseen & seen_free & map_view.assumed
+    blind &= distance_cells(grid, grid.cells(start_xy)) * size <= params.blind_m
+    blind &= ran_into_m > params.blind_m + params.radius_m
     clearance_m = _distance(occupied) * size - size / 2
     unseen_m = _distance(unseen & ~blind) * size - size / 2
 
