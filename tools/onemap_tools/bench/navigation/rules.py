@@ -27,7 +27,7 @@ from onemap_planner.policy import (
     ways,
 )
 from onemap_planner.search.state_machine import Confirmed
-from onemap_planner.world import frontiers, regions
+from onemap_planner.world import frontiers, map_view, regions
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,10 @@ RULES = {
     ),
     "unexplored": Rule(
         "what was seen badly has frontiers too", ((explore, "find_frontiers", _known_borders),)
+    ),
+    "scores": Rule(
+        "without labels goals go by the score too",
+        ((map_view.MapView, "promise", property(lambda view: view.similarity)),),
     ),
     "missed": Rule("what shows no detection in view counts less", ((regions, "MISSED", 1.0),)),
     "first_look": Rule("the robot looks around first", ((step, "KNOWN_AROUND", 0.0),)),
