@@ -82,15 +82,16 @@ def seen_boxes(
     height, width = size
     x, y = intrinsics.x_at(np.arange(width)), intrinsics.y_at(np.arange(height))
     rays = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), axis=-1)
-    rays = rays @ T_map_camera[:3, :3].T
+    rays = np.ascontiguousarray(np.moveaxis(rays @ T_map_camera[:3, :3].T, -1, 0))
+    origin = T_map_camera[:3, 3, None, None]
     nearest = np.full((height, width), np.inf)
     owner = np.full((height, width), -1)
     for index, box in enumerate(boxes):
         with np.errstate(divide="ignore", invalid="ignore"):
-            one = (np.array(box.low) - T_map_camera[:3, 3]) / rays
-            two = (np.array(box.high) - T_map_camera[:3, 3]) / rays
-        enter = np.minimum(one, two).max(axis=-1)
-        leave = np.maximum(one, two).min(axis=-1)
+            one = (np.array(box.low)[:, None, None] - origin) / rays
+            two = (np.array(box.high)[:, None, None] - origin) / rays
+        enter = np.minimum(one, two).max(axis=0)
+        leave = np.maximum(one, two).min(axis=0)
         hit = (enter <= leave) & (enter > 0)
         hit &= enter < nearest
         nearest[hit], owner[hit] = enter[hit], index

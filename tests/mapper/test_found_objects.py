@@ -13,14 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.storage import objects
-from onemap_mapper.storage.objects import (
-    FORM,
-    NO_OBJECTS,
-    ObjectKeeper,
-    ObjectMemory,
-    from_bytes,
-    to_bytes,
-)
 from onemap_shared import keys
 from onemap_shared.messages import KeptObject, ObjectFind, ObjectId, ObjectListRequest
 from onemap_shared.transport import RemoteError
@@ -28,15 +20,15 @@ from tests.mapper.finds import PICTURE, object_find
 from tests.memory_bus import MemoryRouter
 
 
-def remembered(*finds: ObjectFind) -> ObjectMemory:
+def remembered(*finds: ObjectFind) -> objects.ObjectMemory:
     """The memory after these finds, with ids 0, 1, 2."""
-    memory = NO_OBJECTS
+    memory = objects.NO_OBJECTS
     for new_id, find in zip(count(), finds, strict=False):
         memory = memory.with_find(find, str(new_id))
     return memory
 
 
-def names(memory: ObjectMemory) -> list[str]:
+def names(memory: objects.ObjectMemory) -> list[str]:
     return [kept.name for kept in memory.listed().objects]
 
 
@@ -78,28 +70,30 @@ finds = st.builds(
 @given(st.lists(finds, max_size=8))
 def test_what_is_written_is_read(found: list[ObjectFind]) -> None:
     memory = replace(remembered(*found), left_out=7)
-    assert from_bytes(to_bytes(memory)) == memory
+    assert objects.from_bytes(objects.to_bytes(memory)) == memory
 
 
 @given(st.data())
 def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
     """Whatever a byte is replaced by: a memory or a ValueError."""
-    saved = bytearray(to_bytes(remembered(object_find("bed"), object_find("sofa"))))
+    saved = bytearray(objects.to_bytes(remembered(object_find("bed"), object_find("sofa"))))
     place = data.draw(st.integers(0, len(saved) - 1))
     saved[place] = data.draw(st.integers(0, 255))
     with suppress(ValueError):
-        assert len(from_bytes(bytes(saved)).objects) <= 2
+        assert len(objects.from_bytes(bytes(saved)).objects) <= 2
 
 
 def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
     (entry,) = remembered(object_find("bed")).objects
-    twice = ObjectMemory((entry, entry))
+    twice = objects.ObjectMemory((entry, entry))
     with pytest.raises(ValueError, match="same id"):
-        to_bytes(twice)
+        objects.to_bytes(twice)
     with pytest.raises(ValueError, match="pictures have 12 bytes, expected 9"):
-        to_bytes(ObjectMemory((replace(entry, kept=replace(entry.kept, picture_bytes=9)),)))
+        objects.to_bytes(
+            objects.ObjectMemory((replace(entry, kept=replace(entry.kept, picture_bytes=9)),))
+        )
     with pytest.raises(ValueError, match="negative"):
-        to_bytes(ObjectMemory(version=-1))
+        objects.to_bytes(objects.ObjectMemory(version=-1))
 
 
 HEIGHT_M = (0.3, 0.7)
@@ -112,7 +106,9 @@ class Kept:
         router = MemoryRouter()
         bus = router.bus("mapper")
         self.announced: list[int] = []
-        self.keeper = ObjectKeeper(bus, [bus], folder, self._announce, lambda _extent_m: HEIGHT_M)
+        self.keeper = objects.ObjectKeeper(
+            bus, [bus], folder, self._announce, lambda _extent_m: HEIGHT_M
+        )
         self.client = router.bus()
 
     def _announce(self) -> None:
@@ -163,22 +159,22 @@ def test_objects_survive_a_restart_with_their_version(tmp_path: Path) -> None:
 
 def test_other_objects_take_their_place(tmp_path: Path) -> None:
     kept = Kept(tmp_path)
-    kept.keeper.replace(NO_OBJECTS)
+    kept.keeper.replace(objects.NO_OBJECTS)
     assert kept.announced == []  # as empty as before
     kept.remember("bed")
-    other = NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
+    other = objects.NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
     kept.keeper.replace(other)
     assert kept.names() == Kept(tmp_path).names() == ["sofa"]
-    kept.keeper.replace(NO_OBJECTS)
+    kept.keeper.replace(objects.NO_OBJECTS)
     assert kept.names() == []
-    assert not (tmp_path / FORM.file_name).exists()
+    assert not (tmp_path / objects.FORM.file_name).exists()
     assert kept.announced == [1, 2, 3]
 
 
 def test_an_unreadable_file_is_one_sentence_in_the_log(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    (tmp_path / FORM.file_name).write_bytes(b"nothing")
+    (tmp_path / objects.FORM.file_name).write_bytes(b"nothing")
     with caplog.at_level(logging.ERROR, "onemap.mapper"):
         kept = Kept(tmp_path)
     assert kept.names() == []

@@ -18,15 +18,6 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage import map_file
-from onemap_mapper.storage.map_file import (
-    ARRAYS,
-    SEEN,
-    LiveMap,
-    map_path,
-    read,
-    read_header,
-    write,
-)
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore, take
 from onemap_shared.atomic_file import replacing, sweep_leftovers
 from tests.mapper import scenes
@@ -55,8 +46,8 @@ def rewritten(path: Path, **changes: Any) -> Path:
 
 
 def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(taken, tmp_path / "a.npz")
-    old = read(rewritten(tmp_path / "a.npz", **dict.fromkeys(("heights", *SEEN))))
+    map_file.write(taken, tmp_path / "a.npz")
+    old = map_file.read(rewritten(tmp_path / "a.npz", **dict.fromkeys(("heights", *map_file.SEEN))))
     assert (old.heights, old.seen) == (None, None)
     again = restore(old, PARAMS, encoder_id="", first_revision=1)
     assert not again.store.heights(slice(0, again.store.count)).any()
@@ -80,15 +71,15 @@ def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: 
 def test_damaged_heights_and_views_are_refused(
     taken: MapSnapshot, tmp_path: Path, name: str, value: float
 ) -> None:
-    write(taken, tmp_path / "a.npz")
+    map_file.write(taken, tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as archive:
         whole = archive[name]
     for damaged in (np.full_like(whole, value), whole[1:], whole.astype(np.int8)):
         with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", **{name: damaged}))
+            map_file.read(rewritten(tmp_path / "a.npz", **{name: damaged}))
     if name != "heights":
         with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", **{name: None}))
+            map_file.read(rewritten(tmp_path / "a.npz", **{name: None}))
 
 
 @pytest.mark.parametrize(
@@ -97,26 +88,26 @@ def test_damaged_heights_and_views_are_refused(
 )
 def test_bad_names_are_refused(name: str) -> None:
     with pytest.raises(MapFileError, match="not allowed"):
-        map_path(Path("/maps"), name)
+        map_file.map_path(Path("/maps"), name)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 0.999])
 def test_a_truncated_file_is_refused(taken: MapSnapshot, tmp_path: Path, share: float) -> None:
     path = tmp_path / "a.npz"
-    size = write(taken, path)
+    size = map_file.write(taken, path)
     path.write_bytes(path.read_bytes()[: int(size * share)])
     with pytest.raises(MapFileError, match="damaged"):
-        read(path)
+        map_file.read(path)
 
 
 def test_a_flipped_byte_is_noticed(taken: MapSnapshot, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
-    write(taken, path)
+    map_file.write(taken, path)
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 0xFF
     path.write_bytes(bytes(content))
     with pytest.raises(MapFileError, match="damaged"):
-        read(path)
+        map_file.read(path)
 
 
 @pytest.mark.parametrize(
@@ -138,23 +129,23 @@ def test_a_flipped_byte_is_noticed(taken: MapSnapshot, tmp_path: Path) -> None:
 def test_a_damaged_file_is_refused(
     taken: MapSnapshot, tmp_path: Path, changes: dict[str, Any], reason: str
 ) -> None:
-    write(taken, tmp_path / "a.npz")
+    map_file.write(taken, tmp_path / "a.npz")
     with pytest.raises(MapFileError, match=reason):
-        read(rewritten(tmp_path / "a.npz", **changes))
+        map_file.read(rewritten(tmp_path / "a.npz", **changes))
 
 
 def test_a_map_that_could_not_be_read_is_not_written(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(taken, tmp_path / "a.npz")
+    map_file.write(taken, tmp_path / "a.npz")
     before = (tmp_path / "a.npz").read_bytes()
     poisoned = dataclasses.replace(taken, confidence=np.full_like(taken.confidence, np.inf))
     with pytest.raises(MapFileError, match="outside of 0 to"):
-        write(poisoned, tmp_path / "a.npz")
+        map_file.write(poisoned, tmp_path / "a.npz")
     assert (tmp_path / "a.npz").read_bytes() == before
 
 
 def bomb(path: Path, taken: MapSnapshot, cells: int) -> Path:
     """A map whose features are zeros, packed a thousandfold."""
-    arrays = {name: getattr(taken, name) for name in ARRAYS}
+    arrays = {name: getattr(taken, name) for name in map_file.ARRAYS}
     arrays["cells"] = np.argwhere(np.ones((cells, 1), bool)).astype(np.int32)
     arrays["features"] = np.zeros((cells, 16), np.float32)
     arrays |= {name: np.ones(cells, np.float32) for name in ("confidence", "searched")}
@@ -170,7 +161,7 @@ def test_a_bomb_is_refused_before_it_is_unpacked(taken: MapSnapshot, tmp_path: P
     tracemalloc.start()
     try:
         with pytest.raises(MapFileError, match="maps are not compressed"):
-            read(path)
+            map_file.read(path)
         assert tracemalloc.get_traced_memory()[1] < 2_000_000
     finally:
         tracemalloc.stop()
@@ -185,10 +176,10 @@ def test_features_that_are_read_stay_in_the_file(
     features = np.random.default_rng(0).normal(size=shape).astype(np.float16)
     header = dataclasses.replace(taken.header, dimension=shape[1])
     wide = dataclasses.replace(taken, header=header, features=features)
-    write(wide, tmp_path / "wide.npz")
+    map_file.write(wide, tmp_path / "wide.npz")
     tracemalloc.start()
     try:
-        found = read(tmp_path / "wide.npz")
+        found = map_file.read(tmp_path / "wide.npz")
         assert tracemalloc.get_traced_memory()[1] < features.nbytes / 3
     finally:
         tracemalloc.stop()
@@ -215,16 +206,16 @@ def test_features_that_are_read_stay_in_the_file(
 def test_a_header_that_no_message_can_hold_is_refused(
     taken: MapSnapshot, tmp_path: Path, header: dict[str, Any]
 ) -> None:
-    write(taken, tmp_path / "a.npz")
+    map_file.write(taken, tmp_path / "a.npz")
     path = rewritten(tmp_path / "a.npz", header=header)
-    for reading in (read, read_header):
+    for reading in (map_file.read, map_file.read_header):
         with pytest.raises(MapFileError) as refused:
             reading(path)
         assert len(str(refused.value)) < 300
 
 
 def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
-    write(taken, tmp_path / "a.npz")
+    map_file.write(taken, tmp_path / "a.npz")
     n, m = len(taken.cells), len(taken.driving_cells)
     levels = taken.evidence.shape[1]
     wrong: list[dict[str, np.ndarray]] = [
@@ -238,7 +229,7 @@ def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> 
     ]
     for arrays in wrong:
         with pytest.raises(MapFileError, match="damaged"):
-            read(rewritten(tmp_path / "a.npz", **arrays))
+            map_file.read(rewritten(tmp_path / "a.npz", **arrays))
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
@@ -331,7 +322,7 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def written(path: Path, lock: AbstractContextManager[object], current: BeliefMap) -> MapSnapshot:
     """What a file holds that was written of this map."""
-    assert LiveMap(lock, lambda: current).write(path) == path.stat().st_size
+    assert map_file.LiveMap(lock, lambda: current).write(path) == path.stat().st_size
     return map_file.read(path)
 
 

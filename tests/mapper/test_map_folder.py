@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage import snapshot
 from onemap_mapper.storage.map_file import map_path, write
 from onemap_mapper.storage.map_folder import (
     QuotaExceeded,
@@ -22,13 +23,6 @@ from onemap_mapper.storage.map_folder import (
     saved_maps,
 )
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
-from onemap_mapper.storage.snapshot import (
-    EncoderMismatch,
-    MapFileError,
-    MapSnapshot,
-    merge_into,
-    take,
-)
 from onemap_shared import keys
 from onemap_shared.messages import MapFile, MapMerge, PicturedObject
 from tests.gateway.fakes import kept_object
@@ -40,10 +34,10 @@ PARAMS = scenes.params()
 
 
 @pytest.fixture(scope="module")
-def taken() -> MapSnapshot:
+def taken() -> snapshot.MapSnapshot:
     belief = BeliefMap(PARAMS)
     belief.fuse(compute_update(scenes.field(0, scenes.pose(-0.5, 0.2)), PARAMS))
-    return take(belief)
+    return snapshot.take(belief)
 
 
 def aged(path: Path, saved_ns: int) -> None:
@@ -51,7 +45,7 @@ def aged(path: Path, saved_ns: int) -> None:
 
 
 def test_maps_are_listed_newest_first_under_names_that_load(
-    taken: MapSnapshot, tmp_path: Path
+    taken: snapshot.MapSnapshot, tmp_path: Path
 ) -> None:
     for age, name in enumerate(("new.npz", "x.npz.npz", "old.npz")):
         write(taken, tmp_path / name)
@@ -65,7 +59,9 @@ def test_maps_are_listed_newest_first_under_names_that_load(
     assert paths == ["new.npz", "x.npz.npz", "old.npz"]
 
 
-def test_damaged_files_are_listed_with_the_reason(taken: MapSnapshot, tmp_path: Path) -> None:
+def test_damaged_files_are_listed_with_the_reason(
+    taken: snapshot.MapSnapshot, tmp_path: Path
+) -> None:
     write(taken, tmp_path / "a.npz")
     rewritten(tmp_path / "a.npz", header={"version": 7}).rename(tmp_path / "newer.npz")
     rewritten(tmp_path / "a.npz", cells=None).rename(tmp_path / "no-cells.npz")
@@ -81,7 +77,7 @@ def test_damaged_files_are_listed_with_the_reason(taken: MapSnapshot, tmp_path: 
     assert all("damaged" in problem for problem in problems.values())
 
 
-def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path) -> None:
+def test_saved_maps_may_take_so_much_together(taken: snapshot.MapSnapshot, tmp_path: Path) -> None:
     size = write(taken, tmp_path / "a.npz")
     check_quota(tmp_path / "b.npz", 10**6 - size, 1)
     with pytest.raises(QuotaExceeded, match="delete one"):
@@ -115,10 +111,10 @@ def mapped(*poses: tuple[float, float, float], seed: int = 0) -> BeliefMap:
     return belief
 
 
-def merged(*maps: MapSnapshot, moved: PlanarCorrection = NO_CORRECTION) -> BeliefMap:
+def merged(*maps: snapshot.MapSnapshot, moved: PlanarCorrection = NO_CORRECTION) -> BeliefMap:
     belief = BeliefMap(PARAMS)
     for each in maps:
-        merge_into(belief, each, moved)
+        snapshot.merge_into(belief, each, moved)
     return belief
 
 
@@ -138,7 +134,7 @@ def assert_same(one: BeliefMap, other: BeliefMap) -> None:
     for cell, (feature, confidence) in first.items():
         np.testing.assert_allclose(feature, second[cell][0], atol=1e-4)
         assert confidence == pytest.approx(second[cell][1], rel=1e-5)
-    a, b = take(one), take(other)
+    a, b = snapshot.take(one), snapshot.take(other)
     order = [np.lexsort(each.driving_cells.T) for each in (a, b)]
     for part in ("driving_cells", "evidence", "clear"):
         np.testing.assert_array_equal(getattr(a, part)[order[0]], getattr(b, part)[order[1]])
@@ -147,8 +143,8 @@ def assert_same(one: BeliefMap, other: BeliefMap) -> None:
 @given(seed=st.integers(0, 2**16), x_m=st.floats(-1, 1), yaw_rad=st.floats(-3, 3))
 @settings(max_examples=4, deadline=None)
 def test_it_does_not_matter_which_map_came_first(seed: int, x_m: float, yaw_rad: float) -> None:
-    one = take(mapped((0.0, 0.0, 0.0), seed=seed))
-    other = take(mapped((x_m, 0.3, yaw_rad), seed=seed + 1))
+    one = snapshot.take(mapped((0.0, 0.0, 0.0), seed=seed))
+    other = snapshot.take(mapped((x_m, 0.3, yaw_rad), seed=seed + 1))
     assert_same(merged(one, other), merged(other, one))
 
 
@@ -164,7 +160,7 @@ def test_a_merged_map_is_that_of_all_frames() -> None:
         belief.fuse(
             compute_update(scenes.field(sequence, scenes.pose(*pose), features=features), PARAMS)
         )
-        parts.append(take(belief))
+        parts.append(snapshot.take(belief))
     for cell, (feature, confidence) in by_cell(merged(*parts)).items():
         np.testing.assert_allclose(feature, together[cell][0], atol=1e-4)
         assert confidence == pytest.approx(together[cell][1], rel=1e-5)
@@ -174,7 +170,7 @@ def test_a_map_of_another_frame_lands_at_its_place() -> None:
     """A motion by whole cells and a quarter turn maps cells to cells."""
     original = mapped((0.0, 0.0, 0.0), seed=5)
     moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
-    found, expected = by_cell(merged(take(original), moved=moved)), by_cell(original)
+    found, expected = by_cell(merged(snapshot.take(original), moved=moved)), by_cell(original)
     assert len(found) == len(expected)
     for (x, y), (feature, _) in expected.items():
         np.testing.assert_allclose(found[-1 - y + 10, x - 20][0], feature, atol=1e-5)
@@ -183,21 +179,21 @@ def test_a_map_of_another_frame_lands_at_its_place() -> None:
 @pytest.mark.parametrize(
     ("changes", "error", "reason"),
     [
-        ({"encoder_id": "other-1"}, EncoderMismatch, "one encoder"),
-        ({"cell_size_m": 0.05}, MapFileError, "another cell size"),
-        ({"version": 1}, MapFileError, "without drops"),
+        ({"encoder_id": "other-1"}, snapshot.EncoderMismatch, "one encoder"),
+        ({"cell_size_m": 0.05}, snapshot.MapFileError, "another cell size"),
+        ({"version": 1}, snapshot.MapFileError, "without drops"),
     ],
 )
 def test_what_does_not_fit_changes_nothing(
     changes: dict[str, object], error: type[Exception], reason: str
 ) -> None:
     belief = mapped((0.0, 0.0, 0.0))
-    before, revision = take(belief), belief.revision
+    before, revision = snapshot.take(belief), belief.revision
     foreign = replace(before, header=replace(before.header, **changes))  # type: ignore[arg-type]
     with pytest.raises(error, match=reason):
-        merge_into(belief, foreign, NO_CORRECTION)
+        snapshot.merge_into(belief, foreign, NO_CORRECTION)
     assert belief.revision == revision
-    np.testing.assert_array_equal(take(belief).features, before.features)
+    np.testing.assert_array_equal(snapshot.take(belief).features, before.features)
 
 
 def test_found_objects_are_joined_and_none_is_there_twice() -> None:

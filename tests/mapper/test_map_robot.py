@@ -18,22 +18,8 @@ from onemap_mapper.robots import (
 )
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.geometry import F64, camera_mount, pose_2d
-from onemap_shared.messages import (
-    FeatureField,
-    Heartbeat,
-    Layer,
-    MapClear,
-    MapFile,
-    MapRevision,
-    ObjectListRequest,
-    PoseGraph,
-    SearchReset,
-    SearchView,
-    SearchViewRequest,
-    TextEmbeddings,
-    TextRequest,
-)
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from tests.mapper import scenes
@@ -57,24 +43,24 @@ class Robot:
         self.perception = router.bus("perception")
         self.perception.serve(keys.EMBED_TEXT, embedded)
 
-    def view(self, text: str = "") -> SearchView:
-        return self.bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text))
+    def view(self, text: str = "") -> m.SearchView:
+        return self.bus.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest(text))
 
     def searched(self) -> int:
         """Cells that this robot has searched."""
-        return int((self.view().layers & Layer.SEARCHED > 0).sum())
+        return int((self.view().layers & m.Layer.SEARCHED > 0).sum())
 
     def reset(self) -> None:
-        self.bus.call(keys.MAP_SEARCH_RESET, SearchReset("s"))
+        self.bus.call(keys.MAP_SEARCH_RESET, m.SearchReset("s"))
 
-    def newest(self) -> MapRevision:
+    def newest(self) -> m.MapRevision:
         found = None
         while (message := self.revisions.take(0.0)) is not None:
             found = message
         assert found is not None
         return found
 
-    def heartbeat(self) -> Heartbeat:
+    def heartbeat(self) -> m.Heartbeat:
         found = None
         while (message := self.heartbeats.take(0.0)) is not None:
             found = message
@@ -96,7 +82,7 @@ class Fleet:
     def step(self) -> None:
         self.mapper.step(0.0)
 
-    def feed(self, robot: Robot, *fields: FeatureField) -> None:
+    def feed(self, robot: Robot, *fields: m.FeatureField) -> None:
         for field in fields:
             robot.fields.put(field)
             self.step()
@@ -109,8 +95,8 @@ def fleet(tmp_path: Path) -> Iterator[Fleet]:
     made.mapper.close()
 
 
-def embedded(request: TextRequest) -> TextEmbeddings:
-    return TextEmbeddings(
+def embedded(request: m.TextRequest) -> m.TextEmbeddings:
+    return m.TextEmbeddings(
         "encoder-a",
         "space-a",
         request.texts,
@@ -122,7 +108,7 @@ def embedded(request: TextRequest) -> TextEmbeddings:
     )
 
 
-def frame(sequence: int, stamp_ns: int, yaw_rad: float = 0.0, x_m: float = 0.0) -> FeatureField:
+def frame(sequence: int, stamp_ns: int, yaw_rad: float = 0.0, x_m: float = 0.0) -> m.FeatureField:
     """A frame on the clock of its robot."""
     made = scenes.field(sequence, scenes.pose(x_m, 0.0, yaw_rad))
     return replace(made, stamp_ns=stamp_ns)
@@ -144,11 +130,11 @@ def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Flee
     fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
     before = fleet.r1.searched(), fleet.r2.searched()
     assert min(before) > 50
-    both = (fleet.r1.view().layers & fleet.r2.view().layers & Layer.SEARCHED) > 0
+    both = (fleet.r1.view().layers & fleet.r2.view().layers & m.Layer.SEARCHED) > 0
     assert both.sum() < 0.5 * min(before)  # they looked the other way
     fleet.r2.reset()
     assert (fleet.r1.searched(), fleet.r2.searched()) == (before[0], 0)
-    explored = fleet.r2.view().layers & Layer.EXPLORED > 0
+    explored = fleet.r2.view().layers & m.Layer.EXPLORED > 0
     assert explored.sum() >= max(before)  # of both
     fleet.feed(fleet.r2, frame(9, 51 * S, BEHIND))
     fleet.r1.reset()
@@ -162,11 +148,11 @@ def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -
     finders = [("bed", "fleet/r2"), ("sofa", "fleet/r1")]
     assert found_by(fleet.r2) == finders
     assert fleet.r2.newest().objects_version == fleet.r1.newest().objects_version > 0
-    fleet.r2.bus.call(keys.MAP_SAVE, MapFile("flat"))
-    fleet.r2.bus.call(keys.MAP_CLEAR, MapClear())
+    fleet.r2.bus.call(keys.MAP_SAVE, m.MapFile("flat"))
+    fleet.r2.bus.call(keys.MAP_CLEAR, m.MapClear())
     assert fleet.r1.newest().frames_fused == 0
     assert found_by(fleet.r1) == []
-    fleet.r1.bus.call(keys.MAP_LOAD, MapFile("flat"))
+    fleet.r1.bus.call(keys.MAP_LOAD, m.MapFile("flat"))
     assert fleet.r2.newest().frames_fused == 1
     assert found_by(fleet.r1) == finders
     fleet.r2.bus.call(keys.MAP_REMEMBER, object_find("sofa", stamp_ns=200))
@@ -175,7 +161,7 @@ def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -
 
 def found_by(robot: Robot) -> list[tuple[str, str]]:
     """Name and finder of each object that the robot is told of."""
-    listed = robot.bus.call(keys.MAP_OBJECTS, ObjectListRequest())
+    listed = robot.bus.call(keys.MAP_OBJECTS, m.ObjectListRequest())
     return [(kept.name, kept.robot) for kept in listed.objects]
 
 
@@ -228,7 +214,7 @@ def test_a_robot_that_begins_anew_elsewhere_is_left_out_until_the_map_is(fleet: 
     assert "fleet/r2 counts its frames anew 1.5 m from where it was" in second.problem
     fleet.feed(fleet.r1, frame(0, 122 * S))  # this one only began to count anew
     assert fleet.r1.newest().frames_fused == 4
-    fleet.r1.bus.call(keys.MAP_CLEAR, MapClear())
+    fleet.r1.bus.call(keys.MAP_CLEAR, m.MapClear())
     fleet.feed(fleet.r2, frame(2, 123 * S))
     assert fleet.r2.newest().frames_fused == 1
     assert fleet.mapper._health(robots(fleet)[1]).problem == ""
@@ -250,7 +236,7 @@ def test_corrections_of_one_robot_do_not_move_what_others_saw(
     fleet.feed(fleet.r1, frame(0, 100 * S))
     before = fleet.mapper._map.store.cells.copy()
     stamps, poses = np.array([100 * S]), scenes.pose()[None]
-    fleet.r2.graphs.put(PoseGraph(1, 100 * S, stamps, poses, poses + 0.0))
+    fleet.r2.graphs.put(m.PoseGraph(1, 100 * S, stamps, poses, poses + 0.0))
     fleet.step()
     assert "the map is shared" in caplog.text
     np.testing.assert_array_equal(fleet.mapper._map.store.cells, before)

@@ -18,22 +18,9 @@ from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_b
 from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import (
-    MAX_CORNERS,
-    MAX_PLACES,
-    MAX_TEXT_CHARS,
-    NO_ROOM,
-    MapClear,
-    MapFile,
-    MapMerge,
-    MapPlaces,
-    Place,
-    PlaceKind,
-    PlacesChange,
-    PlacesRequest,
-)
 from onemap_shared.places import Zones, place_mask, polygon_mask, room_at
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import decode, encode
@@ -43,26 +30,26 @@ from tests.mapper.test_rooms import cut, grid_of, plan, rooms
 from tests.mapper.test_service import Rig
 from tests.memory_bus import MemoryRouter
 
-ZONE = Place("Stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
-LIST, DRAW = PlacesRequest(), PlacesChange((ZONE,))
+ZONE = m.Place("Stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
+LIST, DRAW = m.PlacesRequest(), m.PlacesChange((ZONE,))
 coordinates = st.floats(-100, 100)
 points = st.tuples(coordinates, coordinates)
 
 
 @st.composite
-def places(draw: st.DrawFn) -> tuple[Place, ...]:
+def places(draw: st.DrawFn) -> tuple[m.Place, ...]:
     """Places of different names: points, and triangles that enclose something."""
     names = draw(st.lists(st.sampled_from(["Kitchen", "küche", "nursery", "4 b"]), unique=True))
     found = []
     for name in names:
-        kind, (x, y) = draw(st.sampled_from(PlaceKind)), draw(points)
+        kind, (x, y) = draw(st.sampled_from(m.PlaceKind)), draw(points)
         corners = draw(st.sampled_from([(), ((x, y), (x + 1, y), (x, y + 1))]))
-        found.append(Place(name, kind, () if corners else (x, y), corners))
+        found.append(m.Place(name, kind, () if corners else (x, y), corners))
     return tuple(found)
 
 
 @given(places(), st.integers(0, 2**40))
-def test_what_is_written_is_read(named: tuple[Place, ...], version: int) -> None:
+def test_what_is_written_is_read(named: tuple[m.Place, ...], version: int) -> None:
     memory = PlaceMemory(named, version)
     assert from_bytes(to_bytes(memory)) == memory
 
@@ -76,14 +63,14 @@ def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
 
 
 def test_as_many_places_as_allowed_fit_into_file_and_message() -> None:
-    corners = tuple((np.cos(a), np.sin(a)) for a in np.arange(MAX_CORNERS) / 10)
-    names = [chr(0x20000 + n) * MAX_TEXT_CHARS for n in range(MAX_PLACES)]  # of 4 bytes each
-    memory = PlaceMemory(tuple(Place(name, corners_m=corners) for name in names))
+    corners = tuple((np.cos(a), np.sin(a)) for a in np.arange(m.MAX_CORNERS) / 10)
+    names = [chr(0x20000 + n) * m.MAX_TEXT_CHARS for n in range(m.MAX_PLACES)]  # of 4 bytes each
+    memory = PlaceMemory(tuple(m.Place(name, corners_m=corners) for name in names))
     assert from_bytes(to_bytes(memory)) == memory
-    ids = np.full((1, 1), NO_ROOM, np.int32)
-    nowhere = (NO_ROOM,) * MAX_PLACES
-    listed = MapPlaces(1, 1, memory.places, nowhere, GridSpec(0.1, (0, 0), (1, 1)), ids)
-    assert decode(MapPlaces, encode(listed)).places == memory.places
+    ids = np.full((1, 1), m.NO_ROOM, np.int32)
+    nowhere = (m.NO_ROOM,) * m.MAX_PLACES
+    listed = m.MapPlaces(1, 1, memory.places, nowhere, GridSpec(0.1, (0, 0), (1, 1)), ids)
+    assert decode(m.MapPlaces, encode(listed)).places == memory.places
     too_many = "would have 101 places, and it may have 100: forget some"
     with pytest.raises(ValueError, match=too_many):
         memory.changed((ZONE,))
@@ -94,7 +81,7 @@ def test_as_many_places_as_allowed_fit_into_file_and_message() -> None:
 
 @given(places(), places())
 def test_a_merged_map_brings_its_places_turned_and_moved(
-    ours: tuple[Place, ...], theirs: tuple[Place, ...]
+    ours: tuple[m.Place, ...], theirs: tuple[m.Place, ...]
 ) -> None:
     """A quarter turn and whole cells: what a place covers is turned and moved as cells are."""
     moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
@@ -135,8 +122,8 @@ class Kept:
     def _announce(self) -> None:
         self.announced.append(self.keeper.kept.value.version)
 
-    def name(self, place: Place) -> MapPlaces:
-        return self.client.call(keys.MAP_CHANGE_PLACES, PlacesChange((place,)))
+    def name(self, place: m.Place) -> m.MapPlaces:
+        return self.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((place,)))
 
     def listed(self) -> dict[str, int]:
         """The room of each place by its name, suggestions in capitals."""
@@ -157,13 +144,13 @@ WEST, EAST = (0.5, 1.5), (6.0, 1.5)  # in the rooms of the plan, whose wall is a
 
 def test_a_room_keeps_its_name_and_grows_with_the_map(tmp_path: Path) -> None:
     kept = Kept(tmp_path)
-    kept.name(Place("nursery", PlaceKind.ROOM, WEST))
-    assert kept.listed() == {"nursery": NO_ROOM}  # nothing is known there yet
+    kept.name(m.Place("nursery", m.PlaceKind.ROOM, WEST))
+    assert kept.listed() == {"nursery": m.NO_ROOM}  # nothing is known there yet
     free, walls = plan()
     covered = []
     for first_row in (25, 0):
         kept.rooms = drawn(free, walls, first_row)
-        reply = kept.name(Place("Nursery", PlaceKind.KEEP_OUT, (2.0, 1.5)))
+        reply = kept.name(m.Place("Nursery", m.PlaceKind.KEEP_OUT, (2.0, 1.5)))
         assert kept.listed() == {"Nursery": room_at(kept.rooms.ids, kept.rooms.grid, (2.0, 1.5))}
         mask = Zones(reply).mask(grid_of(free))
         np.testing.assert_array_equal(mask, place_mask(reply, "the nursery", grid_of(free)))
@@ -180,7 +167,7 @@ def test_a_point_in_furniture_is_in_the_room_around_it() -> None:
     found = cut(free, walls)
     grid = grid_of(free)
     assert room_at(found.ids, grid, grid.centres(np.array([25, 25])).tolist()) == found.ids[5, 5]
-    assert room_at(found.ids, grid, (-50.0, 1e5)) == NO_ROOM
+    assert room_at(found.ids, grid, (-50.0, 1e5)) == m.NO_ROOM
 
 
 def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> None:
@@ -190,12 +177,12 @@ def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> No
     west, east = (room_at(kept.rooms.ids, kept.rooms.grid, at) for at in (WEST, EAST))
     assert kept.listed() == {"BEDROOM": west, "BEDROOM 2": east}
     (suggested, _) = kept.client.call(keys.MAP_PLACES, LIST).places
-    assert (suggested.suggested, suggested.kind) == (True, PlaceKind.ROOM)
+    assert (suggested.suggested, suggested.kind) == (True, m.PlaceKind.ROOM)
     assert room_at(kept.rooms.ids, kept.rooms.grid, suggested.inside_m) == west
-    kept.name(Place("bedroom 2", inside_m=WEST, suggested=True))
+    kept.name(m.Place("bedroom 2", inside_m=WEST, suggested=True))
     assert kept.listed() == {"bedroom 2": west, "BEDROOM": east}
-    kept.name(Place("The Bedroom", corners_m=ZONE.corners_m))
-    assert kept.listed() == {"bedroom 2": west, "The Bedroom": NO_ROOM, "BEDROOM 3": east}
+    kept.name(m.Place("The Bedroom", corners_m=ZONE.corners_m))
+    assert kept.listed() == {"bedroom 2": west, "The Bedroom": m.NO_ROOM, "BEDROOM 3": east}
     assert kept.announced == [1, 2]  # suggestions are nobody's change
 
 
@@ -205,7 +192,10 @@ def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> No
         ((), "attic", "no_such_place", "no place 'attic'; those that people named are 'Stairs'"),
         ((), "BEDROOM", "no_such_place", "no place 'BEDROOM'; those that people named"),
         (
-            (Place("hall", PlaceKind.ROOM, WEST), Place("a", PlaceKind.KEEP_OUT, (50.0, 50.0))),
+            (
+                m.Place("hall", m.PlaceKind.ROOM, WEST),
+                m.Place("a", m.PlaceKind.KEEP_OUT, (50.0, 50.0)),
+            ),
             "Stairs",
             "invalid",
             r"no room at \(50.00, 50.00\) m, so that 'a' would keep nothing out",
@@ -213,13 +203,13 @@ def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> No
     ],
 )
 def test_a_change_is_made_whole_or_refused_in_a_sentence(
-    tmp_path: Path, named: tuple[Place, ...], forgotten: str, code: str, reason: str
+    tmp_path: Path, named: tuple[m.Place, ...], forgotten: str, code: str, reason: str
 ) -> None:
     kept = Kept(tmp_path, [("bed", *WEST)])
     kept.rooms = drawn(*plan())
     kept.name(ZONE)
     with pytest.raises(RemoteError, match=reason) as refusal:
-        kept.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(named, (forgotten,)))
+        kept.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(named, (forgotten,)))
     assert refusal.value.code == code
     assert set(kept.listed()) == {"Stairs", "BEDROOM"}
 
@@ -227,11 +217,11 @@ def test_a_change_is_made_whole_or_refused_in_a_sentence(
 def test_corners_enclose_something() -> None:
     for corners in (((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), ((0.0, 0.0), (1.0, 0.0))):
         with pytest.raises(ValueError, match="corners"):
-            Place("a", corners_m=corners)
+            m.Place("a", corners_m=corners)
     with pytest.raises(ValueError, match="at most 100000 from the origin"):
-        Place("a", inside_m=(0.0, 1e300))
+        m.Place("a", inside_m=(0.0, 1e300))
     with pytest.raises(ValueError, match="needs either a point inside a room or the corners"):
-        Place("a", inside_m=(0.0, 0.0), corners_m=ZONE.corners_m)
+        m.Place("a", inside_m=(0.0, 0.0), corners_m=ZONE.corners_m)
     with pytest.raises(ValueError, match="two places have the name 'stairs'"):
         PlaceMemory((ZONE, replace(ZONE, name="the stairs")))
 
@@ -251,18 +241,18 @@ def test_a_zone_outlives_a_crash_and_goes_with_its_map(tmp_path: Path) -> None:
     assert late.places_version == 1  # latched
     rig = stays_after(rig, tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))
-    rig.client.call(keys.MAP_SAVE, MapFile("zoned"))
-    rig.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("stairs",)))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("zoned"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(forgotten=("stairs",)))
     rig = stays_after(rig, tmp_path)  # also that there are none
     rig.feed(scenes.field(0, scenes.pose()))
-    rig.client.call(keys.MAP_SAVE, MapFile("plain"))
-    rig.client.call(keys.MAP_LOAD, MapFile("zoned"))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("plain"))
+    rig.client.call(keys.MAP_LOAD, m.MapFile("zoned"))
     assert rig.newest().places_version == 3
     assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
-    rig.client.call(keys.MAP_LOAD, MapFile("plain"))
+    rig.client.call(keys.MAP_LOAD, m.MapFile("plain"))
     assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
     rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
-    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.client.call(keys.MAP_CLEAR, m.MapClear())
     reply = rig.client.call(keys.MAP_PLACES, LIST)
     assert (reply.places, reply.version) == ((), rig.newest().places_version)
     assert reply.version == 6
@@ -272,16 +262,16 @@ def test_a_merged_map_adds_its_zones_and_says_which_stay(tmp_path: Path) -> None
     rig = Rig(tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))
     rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
-    rig.client.call(keys.MAP_SAVE, MapFile("other"))
-    merged = rig.client.call(keys.MAP_MERGE, MapMerge("other"))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("other"))
+    merged = rig.client.call(keys.MAP_MERGE, m.MapMerge("other"))
     assert (merged.places_stayed, rig.newest().places_version) == ((), 1)
-    merged = rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
+    merged = rig.client.call(keys.MAP_MERGE, m.MapMerge("other", yaw_rad=np.pi / 2))
     assert merged.places_stayed == ("Stairs",)
     assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
-    rig.client.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("Stairs",)))
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(forgotten=("Stairs",)))
     before = rig.newest()
     revisions = rig.router.bus("planner").subscribe(keys.MAP_REVISION, capacity=8)
-    rig.client.call(keys.MAP_MERGE, MapMerge("other", yaw_rad=np.pi / 2))
+    rig.client.call(keys.MAP_MERGE, m.MapMerge("other", yaw_rad=np.pi / 2))
     told = [each for each in iter(lambda: revisions.take(0.0), None) if each != before]
     assert told[-1].revision > before.revision
     assert {each.places_version for each in told} == {before.places_version + 1}  # from the first

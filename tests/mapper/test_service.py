@@ -15,32 +15,8 @@ from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.service import KNOWN_TEXT, Mapper, build
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.geometry import pose_2d
-from onemap_shared.messages import (
-    NO_ROOM,
-    NO_VIEW,
-    FeatureField,
-    FrameReceipt,
-    ImageRequest,
-    ImageSimilarityRequest,
-    Layer,
-    MapClear,
-    MapDigestRequest,
-    MapFile,
-    MapListRequest,
-    MapRevision,
-    ObjectListRequest,
-    PlacesRequest,
-    PoseGraph,
-    SearchReset,
-    SearchViewRequest,
-    SimilarityRequest,
-    TextEmbeddings,
-    TextRequest,
-    ViewChanges,
-    ViewChangesRequest,
-    ViewKey,
-)
 from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
@@ -70,13 +46,13 @@ class Rig:
     def embed(self, text_space: str = "space-a", channels: int = 16) -> None:
         """Let perception answer for texts."""
 
-        def answer(request: TextRequest) -> TextEmbeddings:
+        def answer(request: m.TextRequest) -> m.TextEmbeddings:
             self.asked += request.texts
             if "flurb" in request.texts:
                 raise ValueError("flurb is not a word I know")
             if "flub" in request.texts:
                 raise RequestRejected("unknown_word", "flub is not a word I know")
-            return TextEmbeddings(
+            return m.TextEmbeddings(
                 "encoder-a",
                 text_space,
                 request.texts,
@@ -87,20 +63,20 @@ class Rig:
                 self.floor,
             )
 
-        def seen(request: ImageRequest) -> TextEmbeddings:
+        def seen(request: m.ImageRequest) -> m.TextEmbeddings:
             self.images.append(request.image)
-            return answer(TextRequest(("image",)))
+            return answer(m.TextRequest(("image",)))
 
         self.perception = self.router.bus("perception")
         self.perception.serve(keys.EMBED_TEXT, answer)
         self.perception.serve(keys.EMBED_IMAGE, seen)
 
-    def feed(self, *fields: FeatureField) -> None:
+    def feed(self, *fields: m.FeatureField) -> None:
         for field in fields:
             self.fields.put(field)
             self.mapper.step(0.0)
 
-    def newest(self) -> MapRevision:
+    def newest(self) -> m.MapRevision:
         found = None
         while (revision := self.revisions.take(0.0)) is not None:
             found = revision
@@ -120,7 +96,7 @@ def rig(tmp_path: Path) -> Rig:
     return made
 
 
-def sofa_ahead(sequence: int, x_m: float = 0.0) -> FeatureField:
+def sofa_ahead(sequence: int, x_m: float = 0.0) -> m.FeatureField:
     """A frame in which the middle of the image looks like a sofa."""
     features = np.tile(NEUTRAL[0], (6, 8, 1))
     features[2:4, 3:5] = SOFA
@@ -133,8 +109,10 @@ def refusal(ask: Callable[[], object]) -> RemoteError:
     return caught.value
 
 
-def test_a_frame_becomes_a_revision(rig: Rig) -> None:
+def test_a_frame_becomes_a_revision_and_has_a_receipt(rig: Rig) -> None:
+    receipts = rig.client.subscribe(keys.FIELD_RECEIPTS)
     rig.feed(sofa_ahead(0))
+    assert receipts.take(0.0) == m.FrameReceipt(0, sofa_ahead(0).stamp_ns)
     revision = rig.newest()
     assert (revision.revision, revision.sequence, revision.frames_fused) == (1, 0, 1)
     assert revision.stamp_ns == sofa_ahead(0).stamp_ns
@@ -145,16 +123,12 @@ def test_a_frame_becomes_a_revision(rig: Rig) -> None:
     assert late.take(0.0) == revision  # latched
 
 
-def test_every_field_has_a_receipt(rig: Rig) -> None:
-    receipts = rig.client.subscribe(keys.FIELD_RECEIPTS)
-    rig.feed(sofa_ahead(3))
-    assert receipts.take(0.0) == FrameReceipt(3, sofa_ahead(3).stamp_ns)
-
-
 def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     rig.feed(*(sofa_ahead(k) for k in range(3)))
-    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest(" sofa ", include_grid=True))
-    assert reply.scores[0] > 0.9
+    reply = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest(" sofa ", include_grid=True))
+    assert reply.best_score == pytest.approx(float(reply.scores[0]))
+    assert reply.best_score > 0.9
+    assert (reply.revision, reply.encoder_id) == (rig.newest().revision, "encoder-a")
     x, y = reply.centres_m[0]
     assert 1.5 < x < 3.2  # ahead, where the middle of the image meets floor and wall
     assert abs(y) < 0.5
@@ -163,27 +137,27 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert y_min < y < y_max
     assert (reply.variances > 0).all()
     assert reply.scores_grid.shape == reply.grid.shape
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
     assert rig.asked == [KNOWN_TEXT, "sofa"]  # each once: the mapper asks for competing words
 
 
-def view_changes(rig: Rig, text: str = "", have: ViewKey = NO_VIEW) -> ViewChanges:
-    request = ViewChangesRequest(text, ("desk",) if text else (), have)
+def view_changes(rig: Rig, text: str = "", have: m.ViewKey = m.NO_VIEW) -> m.ViewChanges:
+    request = m.ViewChangesRequest(text, ("desk",) if text else (), have)
     return rig.client.call(keys.MAP_VIEW_CHANGES, request)
 
 
 def test_a_known_view_is_replied_as_what_changed(rig: Rig) -> None:
     rig.feed(sofa_ahead(0))
     first = view_changes(rig, "sofa")
-    assert first.base == NO_VIEW
+    assert first.base == m.NO_VIEW
     still = view_changes(rig, "sofa", first.key)
     assert (still.base, len(still.layers)) == (first.key, 0)
     rig.feed(sofa_ahead(1, 0.1))
     second = view_changes(rig, "sofa", first.key)
     assert second.base == first.key
     view = after(after(None, first), second).whole()
-    whole = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa", ("desk",)))
+    whole = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa", ("desk",)))
     assert (view.revision, view.stamp_ns) == (whole.revision, sofa_ahead(1).stamp_ns)
     for name in ("occupancy", "layers", "similarity", "rival", "guidance"):
         np.testing.assert_array_equal(getattr(view, name), getattr(whole, name))
@@ -191,29 +165,29 @@ def test_a_known_view_is_replied_as_what_changed(rig: Rig) -> None:
 
 def test_a_view_of_another_map_or_text_is_replied_whole(rig: Rig) -> None:
     empty = view_changes(rig, "sofa")
-    assert (empty.base, empty.grid.shape) == (NO_VIEW, (0, 0))
+    assert (empty.base, empty.grid.shape) == (m.NO_VIEW, (0, 0))
     rig.feed(sofa_ahead(0))
     sofa = view_changes(rig, "sofa", empty.key)
-    assert sofa.base == NO_VIEW  # its cells have scores now
-    assert view_changes(rig, "cup", sofa.key).base == NO_VIEW
-    assert view_changes(rig, "", sofa.key).base == NO_VIEW
+    assert sofa.base == m.NO_VIEW  # its cells have scores now
+    assert view_changes(rig, "cup", sofa.key).base == m.NO_VIEW
+    assert view_changes(rig, "", sofa.key).base == m.NO_VIEW
     for query in ("", "1.x", "9" * 400):
-        assert view_changes(rig, "sofa", replace(sofa.key, query=query)).base == NO_VIEW
-    assert view_changes(rig, "sofa", replace(sofa.key, number=10**6)).base == NO_VIEW
-    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("search-1"))
+        assert view_changes(rig, "sofa", replace(sofa.key, query=query)).base == m.NO_VIEW
+    assert view_changes(rig, "sofa", replace(sofa.key, number=10**6)).base == m.NO_VIEW
+    rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset("search-1"))
     reset = view_changes(rig, "sofa", sofa.key)
-    assert reset.base == NO_VIEW  # the searched layer of all cells
-    rig.client.call(keys.MAP_CLEAR, MapClear())
+    assert reset.base == m.NO_VIEW  # the searched layer of all cells
+    rig.client.call(keys.MAP_CLEAR, m.MapClear())
     rig.feed(sofa_ahead(1))
-    assert view_changes(rig, "sofa", reset.key).base == NO_VIEW
+    assert view_changes(rig, "sofa", reset.key).base == m.NO_VIEW
 
 
 def test_an_empty_map_rejects_queries(rig: Rig) -> None:
-    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")))
     assert error.code == "empty_map"
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     assert (view.text, view.grid.shape, view.stamp_ns) == ("sofa", (0, 0), 0)
-    assert refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a"))).code == "empty_map"
+    assert refusal(lambda: rig.client.call(keys.MAP_SAVE, m.MapFile("a"))).code == "empty_map"
     assert rig.asked == []
 
 
@@ -242,31 +216,31 @@ def test_texts_of_another_space_are_refused(rig: Rig) -> None:
     assert rig.perception is not None
     rig.perception.close()
     rig.embed(text_space="space-b")
-    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")))
     assert error.code == "encoder_mismatch"
     assert "space-b" in str(error)
     rig.perception.close()
     rig.embed(channels=8)
-    error = refusal(lambda: rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa")))
+    error = refusal(lambda: rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa")))
     assert error.code == "encoder_mismatch"
     rig.perception.close()
     rig.embed()  # the wrong answer was not kept
-    assert rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).scores[0] > 0.9
+    assert rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")).scores[0] > 0.9
 
 
 def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> None:
     rig.feed(*(sofa_ahead(k) for k in range(3)))
-    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
-    saved = rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
+    saved = rig.client.call(keys.MAP_SAVE, m.MapFile("flat-1"))
     assert Path(saved.path) == tmp_path / "maps" / "flat-1.npz"
     assert saved.file_bytes == Path(saved.path).stat().st_size
     assert saved.created
-    cleared = rig.client.call(keys.MAP_CLEAR, MapClear())
+    cleared = rig.client.call(keys.MAP_CLEAR, m.MapClear())
     assert (cleared.cells_observed, cleared.frames_fused) == (0, 0)
-    loaded = rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
+    loaded = rig.client.call(keys.MAP_LOAD, m.MapFile("flat-1"))
     assert loaded == replace(saved, created=False)
-    assert not rig.client.call(keys.MAP_SAVE, MapFile("flat-1")).created
-    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    assert not rig.client.call(keys.MAP_SAVE, m.MapFile("flat-1")).created
+    after = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     assert after.revision > before.revision
     for name in ("occupancy", "layers", "similarity"):
         np.testing.assert_array_equal(getattr(before, name), getattr(after, name))
@@ -278,13 +252,13 @@ def test_a_frame_of_before_is_not_fused_into_another_map(
 ) -> None:
     """The map is cleared, or another one loaded, while a frame is computed."""
     rig.feed(sofa_ahead(0))
-    rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("flat-1"))
 
     def interrupted(*arguments: Any, **options: Any) -> FrameUpdate:
         if loads:
-            rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
+            rig.client.call(keys.MAP_LOAD, m.MapFile("flat-1"))
         else:
-            rig.client.call(keys.MAP_CLEAR, MapClear())
+            rig.client.call(keys.MAP_CLEAR, m.MapClear())
         return compute_update(*arguments, **options)
 
     with monkeypatch.context() as patched:
@@ -296,16 +270,16 @@ def test_a_frame_of_before_is_not_fused_into_another_map(
 
 
 def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
-    assert rig.client.call(keys.MAP_LIST, MapListRequest()).maps == ()
+    assert rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps == ()
     rig.feed(sofa_ahead(0))
     for name in ("flat-1", "flat-2"):
-        rig.client.call(keys.MAP_SAVE, MapFile(name))
-    listed = rig.client.call(keys.MAP_LIST, MapListRequest()).maps
+        rig.client.call(keys.MAP_SAVE, m.MapFile(name))
+    listed = rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps
     assert {each.name for each in listed} == {"flat-1", "flat-2"}
-    (one,) = rig.client.call(keys.MAP_LIST, MapListRequest("flat-1")).maps
+    (one,) = rig.client.call(keys.MAP_LIST, m.MapListRequest("flat-1")).maps
     assert one in listed
-    assert rig.client.call(keys.MAP_DELETE, MapFile("flat-1")) == one
-    assert [each.name for each in rig.client.call(keys.MAP_LIST, MapListRequest()).maps] == [
+    assert rig.client.call(keys.MAP_DELETE, m.MapFile("flat-1")) == one
+    assert [each.name for each in rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps] == [
         "flat-2"
     ]
     assert rig.metric("frames_fused") == 1  # the map in memory stays
@@ -313,15 +287,15 @@ def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
 
 def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
-    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest())
     (tmp_path / "maps").mkdir(exist_ok=True)
     (tmp_path / "maps" / "broken.npz").write_bytes(b"PK\x03\x04 no map")
     codes = {"broken": "invalid", "missing": "unknown_map", "../escape": "invalid"}
     for name, code in codes.items():
         with pytest.raises(RemoteError, match=name.strip("./")) as refused:
-            rig.client.call(keys.MAP_LOAD, MapFile(name))
+            rig.client.call(keys.MAP_LOAD, m.MapFile(name))
         assert refused.value.code == code
-    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    after = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest())
     assert after.revision == before.revision
     np.testing.assert_array_equal(after.occupancy, before.occupancy)
 
@@ -330,13 +304,13 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     (tmp_path / "maps").write_text("a file, not a folder")
     rig = Rig(tmp_path / "maps")
     rig.feed(sofa_ahead(0))
-    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a")))
+    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, m.MapFile("a")))
     assert error.code == "storage"
 
 
 def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
     def names() -> list[str]:
-        listed = rig.client.call(keys.MAP_OBJECTS, ObjectListRequest())
+        listed = rig.client.call(keys.MAP_OBJECTS, m.ObjectListRequest())
         return [kept.name for kept in listed.objects]
 
     rig.feed(sofa_ahead(0))
@@ -345,41 +319,41 @@ def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
     after = rig.newest()  # announced at once, without a new frame
     assert (after.revision, after.frames_fused) == (before.revision, before.frames_fused)
     assert after.objects_version > before.objects_version
-    rig.client.call(keys.MAP_SAVE, MapFile("flat"))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("flat"))
     rig.client.call(keys.MAP_REMEMBER, object_find("sofa"))
-    rig.client.call(keys.MAP_LOAD, MapFile("flat"))
+    rig.client.call(keys.MAP_LOAD, m.MapFile("flat"))
     assert names() == ["bed"]
     loaded = rig.newest()
     assert loaded.objects_version > after.objects_version + 1
-    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.client.call(keys.MAP_CLEAR, m.MapClear())
     assert names() == []
     assert rig.newest().objects_version > loaded.objects_version
-    listed = Rig(tmp_path / "maps").client.call(keys.MAP_LIST, MapListRequest())
+    listed = Rig(tmp_path / "maps").client.call(keys.MAP_LIST, m.MapListRequest())
     assert listed.maps[0].name == "flat"
 
 
 def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
     graphs = rig.router.bus("robot").publish(keys.ROBOT_POSE_GRAPH)
     none = np.zeros((0, 4, 4))
-    graphs.put(PoseGraph(1, 0, np.zeros(0, np.int64), none, none))
+    graphs.put(m.PoseGraph(1, 0, np.zeros(0, np.int64), none, none))
     rig.mapper.step(0.0)
     rig.feed(*(sofa_ahead(k) for k in range(3)))
-    before = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m[0]
-    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset(""))
+    before = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")).centres_m[0]
+    rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset(""))
     field, announced = sofa_ahead(2), rig.newest().revision
     published = field.T_map_camera[None]
     corrected = pose_2d(1.0, -2.0, 0.0) @ published
     stamps = np.array([field.stamp_ns])
-    graphs.put(PoseGraph(2, field.stamp_ns, stamps, published, corrected))
+    graphs.put(m.PoseGraph(2, field.stamp_ns, stamps, published, corrected))
     rig.mapper.step(0.0)
     assert rig.newest().revision > announced
-    after = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m[0]
+    after = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")).centres_m[0]
     # One cell at the edge of the region comes or goes by rounding: millimetres of its middle.
     np.testing.assert_allclose(after - before, (1.0, -2.0), atol=0.01)
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(""))
-    assert not (view.layers & Layer.SEARCHED).any()
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest(""))
+    assert not (view.layers & m.Layer.SEARCHED).any()
     assert rig.metric("submaps") == 1
-    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.client.call(keys.MAP_CLEAR, m.MapClear())
     assert rig.metric("submaps") == 0
 
 
@@ -407,10 +381,10 @@ def restarted(folder: Path, **settings: Any) -> Rig:
 
 def test_a_restarted_mapper_resumes_the_map(rig: Rig, tmp_path: Path) -> None:
     rig.feed(*(sofa_ahead(k) for k in range(3)))
-    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     rig.mapper.close()
     again = restarted(tmp_path / "maps")
-    after = again.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    after = again.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     np.testing.assert_array_equal(after.occupancy, before.occupancy)
     np.testing.assert_array_equal(after.layers, before.layers)
     np.testing.assert_allclose(after.similarity, before.similarity, atol=1e-6)
@@ -451,7 +425,7 @@ def test_what_is_of_another_world_is_set_aside(
         assert again.metric("frames_fused") == 4
     else:
         assert again.metric("frames_fused") <= 2
-    found = again.client.call(keys.MAP_OBJECTS, ObjectListRequest()).objects
+    found = again.client.call(keys.MAP_OBJECTS, m.ObjectListRequest()).objects
     assert len(found) == same
     assert aside.exists() is not same
     if not same:
@@ -476,11 +450,11 @@ def test_a_map_of_an_earlier_release_is_of_the_world_of_the_next_frame(
 
 def test_a_loaded_map_is_of_the_world_of_the_next_frame(rig: Rig, tmp_path: Path) -> None:
     rig.feed(replace(sofa_ahead(0), world="flat"))
-    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("a"))
     again = restarted(tmp_path / "other")
     (tmp_path / "other").mkdir()
     (tmp_path / "maps" / "a.npz").rename(tmp_path / "other" / "a.npz")
-    again.client.call(keys.MAP_LOAD, MapFile("a"))
+    again.client.call(keys.MAP_LOAD, m.MapFile("a"))
     again.feed(replace(sofa_ahead(1), world="office"))
     assert again.metric("frames_fused") == 2
 
@@ -489,7 +463,7 @@ def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     rig.mapper.close()
     again = restarted(tmp_path / "maps")
-    again.client.call(keys.MAP_CLEAR, MapClear())
+    again.client.call(keys.MAP_CLEAR, m.MapClear())
     again.mapper.close()
     assert restarted(tmp_path / "maps").metric("cells") == 0
 
@@ -499,42 +473,45 @@ def test_saving_beyond_the_quota_is_refused(rig: Rig, tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir(exist_ok=True)
     with (tmp_path / "maps" / "large.npz").open("wb") as file:
         file.truncate(10**10)
-    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a")))
+    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, m.MapFile("a")))
     assert error.code == "storage"
     assert "map_quota_mb" in str(error)
-    rig.client.call(keys.MAP_DELETE, MapFile("large"))
-    assert rig.client.call(keys.MAP_SAVE, MapFile("a")).created
+    rig.client.call(keys.MAP_DELETE, m.MapFile("large"))
+    assert rig.client.call(keys.MAP_SAVE, m.MapFile("a")).created
 
 
 def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
     rig.feed(sofa_ahead(0), sofa_ahead(1))
-    before = rig.client.call(keys.MAP_DIGEST, MapDigestRequest())
+    before = rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest())
     assert (before.revision, before.frames_fused) == (rig.newest().revision, 2)
-    assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()) == before
-    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
-    assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()).sha256 != before.sha256
+    assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()) == before
+    rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset("s1"))
+    assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()).sha256 != before.sha256
 
 
 def test_rooms_are_cut_when_asked_for_and_begin_anew_with_the_map(rig: Rig) -> None:
     rig.feed(*(scenes.field(n, scenes.pose(0.0, 0.0, n * np.pi / 4)) for n in range(8)))
-    first = rig.client.call(keys.MAP_PLACES, PlacesRequest())
+    first = rig.client.call(keys.MAP_PLACES, m.PlacesRequest())
     assert (first.revision, first.changes) == (rig.newest().revision, ())
-    assert set(first.ids.ravel()) == {NO_ROOM, 0}
+    assert set(first.ids.ravel()) == {m.NO_ROOM, 0}
     rig.feed(scenes.field(8, scenes.pose(1.0, 0.0)))
-    grown = rig.client.call(keys.MAP_PLACES, PlacesRequest())
-    assert (grown.revision, {*grown.ids.ravel().tolist()}) == (rig.newest().revision, {NO_ROOM, 0})
-    rig.client.call(keys.MAP_CLEAR, MapClear())
-    assert (rig.client.call(keys.MAP_PLACES, PlacesRequest()).ids == NO_ROOM).all()
+    grown = rig.client.call(keys.MAP_PLACES, m.PlacesRequest())
+    assert (grown.revision, {*grown.ids.ravel().tolist()}) == (
+        rig.newest().revision,
+        {m.NO_ROOM, 0},
+    )
+    rig.client.call(keys.MAP_CLEAR, m.MapClear())
+    assert (rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).ids == m.NO_ROOM).all()
 
 
-IMAGE = ImageSimilarityRequest(PNG, SimilarityRequest("the image"))
+IMAGE = m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image"))
 
 
 def test_what_a_picture_shows_is_where_it_was_seen(rig: Rig) -> None:
     rig.feed(*(sofa_ahead(k) for k in range(3)))
     answers = rig.client.subscribe(keys.MAP_QUERIES)
     reply = rig.client.call(keys.MAP_IMAGE_SIMILARITY, IMAGE)
-    text = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    text = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa"))
     np.testing.assert_array_equal(reply.centres_m, text.centres_m)
     np.testing.assert_array_equal(reply.scores, text.scores)
     assert (reply.text, reply.verdict) == ("the image", text.verdict)

@@ -20,7 +20,6 @@ from onemap_mapper.belief.submaps import (
     correction_at,
     moved_cells,
     occupancy_of,
-    submap_of,
 )
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
@@ -125,29 +124,6 @@ def random_corrections(seed: int, count: int) -> list[F64]:
 
 
 STAY = pose_2d(0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_taken_out_is_as_if_never_seen(seed: int) -> None:
-    a, b, c = shown(seed, 3)
-    belief, _ = made((a, b, c), store=False)
-    without, _ = made((a, c), store=False)
-    alone, _ = made((b,), store=False)
-    share = submap_of(alone, b.stamp_ns, b.T_map_camera[:2, 3], torch.float32)
-    belief.take_out(share.features)
-    assert belief.store.count == without.store.count
-    slots = scenes.slots_of(without, belief.store.cells)
-    torch.testing.assert_close(
-        belief.store.confidence, without.store.confidence[slots], rtol=1e-3, atol=1e-6
-    )
-    left, expected = belief.store.features(np.arange(len(slots))), without.store.features(slots)
-    torch.testing.assert_close(left, expected, atol=2e-3, rtol=0)
-    belief.put_in(share.features)
-    whole, _ = made((a, b, c), store=False)
-    slots = scenes.slots_of(whole, belief.store.cells)
-    torch.testing.assert_close(
-        belief.store.features(np.arange(len(slots))), whole.store.features(slots), atol=1e-4, rtol=0
-    )
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -347,19 +323,6 @@ def test_without_a_graph_nothing_is_kept() -> None:
     assert not follower.busy
     assert follower.work() == 0
     assert follower.metrics() == {}
-
-
-def test_an_empty_graph_announces_corrections() -> None:
-    follower, belief = following(), BeliefMap(MapParams())
-    follower.receive(EMPTY, belief)
-    assert follower.work() == 0
-    fed(follower, belief, FIELDS)
-    assert follower.metrics()["submaps"] == 4
-    assert follower.metrics()["submap_bytes"] > 0
-    x_m = belief.store.cells[:, 0].mean() * 0.1
-    follower.receive(moved_graph(FIELDS), belief)
-    assert finish(follower) == 4
-    assert belief.store.cells[:, 0].mean() * 0.1 == pytest.approx(x_m + 0.5)
 
 
 def test_moving_ends_with_the_slice(monkeypatch: pytest.MonkeyPatch) -> None:
