@@ -128,14 +128,6 @@ def localisation(drift: DriftParams | None = DRIFT, closing: bool = False) -> Lo
     return Localisation(RobotErrors(drift, closing), np.random.default_rng(1))
 
 
-def test_without_errors_the_pose_is_the_true_one_and_so_is_every_place() -> None:
-    exact = localisation(None)
-    for pose in circle(0.2):
-        np.testing.assert_array_equal(exact.reported(pose), pose)
-    assert exact.true_place(3.0, 4.0) == (3.0, 4.0)
-    assert (exact.largest_error_m, exact.jumps) == (0.0, 0)
-
-
 def test_a_loop_closure_takes_the_pose_back_to_the_true_one_at_once() -> None:
     poses = circle(1.2)
     jumping = localisation(closing=True)
@@ -153,15 +145,6 @@ def test_a_loop_closure_takes_the_pose_back_to_the_true_one_at_once() -> None:
 
 def link(**values: float) -> FrameLink[int]:
     return FrameLink(FrameLinkParams(**values), np.random.default_rng(4))
-
-
-def test_without_errors_a_frame_arrives_at_once() -> None:
-    plain = link()
-    plain.send(1, 10.0)
-    assert plain.next_s() == 10.0
-    assert plain.arrived(10.0) == [1]
-    assert plain.arrived(11.0) == []
-    assert plain.next_s() is None
 
 
 def test_late_frames_arrive_in_their_order_within_the_limits() -> None:

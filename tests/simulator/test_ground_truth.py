@@ -86,7 +86,7 @@ def test_unknown_names_and_unreachable_objects_are_infinitely_far() -> None:
     assert found.shortest_path_m == np.inf
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**16))
 def test_horizontal_distance_agrees_with_many_points_on_the_triangles(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -127,7 +127,7 @@ def goals_at(*places: tuple[int, int]) -> np.ndarray:
     return goals
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(start=cells, first=cells, second=cells)
 def test_in_the_open_it_is_the_straight_line_to_the_nearest_goal(
     start: tuple[int, int], first: tuple[int, int], second: tuple[int, int]

@@ -7,25 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_shared.camera import Intrinsics, unproject
-from onemap_shared.geometry import F32, camera_mount, check_rigid, pose_2d, transform
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, camera_mount, check_rigid, pose_2d
 from onemap_simulator.errors import DepthErrorParams
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
 from onemap_simulator.physics.robot import RobotState
+from onemap_simulator.rendering import rendered_image
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.label_renderer import (
     LabelRenderer,
     label_colours,
     labels_of,
-)
-from onemap_simulator.rendering.rendered_image import (
-    CLOTHES_RGB,
-    RenderedImage,
-    ViewRays,
-    cylinder_hits,
-    person_label,
-    with_person,
 )
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import (
@@ -45,7 +38,9 @@ RENDERER = Renderer(SCENE)
 INTRINSICS = Intrinsics.from_fov(80, 60, np.radians(79.0))
 
 
-def view_from(x: float, y: float, yaw: float, pitch_down: float = 0.2) -> RenderedImage:
+def view_from(
+    x: float, y: float, yaw: float, pitch_down: float = 0.2
+) -> rendered_image.RenderedImage:
     T = pose_2d(x, y, yaw) @ camera_mount(0.0, 1.0, pitch_down)
     return RENDERER.render(T, INTRINSICS, width=80, height=60)
 
@@ -81,17 +76,6 @@ def test_left_is_left_and_up_is_up() -> None:
     red, green = view.rgb[masks["sofa"]].mean(axis=0), view.rgb[masks["ball"]].mean(axis=0)
     assert red[0] > 2 * red[1]
     assert green[1] > 2 * green[0]
-
-
-def test_depth_unprojects_onto_the_geometry() -> None:
-    T = pose_2d(0.5, 1.2, 0.3) @ camera_mount(0.1, 1.0, 0.3)
-    view = RENDERER.render(T, INTRINSICS, width=80, height=60)
-    points = transform(T, unproject(view.depth_m, INTRINSICS).astype(np.float64))
-    floor = view.labels == 0
-    assert floor.any()
-    np.testing.assert_allclose(points[floor, 2], 0.0, atol=1e-4)
-    assert points.reshape(-1, 3).min() > -1e-4
-    assert (points.reshape(-1, 3).max(axis=0) < np.array([4, 3, 2.5]) + 1e-4).all()
 
 
 def test_a_ray_that_leaves_the_scene_has_no_depth_and_no_label() -> None:
@@ -192,12 +176,12 @@ def test_a_lamp_does_not_shine_through_a_wall() -> None:
 
 
 CAMERA = CameraParams(width=160, height=120)
-ROOM = with_person(box_room())
+ROOM = rendered_image.with_person(box_room())
 POSE = RobotState(0.6, 1.5, 0.0).pose
 AHEAD = Bystanders(np.array([[2.1, 1.5]]), 0.25, 1.7)
 
 
-def seen_by(renderer: SceneRenderer, people: Bystanders) -> RenderedImage:
+def seen_by(renderer: SceneRenderer, people: Bystanders) -> rendered_image.RenderedImage:
     T_map_camera = POSE @ CAMERA.mount
     return renderer.render(T_map_camera, CAMERA.intrinsics, width=160, height=120, people=people)
 
@@ -206,7 +190,7 @@ def test_a_person_is_seen_in_labels_colours_and_depth_before_the_wall_alone() ->
     views = {}
     for renderer in (LabelRenderer(ROOM), Renderer(ROOM)):
         empty, view = (seen_by(renderer, people) for people in (NOBODY, AHEAD))
-        shown = view.labels == person_label(ROOM)
+        shown = view.labels == rendered_image.person_label(ROOM)
         assert 0.02 < shown.mean() < 0.3
         assert shown[60, 80]
         np.testing.assert_array_equal(view.labels[~shown], empty.labels[~shown])
@@ -216,15 +200,15 @@ def test_a_person_is_seen_in_labels_colours_and_depth_before_the_wall_alone() ->
         views[type(renderer)] = view
     labels = labels_of(views[LabelRenderer].rgb)
     np.testing.assert_array_equal(labels, views[LabelRenderer].labels)
-    person = views[Renderer].rgb[views[Renderer].labels == person_label(ROOM)]
-    assert (person <= CLOTHES_RGB).all()
-    assert np.abs(person.max(axis=0).astype(int) - CLOTHES_RGB).max() <= 2
+    person = views[Renderer].rgb[views[Renderer].labels == rendered_image.person_label(ROOM)]
+    assert (person <= rendered_image.CLOTHES_RGB).all()
+    assert np.abs(person.max(axis=0).astype(int) - rendered_image.CLOTHES_RGB).max() <= 2
 
 
 def test_the_depth_is_that_of_small_steps_along_each_ray() -> None:
-    rays = ViewRays.of(POSE @ CAMERA.mount, CAMERA.intrinsics, 160, 120)
+    rays = rendered_image.ViewRays.of(POSE @ CAMERA.mount, CAMERA.intrinsics, 160, 120)
     place = np.array([1.4, 1.2], np.float32)
-    depth, facing = cylinder_hits(rays, place, AHEAD)
+    depth, facing = rendered_image.cylinder_hits(rays, place, AHEAD)
     slow = marched_depth(rays.origin, rays.directions, place, AHEAD, step_m=0.004)
     assert ((depth > 0) == (slow > 0)).mean() > 0.998
     both = (depth > 0) & (slow > 0)
@@ -234,7 +218,7 @@ def test_the_depth_is_that_of_small_steps_along_each_ray() -> None:
 
 def test_a_scene_that_names_no_person_shows_them_as_nothing_known() -> None:
     scene = box_room()
-    assert person_label(scene) == -1
+    assert rendered_image.person_label(scene) == -1
     camera = RgbdCamera(scene, LabelRenderer(scene), CAMERA, np.random.default_rng(0))
     image = camera.capture(POSE, AHEAD)
     assert labels_of(image.rgb)[60, 80] == -1
