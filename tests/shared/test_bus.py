@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from typing import TypeVar
 
@@ -60,6 +61,7 @@ class Router:
 
     def __init__(self) -> None:
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.namespace = ""
         self.process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
@@ -92,7 +94,16 @@ def shared_router() -> Iterator[Router]:
         yield router
 
 
+@pytest.fixture
+def space(shared_router: Router) -> Router:
+    """The shared router, in a namespace of this test alone."""
+    router = copy(shared_router)
+    router.namespace = f"fleet/{uuid.uuid4().hex}"
+    return router
+
+
 def join(router: Router, service: str, namespace: str = "", link: LinkParams = NO_LINK) -> Bus:
+    namespace = namespace or router.namespace
     config = BusConfig(connect=(router.endpoint,), namespace=namespace, link=link)
     bus = open_bus(config, service, "test", threading.Event())
     assert bus is not None
@@ -106,8 +117,8 @@ def buses(request: pytest.FixtureRequest) -> Iterator[tuple[Bus, Bus]]:
         router = MemoryRouter()
         pair = (router.bus("perception"), router.bus("mapper"))
     else:
-        router, space = request.getfixturevalue("shared_router"), f"fleet/{uuid.uuid4().hex}"
-        pair = (join(router, "perception", space), join(router, "mapper", space))
+        space = request.getfixturevalue("space")
+        pair = (join(space, "perception"), join(space, "mapper"))
     yield pair
     for bus in pair:
         bus.close()
@@ -150,13 +161,6 @@ def test_late_joiners_get_what_is_latched(buses: tuple[Bus, Bus]) -> None:
     )
 
 
-def test_a_question_is_answered(buses: tuple[Bus, Bus]) -> None:
-    here, there = buses
-    there.serve(keys.MAP_SAVE, lambda request: summary(request.name))
-    answer = eventually(lambda: answered(here, "flat"))
-    assert answer == summary("flat")
-
-
 def answered(bus: Bus, name: str) -> m.MapSummary | None:
     try:
         return bus.call(keys.MAP_SAVE, m.MapFile(name), PATIENCE_S)
@@ -197,9 +201,9 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
     assert here.call(keys.MAP_SAVE, m.MapFile("flat"), PATIENCE_S) == summary("flat")
 
 
-def test_a_request_that_waited_too_long_is_not_carried_out(router: Router) -> None:
+def test_a_request_that_waited_too_long_is_not_carried_out(space: Router) -> None:
     """Its caller may have given up: a robot must not start then."""
-    there, here = join(router, "planner"), join(router, "gateway")
+    there, here = join(space, "planner"), join(space, "gateway")
     released, served = threading.Event(), []
     start = replace(keys.MAP_SAVE, stale_after_s=1.0)
 
@@ -283,8 +287,8 @@ def test_who_is_alive_is_known_until_it_leaves(buses: tuple[Bus, Bus]) -> None:
     eventually(lambda: True if here.alive() == {"perception"} else None)
 
 
-def test_robots_with_other_namespaces_do_not_hear_each_other(router: Router) -> None:
-    one, same, other = (join(router, "planner", name) for name in ("r1", "r1", "r2"))
+def test_robots_with_other_namespaces_do_not_hear_each_other(shared_router: Router) -> None:
+    one, same, other = (join(shared_router, "planner", name) for name in ("r1", "r1", "r2"))
     near, far = same.subscribe(keys.ROBOT_ODOMETRY), other.subscribe(keys.ROBOT_ODOMETRY)
     publisher = one.publish(keys.ROBOT_ODOMETRY)
 
@@ -319,9 +323,9 @@ def test_a_restarted_router_brings_everything_back(router: Router) -> None:
     there.close()
 
 
-def test_frames_wait_for_receipts_and_travel_compressed(router: Router) -> None:
+def test_frames_wait_for_receipts_and_travel_compressed(space: Router) -> None:
     link = LinkParams(compression="lossless", window=1)
-    robot, perception = join(router, "robot", link=link), join(router, "perception")
+    robot, perception = join(space, "robot", link=link), join(space, "perception")
     frames = perception.subscribe(keys.ROBOT_RGBD)
     receipts = perception.publish(keys.RGBD_RECEIPTS)
     publisher = robot.publish(keys.ROBOT_RGBD)
@@ -398,15 +402,15 @@ __all__ = ["router"]  # the fixture
 
 def candidate(router: Router, service: str, instance: str) -> ZenohBus:
     """A process that is connected and not yet announced."""
-    config = BusConfig(connect=(router.endpoint,))
+    config = BusConfig(connect=(router.endpoint,), namespace=router.namespace)
     bus = open_bus(config, service, instance, threading.Event(), announce=False)
     assert bus is not None
     return bus
 
 
 @pytest.mark.parametrize(("first", "second"), [("planner", "planner"), ("replay", "simulator")])
-def test_a_role_is_taken_until_its_process_leaves(router: Router, first: str, second: str) -> None:
-    a, b = candidate(router, first, "a"), candidate(router, second, "b")
+def test_a_role_is_taken_until_its_process_leaves(space: Router, first: str, second: str) -> None:
+    a, b = candidate(space, first, "a"), candidate(space, second, "b")
     assert b.processes() == frozenset()
     assert a.claim() == ()
     assert b.claim() == (f"{first} a",)
@@ -434,8 +438,8 @@ def claimed(bus: ZenohBus) -> bool | None:
         return None
 
 
-def test_of_many_that_claim_a_role_at_once_at_most_one_gets_it(router: Router) -> None:
-    buses = [candidate(router, "mapper", str(number)) for number in range(4)]
+def test_of_many_that_claim_a_role_at_once_at_most_one_gets_it(space: Router) -> None:
+    buses = [candidate(space, "mapper", str(number)) for number in range(4)]
     with ThreadPoolExecutor(len(buses)) as pool:
         for _ in range(5):
             won = [others == () for others in pool.map(ZenohBus.claim, buses)]

@@ -9,16 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_shared import geometry
 from onemap_shared.camera import Intrinsics, ray_directions, unproject, unproject_to_map
-from onemap_shared.geometry import (
-    camera_mount,
-    check_rigid,
-    inverse,
-    pose_2d,
-    transform,
-    wrap_angle,
-    yaw_of,
-)
 from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
 from onemap_shared.rates import WINDOW_S, RateMeter
 from onemap_shared.trail import extended
@@ -29,21 +21,21 @@ coordinates = st.floats(-100, 100)
 
 @given(coordinates, coordinates, angles)
 def test_inverse_undoes_a_pose(x: float, y: float, yaw: float) -> None:
-    T_map_body = pose_2d(x, y, yaw)
-    np.testing.assert_allclose(inverse(T_map_body) @ T_map_body, np.eye(4), atol=1e-9)
+    T_map_body = geometry.pose_2d(x, y, yaw)
+    np.testing.assert_allclose(geometry.inverse(T_map_body) @ T_map_body, np.eye(4), atol=1e-9)
 
 
 @given(coordinates, coordinates, angles)
 def test_yaw_survives_a_pose(x: float, y: float, yaw: float) -> None:
-    difference = wrap_angle(yaw_of(pose_2d(x, y, yaw)) - yaw)
+    difference = geometry.wrap_angle(geometry.yaw_of(geometry.pose_2d(x, y, yaw)) - yaw)
     assert abs(difference) < 1e-9
 
 
 def test_a_level_camera_looks_along_the_body() -> None:
-    T_body_camera = camera_mount(0.1, 1.0, 0.0)
+    T_body_camera = geometry.camera_mount(0.1, 1.0, 0.0)
     ahead_right_below = np.array([[0.5, 0.25, 2.0]])  # camera: right, down, forward
     np.testing.assert_allclose(
-        transform(T_body_camera, ahead_right_below), [[2.1, -0.5, 0.75]], atol=1e-12
+        geometry.transform(T_body_camera, ahead_right_below), [[2.1, -0.5, 0.75]], atol=1e-12
     )
 
 
@@ -54,7 +46,7 @@ NOT_RIGID = {
     "scaled": (np.diag([2.0, 2.0, 2.0, 1.0]), "not rigid"),
     "mirror": (np.diag([1.0, 1.0, -1.0, 1.0]), "reflection"),
     "projective": (np.vstack([np.eye(4)[:3], [0, 0, 1, 1]]), "last row"),
-    "far": (np.array(pose_2d(1e6, 0, 0)), "units metres"),
+    "far": (np.array(geometry.pose_2d(1e6, 0, 0)), "units metres"),
 }
 
 
@@ -62,7 +54,7 @@ NOT_RIGID = {
 def test_what_is_not_a_rigid_transform_is_refused(case: str) -> None:
     T, reason = NOT_RIGID[case]
     with pytest.raises(ValueError, match=reason):
-        check_rigid(T, "T_map_camera")
+        geometry.check_rigid(T, "T_map_camera")
 
 
 origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
@@ -140,9 +132,9 @@ def test_a_strided_image_keeps_the_rays_of_its_pixels(n: int, h: int, w: int) ->
 def test_unprojecting_to_the_map_is_unprojecting_and_transforming(
     x: float, y: float, yaw: float, pitch: float
 ) -> None:
-    T_map_camera = pose_2d(x, y, yaw) @ camera_mount(0.1, 1.0, pitch)
+    T_map_camera = geometry.pose_2d(x, y, yaw) @ geometry.camera_mount(0.1, 1.0, pitch)
     depth_m = np.linspace(0, 8, 6 * 9, dtype=np.float32).reshape(6, 9)
-    slow = transform(T_map_camera, unproject(depth_m, CAMERA).astype(np.float64))
+    slow = geometry.transform(T_map_camera, unproject(depth_m, CAMERA).astype(np.float64))
     fast = unproject_to_map(depth_m, CAMERA, T_map_camera)
     assert fast.dtype == np.float32
     np.testing.assert_allclose(fast, slow, atol=1e-4)

@@ -264,22 +264,9 @@ def test_jpeg_without_opencv_is_refused_at_once(monkeypatch: pytest.MonkeyPatch)
         FrameSender(keys.ROBOT_RGBD, LinkParams(compression="lossy"), lambda packet: None)
 
 
-NEVER = float("-inf")
-
-
 def heard(size: int) -> SendWindow:
     """A window whose receiver sends receipts."""
     return SendWindow(size).with_sent(0, 0.0).with_receipt(0, 0.1)
-
-
-def test_a_full_window_waits_for_a_receipt() -> None:
-    window = heard(2).with_sent(1, 1.0)
-    assert window.free_at() == NEVER
-    window = window.with_sent(2, 1.1)
-    assert window.free_at() == 1.0 + OVERDUE_S
-    window = window.with_receipt(1, 1.25)
-    assert window.free_at() == NEVER
-    assert window.answer_s == pytest.approx(0.25)
 
 
 @given(st.integers(1, 4), st.lists(st.tuples(st.booleans(), st.floats(0.01, 2.0)), max_size=40))

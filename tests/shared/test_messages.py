@@ -182,11 +182,6 @@ def test_the_longest_lists_fit_into_one_message() -> None:
         assert decode(type(full), encode(full)) == full
 
 
-def test_an_empty_pose_graph_announces_corrections() -> None:
-    none = np.zeros((0, 4, 4))
-    assert len(m.PoseGraph(1, 2, np.zeros(0, np.int64), none, none).T_map_body) == 0
-
-
 def test_a_command_to_drive_sideways_moves() -> None:
     assert m.VelocityCommand(1, 2, 0.0, 0.0, lateral_mps=-0.1).moves
     assert not m.VelocityCommand(1, 2, 0.0, 0.0).moves
@@ -208,17 +203,6 @@ def test_every_reason_of_a_failure_has_a_sentence_of_its_own() -> None:
     sentences = [code.sentence for code in m.FailureCode if code]
     assert all(sentence.endswith(".") for sentence in sentences)
     assert len(set(sentences)) == len(sentences) == len(m.FailureCode) - 1
-
-
-def test_the_share_that_was_looked_at_is_of_what_could_be() -> None:
-    assert m.MapVerdict(m.Verdict.FOUND, 6.0, 2.0).looked_share == pytest.approx(0.75)
-    assert m.NO_VERDICT.looked_share == 0.0
-
-
-def test_a_rank_counts_the_limits_below() -> None:
-    limits = np.array([0.1, 0.2, 0.2, 0.5], np.float32)
-    values = np.array([[0.0, 0.1, 0.15], [0.2, 0.3, 0.9]], np.float32)
-    assert m.ranked(values, limits).tolist() == [[1, 1, 2], [2, 4, 5]]
 
 
 def embeddings(rows: list[list[float]], competing: list[list[int]]) -> m.TextEmbeddings:

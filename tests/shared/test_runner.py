@@ -20,9 +20,9 @@ from onemap_shared.runner import SWITCH_S, HeartbeatPublisher, is_starting, long
 from onemap_shared.transport import Health
 from onemap_shared.watchdog import LoopProgress
 from tests.memory_bus import MemoryRouter
-from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, router
+from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, shared_router, space
 
-__all__ = ["router"]  # the fixture
+__all__ = ["shared_router", "space"]  # the fixtures
 
 SERVICE = """
 import sys, threading, time
@@ -70,16 +70,12 @@ def build(bus, config):
         raise CompressionError("is a JPEG, which needs OpenCV here")
     return Worker(config.mode)
 
-def check(config):
-    if config.mode == "no file":
-        raise StartError("there is no file at /no/such.glb")
-
-sys.exit(run_service("mapper", Config, build, check=check))
+sys.exit(run_service("mapper", Config, build))
 """
 
 
 def start(
-    endpoint: str,
+    router: Router | str,
     mode: str = "good",
     *,
     hang_s: float = PATIENCE_S,
@@ -87,6 +83,9 @@ def start(
     **environment: str,
 ) -> subprocess.Popen[str]:
     """A service with these limits of its watchdog: by default a busy machine reaches none."""
+    endpoint = router
+    if isinstance(router, Router):
+        endpoint, environment["ONEMAP__BUS__NAMESPACE"] = router.endpoint, router.namespace
     return subprocess.Popen(
         [sys.executable, "-c", SERVICE, str(hang_s), str(stop_s)],
         env={
@@ -101,10 +100,10 @@ def start(
     )
 
 
-def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> None:
-    bus = join(router, "gateway")
+def test_heartbeats_tell_health_and_progress_until_sigterm(space: Router) -> None:
+    bus = join(space, "gateway")
     beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
-    process = start(router.endpoint)
+    process = start(space)
     first = eventually(lambda: beats.take(0.5))
     second = eventually(lambda: beats.take(0.5))
     assert first.ready
@@ -124,17 +123,15 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> No
 
 
 @pytest.mark.parametrize(("mode", "message"), [("crash", "out of luck"), ("thread", "helper died")])
-def test_a_service_that_dies_ends_its_process(router: Router, mode: str, message: str) -> None:
-    join(router, "gateway").close()  # the router is up
-    process = start(router.endpoint, mode)
+def test_a_service_that_dies_ends_its_process(space: Router, mode: str, message: str) -> None:
+    process = start(space, mode)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert message in stderr
 
 
-def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
-    join(router, "gateway").close()  # the router is up
-    process = start(router.endpoint, "hang", hang_s=1.0)
+def test_a_main_loop_that_hangs_ends_its_process(space: Router) -> None:
+    process = start(space, "hang", hang_s=1.0)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "mapper ends, to be restarted: its main loop has made no progress for 1 s" in stderr
@@ -142,9 +139,9 @@ def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
 
 
 @pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
-def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: str) -> None:
-    bus = join(router, "gateway")
-    process = start(router.endpoint, mode, stop_s=1.0)
+def test_one_signal_ends_a_service_that_hangs_elsewhere(space: Router, mode: str) -> None:
+    bus = join(space, "gateway")
+    process = start(space, mode, stop_s=1.0)
     assert process.stdout is not None
     if mode == "hang at the start":
         process.stdout.readline()
@@ -158,17 +155,17 @@ def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: st
 
 
 @pytest.mark.slow
-def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: Router) -> None:
-    bus = join(router, "gateway")
+def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(space: Router) -> None:
+    bus = join(space, "gateway")
     beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
-    first = start(router.endpoint)
+    first = start(space)
     instance = eventually(lambda: beats.take(0.5)).instance
-    second = start(router.endpoint)
+    second = start(space)
     _, stderr = second.communicate(timeout=PATIENCE_S)
     assert second.returncode == 1
     assert f"the mapper is not started: mapper {instance} runs on these keys" in stderr
     assert "Traceback" not in stderr
-    third = start(router.endpoint)
+    third = start(space)
     first.kill()
     first.wait()
     taken = eventually(lambda: ((b := beats.take(0.5)) and b.instance != instance) or None)
@@ -179,12 +176,12 @@ def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: 
     bus.close()
 
 
-def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) -> None:
+def test_a_service_that_cannot_start_says_why_in_one_sentence(space: Router) -> None:
     for mode, sentence in (
         ("unable", "there is no camera at /dev/video7"),
         ("no codec", "what it sends is a JPEG, which needs OpenCV here"),
     ):
-        process = start(router.endpoint, mode)
+        process = start(space, mode)
         _, stderr = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 2
         assert sentence in stderr
@@ -212,14 +209,14 @@ def notices(listener: socket.socket) -> list[str]:
 
 
 def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
-    router: Router, tmp_path: Path
+    space: Router, tmp_path: Path
 ) -> None:
     path, ready = tmp_path / "notify", tmp_path / "ready"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(path))
         listener.settimeout(PATIENCE_S)
         process = start(
-            router.endpoint,
+            space,
             NOTIFY_SOCKET=str(path),
             ONEMAP_READY_FILE=str(ready),
             ONEMAP__LOG__FORMAT="json",
@@ -238,12 +235,11 @@ def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
     assert json.loads(lines[-1][3:])["message"] == "mapper is down"
 
 
-PATIENCE_S = 60.0
 WHAT = "compiling the map's kernels"
 
 
-def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(router: Router) -> None:
-    process = start(router.endpoint)
+def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(space: Router) -> None:
+    process = start(space)
     assert process.stderr is not None
     eventually(lambda: "is up" in process.stderr.readline() or None)  # type: ignore[union-attr]
     process.send_signal(signal.SIGABRT)

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import threading
 
 import pytest
 
-from onemap_shared import watchdog
 from onemap_shared.watchdog import (
     HANG_LIMIT_S,
     TICK_S,
-    LoopProgress,
     StallTimer,
     ThreadCheck,
-    watch,
 )
-
-SOON_S = 90.0
 
 
 def test_the_seconds_without_progress_are_counted() -> None:
@@ -38,42 +32,6 @@ def test_a_thread_without_progress_is_named() -> None:
         check(3, now_s)
     with pytest.raises(RuntimeError, match="the planning thread has made no progress for 20 s"):
         check(3, TICK_S * (count + 1))
-
-
-def short(monkeypatch: pytest.MonkeyPatch, limit_s: float = 0.05) -> None:
-    """Make every limit of the watchdog short."""
-    monkeypatch.setattr(watchdog, "TICK_S", 0.01)
-    for name in ("HANG_LIMIT_S", "STOP_LIMIT_S"):
-        monkeypatch.setattr(watchdog, name, limit_s)
-
-
-def test_a_loop_that_has_begun_and_stands_still_ends_the_process(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    short(monkeypatch)
-    progress, ended = LoopProgress(), threading.Event()
-    progress.begin()
-    watch("mapper", progress, threading.Event(), lambda _: ended.set())
-    assert ended.wait(SOON_S)
-    assert "its main loop has made no progress" in caplog.text
-
-
-def test_the_end_is_reported_with_where_each_thread_stands(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    short(monkeypatch)
-    stop, ended = threading.Event(), threading.Event()
-    stop.set()
-    codes: list[int] = []
-
-    def end(code: int) -> None:
-        codes.append(code)
-        ended.set()
-
-    watch("mapper", LoopProgress(), stop, end)
-    assert ended.wait(SOON_S)
-    assert codes == [1]
-    assert "mapper ends, to be restarted: it has not stopped" in caplog.text
 
 
 def test_a_library_that_holds_the_interpreter_is_ended_too() -> None:

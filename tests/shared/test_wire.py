@@ -9,19 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_shared import messages as m
 from onemap_shared import wire
-from onemap_shared.messages import (
-    Heartbeat,
-    ObjectFind,
-    ObjectList,
-    RgbdFrame,
-    SearchStatus,
-    VelocityCommand,
-)
 from onemap_shared.wire import MAX_REASON_CHARS, Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES, equal, message_types
 
-FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
+FRAME = next(sample for sample in SAMPLES if isinstance(sample, m.RgbdFrame))
 
 
 def test_there_is_a_sample_of_every_message() -> None:
@@ -35,7 +28,7 @@ def test_messages_survive_the_wire(message: Any) -> None:
 
 
 def test_received_arrays_are_read_only() -> None:
-    received = decode(RgbdFrame, encode(FRAME))
+    received = decode(m.RgbdFrame, encode(FRAME))
     with pytest.raises(ValueError, match="read-only"):
         received.rgb[0, 0, 0] = 1
 
@@ -43,7 +36,7 @@ def test_received_arrays_are_read_only() -> None:
 def test_arrays_that_are_not_contiguous_or_little_endian_travel_all_the_same() -> None:
     odd = dataclasses.replace(FRAME, rgb=np.asfortranarray(FRAME.rgb)[::-1])
     big = dataclasses.replace(odd, T_map_camera=odd.T_map_camera.astype(">f8"))
-    received = decode(RgbdFrame, encode(big))
+    received = decode(m.RgbdFrame, encode(big))
     np.testing.assert_array_equal(received.rgb, odd.rgb)
     np.testing.assert_array_equal(received.T_map_camera, odd.T_map_camera)
 
@@ -61,7 +54,7 @@ def tamper(message: Any, **changes: Any) -> Packet:
     return Packet(msgpack.packb(header), packet.body)
 
 
-FIND = next(sample for sample in SAMPLES if isinstance(sample, ObjectFind))
+FIND = next(sample for sample in SAMPLES if isinstance(sample, m.ObjectFind))
 BAD_FINDS = {
     "bytes of another type": (tamper(FIND, arrays_picture=["<i4", [1], 0]), "expected uint8"),
     "bytes of two axes": (tamper(FIND, arrays_picture=["|u1", [2, 2], 0]), "expected uint8"),
@@ -74,7 +67,7 @@ BAD_FINDS = {
 def test_bad_bytes_are_refused_with_the_reason(name: str) -> None:
     packet, reason = BAD_FINDS[name]
     with pytest.raises(WireError, match=reason):
-        decode(ObjectFind, packet)
+        decode(m.ObjectFind, packet)
 
 
 BAD_PACKETS = {
@@ -107,10 +100,10 @@ BAD_PACKETS = {
 def test_bad_packets_are_refused_with_the_reason(case: str) -> None:
     packet, reason = BAD_PACKETS[case]
     with pytest.raises(WireError, match=reason):
-        decode(RgbdFrame, packet)
+        decode(m.RgbdFrame, packet)
 
 
-OLDER_COMMAND = VelocityCommand(3, 5, 0.2, -0.4)
+OLDER_COMMAND = m.VelocityCommand(3, 5, 0.2, -0.4)
 
 
 def older(message: Any, *names: str) -> Packet:
@@ -123,43 +116,43 @@ def older(message: Any, *names: str) -> Packet:
 
 def test_what_has_a_default_may_be_left_out() -> None:
     packet = older(OLDER_COMMAND, "planner", "odometry_stamp_ns", "validity_ms")
-    assert decode(VelocityCommand, packet) == OLDER_COMMAND
+    assert decode(m.VelocityCommand, packet) == OLDER_COMMAND
     with pytest.raises(WireError, match="linear_mps"):
-        decode(VelocityCommand, older(OLDER_COMMAND, "linear_mps"))
+        decode(m.VelocityCommand, older(OLDER_COMMAND, "linear_mps"))
     with pytest.raises(WireError, match="planner"):
-        decode(VelocityCommand, tamper(OLDER_COMMAND, values_planner=None))
+        decode(m.VelocityCommand, tamper(OLDER_COMMAND, values_planner=None))
 
 
 def test_what_has_a_default_in_a_part_of_a_message_may_be_left_out() -> None:
-    listed = next(sample for sample in SAMPLES if isinstance(sample, ObjectList))
+    listed = next(sample for sample in SAMPLES if isinstance(sample, m.ObjectList))
     header = msgpack.unpackb(encode(listed).header)
     del header["values"]["objects"][0]["height_m"]
     packet = Packet(msgpack.packb(header), b"")
-    (kept,) = decode(ObjectList, packet).objects
+    (kept,) = decode(m.ObjectList, packet).objects
     assert kept == dataclasses.replace(listed.objects[0], height_m=())
     del header["values"]["objects"][0]["score"]
     with pytest.raises(WireError, match=r"objects.score .* missing"):
-        decode(ObjectList, Packet(msgpack.packb(header), b""))
+        decode(m.ObjectList, Packet(msgpack.packb(header), b""))
 
 
 def test_an_unknown_state_is_refused() -> None:
-    status = next(sample for sample in SAMPLES if isinstance(sample, SearchStatus))
+    status = next(sample for sample in SAMPLES if isinstance(sample, m.SearchStatus))
     with pytest.raises(WireError, match="dreaming"):
-        decode(SearchStatus, tamper(status, values_state="dreaming"))
+        decode(m.SearchStatus, tamper(status, values_state="dreaming"))
 
 
 @given(st.dictionaries(st.text(max_size=20), st.floats(allow_nan=False), max_size=5), st.text())
 def test_heartbeats_of_any_content_survive(metrics: dict[str, float], problem: str) -> None:
-    beat = Heartbeat("mapper", "a", 1, 2, ready=False, problem=problem, metrics=metrics)
+    beat = m.Heartbeat("mapper", "a", 1, 2, ready=False, problem=problem, metrics=metrics)
     try:
         packet = encode(beat)
     except UnicodeEncodeError:  # lone surrogates are not text
         return
-    assert decode(Heartbeat, packet) == beat
+    assert decode(m.Heartbeat, packet) == beat
 
 
 def test_a_reason_quotes_little_of_the_packet() -> None:
     header = {"schema": "x" * 200_000, "values": {}, "arrays": {}}
     with pytest.raises(WireError) as refusal:
-        decode(Heartbeat, Packet(msgpack.packb(header), b""))
+        decode(m.Heartbeat, Packet(msgpack.packb(header), b""))
     assert len(str(refusal.value)) == MAX_REASON_CHARS
