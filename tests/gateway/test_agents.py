@@ -195,7 +195,6 @@ SEARCH = {"objects": ["sofa"], **BUDGET}
     [
         ("look", ("start_search", SEARCH), "'gateway.search_token'"),
         ("look", ("stop", {}), "may only look"),
-        ("move", ("start_search", {"objects": ["sofa"]}), "'max_distance_m' is missing"),
         ("all", ("start_search", {**SEARCH, "objects": ["flurb"]}), "did you mean 'curb'"),
         ("move", ("fly", {}), "no tool 'fly': there are where_is"),
     ],

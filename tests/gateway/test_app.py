@@ -20,15 +20,6 @@ from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.http.schemas import EXAMPLE_PNG
 from onemap_shared import keys
 from tests.gateway import fakes
-from tests.gateway.fakes import (
-    FakeMapper,
-    FakePlanner,
-    client_of,
-    client_on,
-    gateway_on,
-    kept_object,
-    state_reached,
-)
 from tests.memory_bus import MemoryRouter
 
 BODIES: dict[str, object] = {
@@ -70,7 +61,7 @@ def test_no_route_hangs_when_no_service_answers(
     release, bus = threading.Event(), router.bus()
     for procedure in silent:
         bus.serve(procedure, lambda _request: release.wait())
-    with client_on(router, paces=Paces(call_timeout_s=0.1)) as client:
+    with fakes.client_on(router, paces=Paces(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
             if path in ENDLESS:
                 continue
@@ -89,22 +80,24 @@ def test_no_route_hangs_when_no_service_answers(
 
 
 def test_no_reply_holds_what_json_has_not(
-    router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner
+    router: MemoryRouter, mapper: fakes.FakeMapper, planner: fakes.FakePlanner
 ) -> None:
     """NaN in what the services say: Python would write it, and no browser reads it."""
     nan = float("nan")
     planner.status = replace(fakes.search(), path_length_m=nan)
     mapper.objects = [replace(fakes.kept_object(), last_seen_ns=1)]
     robot = router.bus("simulator")
-    with gateway_on(router) as gateway:
-        client = client_of(gateway)
+    with fakes.gateway_on(router) as gateway:
+        client = fakes.client_of(gateway)
         robot.publish(keys.ROBOT_ODOMETRY).put(replace(fakes.odometry(1, 2), linear_mps=nan))
         robot.publish(keys.MAP_REVISION).put(replace(fakes.revision(3), update_ms=nan))
         robot.publish(keys.SEARCH_STATE).put(planner.status)
         beat = replace(fakes.heartbeat("mapper"), metrics={"fps": nan})
         robot.publish(keys.heartbeat("mapper")).put(beat)
-        assert state_reached(gateway.cache, lambda s: bool(s.odometry and s.search and s.revision))
-        assert state_reached(gateway.cache, lambda state: bool(state.heartbeats))
+        assert fakes.state_reached(
+            gateway.cache, lambda s: bool(s.odometry and s.search and s.revision)
+        )
+        assert fakes.state_reached(gateway.cache, lambda state: bool(state.heartbeats))
         for method, path, _ in operations(client):
             address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
             if method == "GET" and "events" not in path:
@@ -172,7 +165,7 @@ NO_OBJECT = {  # status and words where a route takes a body
 @pytest.mark.parametrize("case", HOSTILE)
 def test_every_status_is_documented(router: MemoryRouter, case: str) -> None:
     config = GatewayConfig(token=SecretStr("hunter2"))
-    with client_on(router, config) as client:
+    with fakes.client_on(router, config) as client:
         for method, path, operation in operations(client):
             address = path.format(search_id="a%FFb", name="%2e%2e", object_id="%00")
             answer = client.request(method, address, **HOSTILE[case])
@@ -221,8 +214,10 @@ CHANGING = {"content-length", "x-onemap-age"}  # from one request to the next
 EVENTS = "/v1/searches/{search_id}/events"
 
 
-def test_every_get_has_a_head_with_the_same_headers(client: TestClient, mapper: FakeMapper) -> None:
-    mapper.objects.append(kept_object())
+def test_every_get_has_a_head_with_the_same_headers(
+    client: TestClient, mapper: fakes.FakeMapper
+) -> None:
+    mapper.objects.append(fakes.kept_object())
     client.post("/v1/searches", json={"object": "sofa"})
     client.put("/v1/maps/flat")
     paths = [path for method, path, _ in operations(client) if method == "GET" and path != EVENTS]
@@ -239,7 +234,7 @@ def test_every_get_has_a_head_with_the_same_headers(client: TestClient, mapper: 
         }, path
 
 
-def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: FakePlanner) -> None:
+def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: fakes.FakePlanner) -> None:
     address = EVENTS.format(search_id="s1")
     assert client.head(address).status_code == 404
     client.post("/v1/searches", json={"object": "sofa"})
@@ -291,8 +286,8 @@ def test_a_failing_route_is_a_problem_and_is_logged(
         raise RuntimeError("a bug")
 
     monkeypatch.setattr(GatewayContext, "fault", fail)
-    with gateway_on(router) as gateway:
-        answer = client_of(gateway).get("/readyz")
+    with fakes.gateway_on(router) as gateway:
+        answer = fakes.client_of(gateway).get("/readyz")
     assert answer.status_code == 500
     assert answer.json()["status"] == 500
     assert "a bug" not in answer.text

@@ -14,19 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.bus.live_state import (
-    BOUNDS_S,
-    HEARTBEAT_EXPIRY_S,
-    KEPT_FRAMES,
-    MAX_LOGGED_STATUSES,
-    MAX_METRICS,
-    MAX_PROBLEM_CHARS,
-    RECENT,
-    TRAIL_STEP_M,
-    FrameLatencies,
-    LatencyHistogram,
-    LiveState,
-)
+from onemap_gateway.bus import live_state
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.present.service_status import hung_problem
@@ -41,35 +29,31 @@ from tests.memory_bus import MemoryRouter
 
 
 def test_progress_is_a_fused_frame_not_any_change() -> None:
-    state = LiveState().with_message(fakes.revision(3), 1.0)
+    state = live_state.LiveState().with_message(fakes.revision(3), 1.0)
     assert state.with_message(fakes.revision(4), 2.0).last_fused_s == 2.0
     cleared = state.with_message(fakes.revision(5, frames_fused=0), 3.0)
     assert cleared.last_fused_s is None
     assert cleared.with_message(fakes.revision(6, frames_fused=1), 4.0).last_fused_s == 4.0
 
 
-def test_the_rate_falls_when_the_stream_stalls() -> None:
-    state = LiveState()
-    for index in range(11):
-        state = state.with_message(fakes.odometry(0, 0), index / 10)
-    assert state.odometry is not None
-    assert state.odometry.rate_hz(1.0) == pytest.approx(10.0)
-    assert 0 < state.odometry.rate_hz(3.0) < 5
-    assert state.odometry.rate_hz(20.0) == 0
-
-
-@given(st.integers(0, 3 * MAX_LOGGED_STATUSES), st.integers(0, 3 * MAX_LOGGED_STATUSES))
+@given(
+    st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
+    st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
+)
 def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> None:
-    state = LiveState()
+    state = live_state.LiveState()
     for index in range(before + after):
         state = state.with_message(fakes.search(updated_ns=index), float(index))
     fresh = [status.updated_ns for status in state.statuses_since(before)]
-    assert fresh == list(range(before, before + after))[-MAX_LOGGED_STATUSES:][: len(fresh)]
-    assert len(fresh) == min(after, MAX_LOGGED_STATUSES)
+    assert (
+        fresh
+        == list(range(before, before + after))[-live_state.MAX_LOGGED_STATUSES :][: len(fresh)]
+    )
+    assert len(fresh) == min(after, live_state.MAX_LOGGED_STATUSES)
 
 
 def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
-    state = LiveState().with_message(fakes.heartbeat("mapper", 1), 1.0)
+    state = live_state.LiveState().with_message(fakes.heartbeat("mapper", 1), 1.0)
     state = state.with_message(fakes.heartbeat("mapper", 1), 2.0)
     assert state.heartbeats["mapper"].advanced_s == 1.0
     state = state.with_message(fakes.heartbeat("mapper", 2), 3.0)
@@ -77,9 +61,9 @@ def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
 
 
 def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump_and_with_a_search() -> None:
-    state = LiveState()
+    state = live_state.LiveState()
     for index in range(10):
-        state = state.with_message(fakes.odometry(index * TRAIL_STEP_M * 0.51, 0), 0.0)
+        state = state.with_message(fakes.odometry(index * live_state.TRAIL_STEP_M * 0.51, 0), 0.0)
     assert len(state.trail_m) == 5
     state = state.with_message(fakes.odometry(50, 50), 0.0)
     assert state.trail_m == ((50.0, 50.0),)
@@ -92,20 +76,20 @@ def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump_and_with_a_search
 
 
 def test_old_detections_and_paths_are_not_shown() -> None:
-    state = LiveState().with_message(fakes.detections("sofa"), 0.0)
+    state = live_state.LiveState().with_message(fakes.detections("sofa"), 0.0)
     state = state.with_message(fakes.planned_path((0, 0)), 0.0)
     assert state.detections_now(1.0) is not None
     assert state.detections_now(2.0) is None
     assert state.path_now(4.0) is not None
     assert state.path_now(6.0) is None
-    assert LiveState().detections_now(0.0) is None
-    assert LiveState().path_now(0.0) is None
+    assert live_state.LiveState().detections_now(0.0) is None
+    assert live_state.LiveState().path_now(0.0) is None
 
 
 def test_a_path_ends_with_its_search() -> None:
     path = fakes.planned_path((0, 0), (1, 1))
     for ended in FINAL_STATES:
-        state = LiveState().with_message(fakes.search(), 1.0).with_message(path, 1.0)
+        state = live_state.LiveState().with_message(fakes.search(), 1.0).with_message(path, 1.0)
         assert state.path_now(1.1) is not None
         state = state.with_message(fakes.search(state=ended), 1.2)
         assert state.path_now(1.3) is None
@@ -114,8 +98,8 @@ def test_a_path_ends_with_its_search() -> None:
 
 
 def test_a_heartbeat_is_kept_while_its_service_lives_and_for_a_while_after() -> None:
-    state = LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
-    late_s = 2.0 + HEARTBEAT_EXPIRY_S
+    state = live_state.LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
+    late_s = 2.0 + live_state.HEARTBEAT_EXPIRY_S
     assert "mapper" in state.with_members(fakes.members("mapper"), late_s).heartbeats
     assert "mapper" in state.with_members(frozenset(), late_s - 1.5).heartbeats
     assert "mapper" not in state.with_members(frozenset(), late_s).heartbeats
@@ -125,36 +109,36 @@ def test_of_a_heartbeat_little_is_kept() -> None:
     metrics = {f"m{index}": 1.0 for index in range(5000)}
     metrics = {"nan": float("nan"), "inf": float("inf"), "x" * 5000: 1.0, "good": 2.0, **metrics}
     message = replace(fakes.heartbeat("mapper", problem="p" * 9000), metrics=metrics)
-    kept = LiveState().with_message(message, 1.0).heartbeats["mapper"].heartbeat
-    assert len(kept.metrics) <= MAX_METRICS
+    kept = live_state.LiveState().with_message(message, 1.0).heartbeats["mapper"].heartbeat
+    assert len(kept.metrics) <= live_state.MAX_METRICS
     assert kept.metrics["good"] == 2.0
     assert all(math.isfinite(value) and len(name) < 200 for name, value in kept.metrics.items())
-    assert len(kept.problem) == MAX_PROBLEM_CHARS
-    forged = LiveState().with_message(fakes.heartbeat("forged"), 1.0)
+    assert len(kept.problem) == live_state.MAX_PROBLEM_CHARS
+    forged = live_state.LiveState().with_message(fakes.heartbeat("forged"), 1.0)
     assert not forged.with_members(fakes.members("forged"), 1.0).heartbeats
 
 
-@given(st.lists(st.floats(0, 10), min_size=1, max_size=2 * RECENT))
+@given(st.lists(st.floats(0, 10), min_size=1, max_size=2 * live_state.RECENT))
 def test_latencies_are_counted_up_to_their_bounds(latencies_s: list[float]) -> None:
-    histogram = LatencyHistogram()
+    histogram = live_state.LatencyHistogram()
     for latency_s in latencies_s:
         histogram = histogram.with_value(latency_s)
-    upper = (*BOUNDS_S, math.inf)
+    upper = (*live_state.BOUNDS_S, math.inf)
     for below_s, count in zip(upper, itertools.accumulate(histogram.counts), strict=True):
         assert count == sum(latency_s <= below_s for latency_s in latencies_s)
-    assert histogram.quantile_s(1.0) == max(latencies_s[-RECENT:])
+    assert histogram.quantile_s(1.0) == max(latencies_s[-live_state.RECENT :])
 
 
 def test_each_stage_is_timed_from_its_own_frame_once() -> None:
-    seen = FrameLatencies().with_frame(7, 1.0).with_frame(8, 1.1)
+    seen = live_state.FrameLatencies().with_frame(7, 1.0).with_frame(8, 1.1)
     seen = seen.with_result("map", 7, 1.25).with_result("detections", 7, 1.5)
     assert seen.stages["map"].total_s == 0.25
     assert seen.stages["detections"].total_s == 0.5
     assert seen.with_result("map", 7, 9.0) is seen
     assert seen.with_result("map", 6, 9.0) is seen  # a frame that is not known
-    for stamp_ns in range(9, 9 + KEPT_FRAMES):
+    for stamp_ns in range(9, 9 + live_state.KEPT_FRAMES):
         seen = seen.with_frame(stamp_ns, 1.0)
-    assert len(seen.arrivals) == KEPT_FRAMES
+    assert len(seen.arrivals) == live_state.KEPT_FRAMES
 
 
 def test_every_stream_arrives(router: MemoryRouter) -> None:

@@ -24,16 +24,14 @@ from onemap_gateway.present.canvas import (
 )
 from onemap_gateway.present.palette import DARK, LIGHT, PALETTES, Palette, Rgb, Theme
 from onemap_gateway.present.render import (
-    BOX,
     Overlay,
-    annotate_detections,
     blend_heatmap,
     occupancy_image,
     render_map,
 )
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
-from tests.gateway.fakes import GRID, detections, rgbd, search_view
+from tests.gateway.fakes import GRID, search_view
 from tests.reference import heatmap
 
 INK = (255, 255, 255)
@@ -103,13 +101,6 @@ def test_a_few_labels_never_overlap_and_stay_inside(points_px: list[tuple[float,
 def test_without_room_labels_overlap_but_none_is_missing() -> None:
     assert len(place_labels([(5, 5)] * 9, [(80, 12)] * 9, (40, 20))) == 9
     assert place_labels([(5, 5)], [(80, 12)], (40, 20))[0][0] == 0
-
-
-def test_a_detection_is_framed() -> None:
-    rgb = rgbd().rgb
-    image = annotate_detections(rgb, detections("sofa"))
-    np.testing.assert_array_equal(image[18, 12], BOX)
-    assert not (rgb == BOX).all(axis=-1).any()
 
 
 TEXT_CONTRAST = 4.5  # WCAG 2.2 AA, 1.4.3

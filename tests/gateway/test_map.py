@@ -14,16 +14,6 @@ from onemap_gateway.present.palette import DARK
 from onemap_gateway.present.render import BOX
 from onemap_shared import keys
 from tests.gateway import fakes
-from tests.gateway.fakes import (
-    PICTURE,
-    FakeMapper,
-    client_of,
-    client_on,
-    decoded,
-    gateway_on,
-    kept_object,
-    state_reached,
-)
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import PNG
 
@@ -33,7 +23,7 @@ def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
     assert answer.headers["Content-Type"] == "image/png"
     assert answer.headers["X-OneMap-Revision"] == "7"
     x_min, y_min, x_max, y_max = map(float, answer.headers["X-OneMap-Bounds"].split(","))
-    image = decoded(answer.content)
+    image = fakes.decoded(answer.content)
     assert image.shape[1] == round((x_max - x_min) / 0.1) * 4
     assert image.shape[0] == round((y_max - y_min) / 0.1) * 4
 
@@ -49,17 +39,17 @@ def test_the_heights_lie_where_the_image_shows_the_obstacles(client: TestClient)
     image = client.get("/v1/map.png?marks=false&scale=1")
     answer = client.get("/v1/map/heights.png")
     assert answer.headers["X-OneMap-Bounds"] == image.headers["X-OneMap-Bounds"]
-    heights = decoded(answer.content)[..., 0]
-    walls = (decoded(image.content) == DARK.wall).all(axis=2)
+    heights = fakes.decoded(answer.content)[..., 0]
+    walls = (fakes.decoded(image.content) == DARK.wall).all(axis=2)
     assert (heights[walls] == 22).all()
     assert np.bincount(heights.ravel()).nonzero()[0].tolist() == [0, 8, 22]
 
 
 def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
     plain = client.get("/v1/map.png?marks=false&scale=10")
-    heated = decoded(client.get("/v1/map.png?marks=false&scale=10&text=sofa").content)
+    heated = fakes.decoded(client.get("/v1/map.png?marks=false&scale=10&text=sofa").content)
     x_min, _, _, y_max = map(float, plain.headers["X-OneMap-Bounds"].split(","))
-    rows, columns = np.nonzero((heated != decoded(plain.content)).any(axis=2))
+    rows, columns = np.nonzero((heated != fakes.decoded(plain.content)).any(axis=2))
     # the match covers x 0.2 to 0.5 m and y 1.0 to 1.3 m; interpolation adds half a cell, 0.05 m
     np.testing.assert_allclose(x_min + columns.min() / 100, 0.2, atol=0.06)
     np.testing.assert_allclose(x_min + columns.max() / 100, 0.5, atol=0.06)
@@ -68,15 +58,15 @@ def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
 
 
 def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> None:
-    mapper = FakeMapper(router)
-    with client_on(router) as client:
+    mapper = fakes.FakeMapper(router)
+    with fakes.client_on(router) as client:
         text = client.get("/v1/map.png?marks=false&scale=4&text=sofa")
         body = {"image": b64encode(PNG).decode()}
         image = client.post("/v1/map.png?marks=false&scale=4", json=body)
     assert mapper.images == [PNG]
     assert image.headers["Content-Type"] == "image/png"
     assert image.headers["X-OneMap-Bounds"] == text.headers["X-OneMap-Bounds"]
-    np.testing.assert_array_equal(decoded(image.content), decoded(text.content))
+    np.testing.assert_array_equal(fakes.decoded(image.content), fakes.decoded(text.content))
     mapper.bus.close()
 
 
@@ -91,7 +81,9 @@ def test_the_map_in_numbers_and_arrays_and_cleared(client: TestClient) -> None:
     assert client.post("/v1/map/clear").json()["cells_observed"] == 315
 
 
-def test_a_map_is_saved_listed_loaded_and_deleted(client: TestClient, mapper: FakeMapper) -> None:
+def test_a_map_is_saved_listed_loaded_and_deleted(
+    client: TestClient, mapper: fakes.FakeMapper
+) -> None:
     saved = client.put("/v1/maps/flat")
     assert saved.status_code == 201
     assert saved.headers["Location"] == "/v1/maps/flat"
@@ -120,7 +112,7 @@ def test_a_map_that_is_not_there_is_not_found(client: TestClient, method: str, p
 
 @pytest.mark.parametrize("name", ["%2e%2e", ".a", "-a", "a%20b", "x" * 65, "a%00", "K%C3%BCche"])
 def test_a_name_that_is_no_file_name_is_refused(
-    client: TestClient, mapper: FakeMapper, name: str
+    client: TestClient, mapper: fakes.FakeMapper, name: str
 ) -> None:
     for method, suffix in (("GET", ""), ("PUT", ""), ("DELETE", ""), ("POST", "/load")):
         answer = client.request(method, f"/v1/maps/{name}{suffix}")
@@ -129,7 +121,9 @@ def test_a_name_that_is_no_file_name_is_refused(
     assert mapper.saved == []
 
 
-def test_a_saved_map_is_merged_where_the_body_says(client: TestClient, mapper: FakeMapper) -> None:
+def test_a_saved_map_is_merged_where_the_body_says(
+    client: TestClient, mapper: fakes.FakeMapper
+) -> None:
     client.put("/v1/maps/flat")
     assert client.post("/v1/maps/flat/merge").json()["cells_observed"] == 315
     body = {"x_m": 1.5, "y_m": -2.0, "yaw_rad": 0.5}
@@ -145,24 +139,26 @@ def test_a_saved_map_is_merged_where_the_body_says(client: TestClient, mapper: F
 
 def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRouter) -> None:
     robot = router.bus("simulator")
-    with gateway_on(router) as gateway:
+    with fakes.gateway_on(router) as gateway:
         robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
         robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
-        assert state_reached(gateway.cache, lambda s: bool(s.frame and s.detections))
-        client = client_of(gateway)
+        assert fakes.state_reached(gateway.cache, lambda s: bool(s.frame and s.detections))
+        client = fakes.client_of(gateway)
         drawn = client.get("/v1/camera.jpg")
         plain = client.get("/v1/camera.jpg?detections=false")
     assert drawn.headers["X-OneMap-Sequence"] == "5"
-    assert decoded(plain.content).shape == (24, 32, 3)
+    assert fakes.decoded(plain.content).shape == (24, 32, 3)
     edge = (slice(17, 20), 4)  # rows and column of the corner of the box below its label
-    np.testing.assert_allclose(decoded(drawn.content)[edge].mean(axis=0), BOX, atol=60)
-    np.testing.assert_allclose(decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30)
+    np.testing.assert_allclose(fakes.decoded(drawn.content)[edge].mean(axis=0), BOX, atol=60)
+    np.testing.assert_allclose(
+        fakes.decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30
+    )
 
 
 def test_objects_are_listed_as_the_mapper_keeps_them(
-    client: TestClient, mapper: FakeMapper
+    client: TestClient, mapper: fakes.FakeMapper
 ) -> None:
-    mapper.objects += [kept_object(), kept_object("00ff00ff", "sofa")]
+    mapper.objects += [fakes.kept_object(), fakes.kept_object("00ff00ff", "sofa")]
     reply = client.get("/v1/objects").json()
     assert [known["name"] for known in reply["objects"]] == ["bed", "sofa"]
     assert reply["left_out"] == 1
@@ -170,20 +166,20 @@ def test_objects_are_listed_as_the_mapper_keeps_them(
 
 
 def test_a_picture_is_sent_once_as_long_as_it_is_the_same(
-    client: TestClient, mapper: FakeMapper
+    client: TestClient, mapper: fakes.FakeMapper
 ) -> None:
-    mapper.objects.append(kept_object())
+    mapper.objects.append(fakes.kept_object())
     address = client.get("/v1/objects/3f9a12c4").json()["picture"]
     first = client.get(address)
-    assert first.content == PICTURE
+    assert first.content == fakes.PICTURE
     assert first.headers["Content-Type"] == "image/jpeg"
     assert first.headers["Cache-Control"] == "no-cache"
     known = {"If-None-Match": first.headers["ETag"]}
     again = client.get(address, headers=known)
     assert (again.status_code, again.content) == (304, b"")
     assert again.headers["ETag"] == first.headers["ETag"]
-    mapper.objects[0] = replace(kept_object(), last_seen_ns=5)
-    assert client.get(address, headers=known).content == PICTURE
+    mapper.objects[0] = replace(fakes.kept_object(), last_seen_ns=5)
+    assert client.get(address, headers=known).content == fakes.PICTURE
 
 
 @pytest.mark.parametrize("address", ["nix", "nix.jpg", "x" * 65, "x" * 65 + ".jpg"])

@@ -11,14 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from onemap_gateway.http.problems import (
-    PROBLEM_TYPES,
-    HttpProblem,
-    ProblemDetails,
-    from_call_error,
-    from_validation_errors,
-    problem_response,
-)
+from onemap_gateway.http import problems
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import MapClear, MapSummary
@@ -35,21 +28,21 @@ services = st.sampled_from(["mapper", "planner", "perception"])
 errors = st.one_of(
     st.just(NoReply("x")),
     st.just(QueryTimeout("x")),
-    st.builds(RemoteError, st.sampled_from([*PROBLEM_TYPES, "nobody knows"]), st.text()),
+    st.builds(RemoteError, st.sampled_from([*problems.PROBLEM_TYPES, "nobody knows"]), st.text()),
 )
 
 
 @given(errors, services)
 def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str) -> None:
-    problem = from_call_error(error, service, 2.0, no_hung)
+    problem = problems.from_call_error(error, service, 2.0, no_hung)
     document = problem.document
     assert {"type", "title", "status", "detail"} <= document.keys()
     assert document["type"] == f"/docs#problem-{problem.code}"
-    assert document["status"] == problem.status == problem_response(problem).status_code
+    assert document["status"] == problem.status == problems.problem_response(problem).status_code
     assert document["detail"][-1] in ".!?"
     assert document["service"] == service
     assert ("Retry-After" in problem.headers) == (problem.status in (429, 503))
-    assert json.loads(bytes(problem_response(problem).body)) == document
+    assert json.loads(bytes(problems.problem_response(problem).body)) == document
 
 
 @pytest.mark.parametrize(
@@ -66,7 +59,7 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
     ],
 )
 def test_the_codes_of_services_have_their_status(code: str, status: int) -> None:
-    problem = from_call_error(RemoteError(code, "the reason"), "mapper", 2.0, no_hung)
+    problem = problems.from_call_error(RemoteError(code, "the reason"), "mapper", 2.0, no_hung)
     assert problem.status == status
     assert "he reason." in problem.detail
 
@@ -96,19 +89,21 @@ def test_every_wrong_field_is_named_with_the_reason(
 def test_what_was_sent_is_not_repeated(text: str) -> None:
     marker = "marker" + text + "marker"
     error = {"type": "string_type", "loc": ("body", "text"), "msg": "no text", "input": marker}
-    assert marker not in json.dumps(from_validation_errors([error]).document)
+    assert marker not in json.dumps(problems.from_validation_errors([error]).document)
 
 
 def test_the_example_is_what_an_absent_mapper_causes() -> None:
-    (example,) = ProblemDetails.model_json_schema()["examples"]
-    assert from_call_error(NoReply(), "mapper", 3.0, lambda _service: "").document == example
+    (example,) = problems.ProblemDetails.model_json_schema()["examples"]
+    assert (
+        problems.from_call_error(NoReply(), "mapper", 3.0, lambda _service: "").document == example
+    )
 
 
 def call_problem(
     router: MemoryRouter, procedure: Procedure[Any, Any] = keys.SEARCH_GET
-) -> HttpProblem:
+) -> problems.HttpProblem:
     """The problem that a call of ``procedure`` ends with."""
-    with gateway_on(router) as gateway, pytest.raises(HttpProblem) as problem:
+    with gateway_on(router) as gateway, pytest.raises(problems.HttpProblem) as problem:
         anyio.run(gateway.call, procedure, procedure.request())
     return problem.value
 

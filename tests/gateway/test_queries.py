@@ -63,19 +63,6 @@ def test_what_is_not_there_gets_a_sentence_instead_of_regions(client: TestClient
     )
 
 
-def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: MemoryRouter) -> None:
-    mapper = FakeMapper(router)
-    with client_on(router) as client:
-        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
-        mapper.bus.close()
-        answer = client.post("/v1/queries", json={"text": "sofa"})
-        assert answer.status_code == 503
-        assert answer.json()["service"] == "mapper"
-        mapper = FakeMapper(router)
-        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
-        mapper.bus.close()
-
-
 def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRouter) -> None:
     mapper = FakeMapper(router)
     with gateway_on(router) as gateway:

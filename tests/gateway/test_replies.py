@@ -26,18 +26,8 @@ from onemap_gateway.present.replies import (
     search_snapshot,
 )
 from onemap_gateway.present.service_status import PipelineFault
+from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
-from onemap_shared.messages import (
-    Coverage,
-    FailureCode,
-    MapVerdict,
-    ObjectResult,
-    SearchState,
-    SimilarityReply,
-    SimilarityRequest,
-    VelocityCommand,
-    Verdict,
-)
 from onemap_shared.transport import Counters
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, FakeMapper, full_state, search_view
@@ -55,7 +45,7 @@ DOCUMENTS: st.SearchStrategy[Any] = st.recursive(
 def test_the_clock_of_a_search_stops_at_its_end() -> None:
     later_ns = STAMP_NS + 60_000_000_000
     assert search_snapshot(fakes.search(), later_ns).elapsed_s == 60
-    ended = fakes.search(state=SearchState.FOUND, updated_ns=STAMP_NS + 5_000_000_000)
+    ended = fakes.search(state=m.SearchState.FOUND, updated_ns=STAMP_NS + 5_000_000_000)
     assert search_snapshot(ended, later_ns).elapsed_s == 5
     assert search_snapshot(ended, later_ns).target == ""
 
@@ -73,25 +63,27 @@ def test_lengths_are_rounded_to_millimetres() -> None:
 
 
 def test_results_are_in_the_order_of_the_request_and_failures_have_codes() -> None:
-    stuck = replace(FOUND, name="bed", outcome=SearchState.FAILED, reason_code=FailureCode.STUCK)
+    stuck = replace(
+        FOUND, name="bed", outcome=m.SearchState.FAILED, reason_code=m.FailureCode.STUCK
+    )
     found = replace(FOUND, name="cup")
     status = replace(fakes.search(objects=("cup", "sofa", "bed")), results=(stuck, found))
     results = search_snapshot(status, STAMP_NS).results
     assert [(each.name, each.reason_code) for each in results] == [("cup", None), ("bed", "stuck")]
 
 
-def report(state: SearchState, *results: ObjectResult) -> SearchSnapshot:
+def report(state: m.SearchState, *results: m.ObjectResult) -> SearchSnapshot:
     return search_snapshot(replace(fakes.search(state=state), results=results), fakes.STAMP_NS)
 
 
-def only(state: SearchState, result: ObjectResult) -> ObjectOutcome:
+def only(state: m.SearchState, result: m.ObjectResult) -> ObjectOutcome:
     return report(state, result).results[0]
 
 
 def test_not_found_says_what_was_covered_and_found_in_what() -> None:
-    coverage = Coverage(8.12345, 10.0, 1.5, (1.0, 2.0), 0.4)
-    missed = replace(FOUND, outcome=SearchState.NOT_FOUND, coverage=coverage)
-    covered = only(SearchState.NOT_FOUND, missed).coverage
+    coverage = m.Coverage(8.12345, 10.0, 1.5, (1.0, 2.0), 0.4)
+    missed = replace(FOUND, outcome=m.SearchState.NOT_FOUND, coverage=coverage)
+    covered = only(m.SearchState.NOT_FOUND, missed).coverage
     assert covered is not None
     assert covered.model_dump() == {
         "explored_m2": 8.123,
@@ -100,7 +92,7 @@ def test_not_found_says_what_was_covered_and_found_in_what() -> None:
         "best_match_m": (1.0, 2.0),
         "best_score": 0.4,
     }
-    found = only(SearchState.FOUND, FOUND)
+    found = only(m.SearchState.FOUND, FOUND)
     assert found.coverage is None
     assert found.evidence is not None
     assert found.evidence.model_dump() == {
@@ -108,7 +100,7 @@ def test_not_found_says_what_was_covered_and_found_in_what() -> None:
         "box_px": (1.0, 2.0, 3.0, 4.0),
         "cells": 7,
     }
-    cancelled = only(SearchState.CANCELLED, replace(FOUND, outcome=SearchState.CANCELLED))
+    cancelled = only(m.SearchState.CANCELLED, replace(FOUND, outcome=m.SearchState.CANCELLED))
     assert (cancelled.coverage, cancelled.evidence) == (None, None)
 
 
@@ -145,11 +137,11 @@ def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
 
 
 @pytest.fixture
-def sofa() -> SimilarityReply:
-    return FakeMapper(MemoryRouter()).similarity(SimilarityRequest("sofa"))
+def sofa() -> m.SimilarityReply:
+    return FakeMapper(MemoryRouter()).similarity(m.SimilarityRequest("sofa"))
 
 
-def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> None:
+def test_a_region_has_outline_view_and_time_or_null(sofa: m.SimilarityReply) -> None:
     first, second = query_result(sofa, STAMP_NS).regions
     assert first.outline_m == ((0.2, 1.0), (0.5, 1.0), (0.5, 1.3))
     assert first.last_seen_at == "2026-01-01T00:00:00.000Z"
@@ -162,23 +154,23 @@ def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> No
 @pytest.mark.parametrize(
     ("verdict", "said"),
     [
-        (MapVerdict(Verdict.FOUND, 6, 2), "'sofa' is at (0.35, 1.15) m."),
+        (m.MapVerdict(m.Verdict.FOUND, 6, 2), "'sofa' is at (0.35, 1.15) m."),
         (
-            MapVerdict(Verdict.NOT_HERE, 9.96, 0.04),
+            m.MapVerdict(m.Verdict.NOT_HERE, 9.96, 0.04),
             "'sofa' is not here: 99 % of the reachable area was looked at.",
         ),
         (
-            MapVerdict(Verdict.NOT_LOOKED_YET, 6, 2, 1, (1.5, 0.5)),
+            m.MapVerdict(m.Verdict.NOT_LOOKED_YET, 6, 2, 1, (1.5, 0.5)),
             "'sofa' was not seen, but only 75 % of the reachable area was looked at; look next "
             "beyond the edge of the map at (1.50, 0.50) m.",
         ),
         (
-            MapVerdict(Verdict.NOT_LOOKED_YET),
+            m.MapVerdict(m.Verdict.NOT_LOOKED_YET),
             "'sofa' was not seen, but only 0 % of the reachable area was looked at.",
         ),
     ],
 )
-def test_a_verdict_in_words(sofa: SimilarityReply, verdict: MapVerdict, said: str) -> None:
+def test_a_verdict_in_words(sofa: m.SimilarityReply, verdict: m.MapVerdict, said: str) -> None:
     assert verdict_sentence(replace(sofa, verdict=verdict)) == said
 
 
@@ -252,7 +244,7 @@ def test_latencies_of_frames_are_a_histogram() -> None:
     for message, now_s in ((fakes.rgbd(), 1.0), (fakes.revision(4), 1.25)):
         state = state.with_message(message, now_s)
     state = state.with_message(fakes.detections("sofa"), 1.5)
-    for command in (VelocityCommand(1, 2, 0.1, 0.0), fakes.command(), fakes.command()):
+    for command in (m.VelocityCommand(1, 2, 0.1, 0.0), fakes.command(), fakes.command()):
         state = state.with_message(command, 1.75)
     found = samples(state)
     assert found["onemap_frame_latency_seconds_sum stage=command"] == 0.75

@@ -22,7 +22,7 @@ from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.messages import Odometry
 from tests.gateway import fakes
-from tests.gateway.fakes import client_of, code_at_the_end, gateway_on, state_reached
+from tests.gateway.fakes import client_of, gateway_on, state_reached
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
@@ -86,24 +86,6 @@ def test_states_keep_coming_and_the_trail_only_once(client: TestClient) -> None:
     assert first["trail_m"] == []
     assert second["trail_m"] is None
     assert first["ready"] is False
-
-
-def test_the_newest_state_is_sent(router: MemoryRouter) -> None:
-    publisher = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)
-    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
-        socket.receive_json()
-        for index in range(1, 4):
-            publisher.put(fakes.odometry(float(index), 0.0, sequence=index))
-        while (state := socket.receive_json())["robot"] is None or state["robot"]["x_m"] < 3:
-            pass
-    assert state["robot"]["x_m"] == 3.0
-
-
-def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
-    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
-        socket.receive_json()
-        gateway.cache.begin_close()
-        assert code_at_the_end(socket) == 1001
 
 
 TOKEN = "secret"

@@ -24,13 +24,7 @@ from onemap_gateway.http.schemas import (
     SearchStart,
 )
 from onemap_gateway.service import build
-from onemap_shared.messages import (
-    MAX_TEXT_CHARS,
-    SearchKind,
-    SearchOrder,
-    SearchRequest,
-    SearchState,
-)
+from onemap_shared import messages as m
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, past_search, search
 from tests.memory_bus import MemoryRouter
 
@@ -64,7 +58,7 @@ def test_a_recording_that_is_played_refuses_searches(
 
 
 def test_searches_are_listed_newest_first(client: TestClient, planner: FakePlanner) -> None:
-    planner.past = [search("s0", SearchState.FOUND)]
+    planner.past = [search("s0", m.SearchState.FOUND)]
     client.post("/v1/searches", json={"object": "sofa"})
     listed = client.get("/v1/searches").json()
     assert [each["id"] for each in listed["searches"]] == ["s1", "s0"]
@@ -114,7 +108,7 @@ def test_a_silent_stream_carries_comments(
             lines = stream.iter_lines()
             while before.count(": ping") < 3:
                 before.append(next(lines))
-            planner.move(SearchState.FOUND)
+            planner.move(m.SearchState.FOUND)
             after = list(lines)
     assert (before.count("event: status"), after.count("event: status")) == (1, 1)
 
@@ -148,7 +142,7 @@ def test_every_change_is_sent_once_up_to_the_final_state(
     async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         name, status = await next_event(events)
         assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
-        for state in (SearchState.APPROACHING, SearchState.CONFIRMING, SearchState.FOUND):
+        for state in (m.SearchState.APPROACHING, m.SearchState.CONFIRMING, m.SearchState.FOUND):
             planner.move(state)
         states = [(await next_event(events))[1]["state"] for _ in range(3)]
         assert states == ["approaching", "confirming", "found"]
@@ -167,7 +161,7 @@ def test_the_stream_outlives_its_planner(router: MemoryRouter) -> None:
         name, problem = await next_event(events)
         assert (name, problem["service"]) == ("problem", "planner")
         new = FakePlanner(
-            router, search("s1", SearchState.FOUND, updated_ns=search().updated_ns + 9)
+            router, search("s1", m.SearchState.FOUND, updated_ns=search().updated_ns + 9)
         )
         name, status = await next_event(events)
         assert (name, status["state"]) == ("status", "found")
@@ -191,29 +185,31 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
 
 def test_a_later_state_of_the_same_search_supersedes() -> None:
     first = search("s1", updated_ns=5)
-    assert supersedes(search("s1", SearchState.FOUND, updated_ns=6), first)
+    assert supersedes(search("s1", m.SearchState.FOUND, updated_ns=6), first)
     assert not supersedes(first, first)
-    assert not supersedes(search("s1", SearchState.APPROACHING, updated_ns=4), first)
-    assert supersedes(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
+    assert not supersedes(search("s1", m.SearchState.APPROACHING, updated_ns=4), first)
+    assert supersedes(search("s1", m.SearchState.FOUND, updated_ns=4), first)  # made in one instant
     assert not supersedes(search("s2", updated_ns=6), first)
-    assert not supersedes(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))
+    assert not supersedes(
+        search("s1", updated_ns=7), search("s1", m.SearchState.FOUND, updated_ns=6)
+    )
 
 
 @pytest.mark.parametrize(
     ("body", "request_made"),
     [
-        ({"object": "sofa"}, SearchRequest(("sofa",), 2.0)),
+        ({"object": "sofa"}, m.SearchRequest(("sofa",), 2.0)),
         (
             {"objects": ["sofa", "bed"], "order": "any", "max_distance_m": 20, "max_time_s": 90.5},
-            SearchRequest(("sofa", "bed"), 2.0, order=SearchOrder.ANY, max_distance_m=20.0,
+            m.SearchRequest(("sofa", "bed"), 2.0, order=m.SearchOrder.ANY, max_distance_m=20.0,
                           max_time_s=90.5),
         ),
-        ({"go_to_m": [1, -2.5]}, SearchRequest((), 2.0, SearchKind.GO_TO, (1.0, -2.5))),
-        ({"look_at_m": [1, -2.5]}, SearchRequest((), 2.0, SearchKind.LOOK_AT, (1.0, -2.5))),
+        ({"go_to_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.GO_TO, (1.0, -2.5))),
+        ({"look_at_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.LOOK_AT, (1.0, -2.5))),
     ],
 )  # fmt: skip
 def test_a_search_is_created_and_stopped_at_its_address(
-    client: TestClient, planner: FakePlanner, body: dict[str, object], request_made: SearchRequest
+    client: TestClient, planner: FakePlanner, body: dict[str, object], request_made: m.SearchRequest
 ) -> None:
     answer = client.post("/v1/searches", json=body)
     assert answer.status_code == 201
@@ -236,7 +232,7 @@ def test_a_search_is_created_and_stopped_at_its_address(
         ({"object": "sofa", "max_time_s": 0}, "max_time_s"),
         ({"object": "sofa", "max_distance_m": "5"}, "max_distance_m"),
         ({"object": "  "}, "empty"),
-        ({"object": "x" * (MAX_TEXT_CHARS + 1)}, "object"),
+        ({"object": "x" * (m.MAX_TEXT_CHARS + 1)}, "object"),
         ({"go_to_m": [1]}, "go_to_m"),
         ({"go_to_m": ["1", "2"]}, "go_to_m"),
         ({"look_at_m": [2e5, 0]}, "look_at_m"),

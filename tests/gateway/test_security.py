@@ -14,17 +14,6 @@ from starlette.websockets import WebSocketDisconnect
 
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http import security
-from onemap_gateway.http.security import (
-    LIVE_PROTOCOL,
-    LOCK_S,
-    MAX_ADDRESSES,
-    MAX_BODY_BYTES,
-    MAX_FAILURES,
-    TOKEN_PROTOCOL,
-    LockOut,
-    client_network,
-    required_role,
-)
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
 from tests.memory_bus import MemoryRouter
 
@@ -140,7 +129,10 @@ def test_each_role_may_do_its_work_only(
 
 
 def protocols(token: str) -> list[str]:
-    return [LIVE_PROTOCOL, TOKEN_PROTOCOL + urlsafe_b64encode(token.encode()).decode().rstrip("=")]
+    return [
+        security.LIVE_PROTOCOL,
+        security.TOKEN_PROTOCOL + urlsafe_b64encode(token.encode()).decode().rstrip("="),
+    ]
 
 
 def test_the_live_state_needs_a_token_in_the_header_or_the_protocol(locked: TestClient) -> None:
@@ -148,9 +140,9 @@ def test_the_live_state_needs_a_token_in_the_header_or_the_protocol(locked: Test
     with locked.websocket_connect(address, headers=bearing("0123")) as socket:
         assert socket.receive_json()["services"]
     with locked.websocket_connect(address, subprotocols=protocols("0123")) as socket:
-        assert socket.accepted_subprotocol == LIVE_PROTOCOL
+        assert socket.accepted_subprotocol == security.LIVE_PROTOCOL
         assert socket.receive_json()["services"]
-    for wrong in ([], [LIVE_PROTOCOL], protocols("012"), [TOKEN_PROTOCOL + "x"]):
+    for wrong in ([], [security.LIVE_PROTOCOL], protocols("012"), [security.TOKEN_PROTOCOL + "x"]):
         with pytest.raises(WebSocketDisconnect), locked.websocket_connect(address, wrong):
             pass
 
@@ -160,7 +152,7 @@ def test_guessing_is_locked_out_and_the_right_token_with_it(
 ) -> None:
     now_s = [100.0]
     monkeypatch.setattr("onemap_gateway.http.security.time.monotonic", lambda: now_s[0])
-    for _ in range(MAX_FAILURES):
+    for _ in range(security.MAX_FAILURES):
         assert locked.get("/v1/map", headers=bearing("guess")).status_code == 401
     for token in ("guess", "0123"):
         answer = locked.get("/v1/map", headers=bearing(token))
@@ -169,13 +161,13 @@ def test_guessing_is_locked_out_and_the_right_token_with_it(
     assert locked.get("/healthz").status_code == 200
     assert "guess" not in caplog.text
     assert caplog.text.count("wrong tokens") == 1
-    now_s[0] += LOCK_S
+    now_s[0] += security.LOCK_S
     assert locked.get("/v1/map", headers=bearing("0123")).status_code == 200
 
 
 def test_a_large_body_without_a_stated_length_is_refused(client: TestClient) -> None:
     def chunks() -> Iterator[bytes]:
-        for _ in range(MAX_BODY_BYTES // 1000 + 2):
+        for _ in range(security.MAX_BODY_BYTES // 1000 + 2):
             yield b" " * 1000
 
     answer = client.post("/v1/searches", content=chunks(), headers=JSON)
@@ -247,14 +239,14 @@ def answer_to(receive: Any) -> Message:
     ],
 )
 def test_what_has_no_rule_needs_the_highest_role(request_line: str, role: Role) -> None:
-    assert required_role(*request_line.split()) is role
+    assert security.required_role(*request_line.split()) is role
 
 
 def test_the_addresses_remembered_are_bounded() -> None:
-    lock_out = LockOut()
-    for index in range(3 * MAX_ADDRESSES):
+    lock_out = security.LockOut()
+    for index in range(3 * security.MAX_ADDRESSES):
         lock_out.count(f"client{index}", 0.0)
-    assert len(lock_out._failures) == MAX_ADDRESSES
+    assert len(lock_out._failures) == security.MAX_ADDRESSES
 
 
 @pytest.mark.parametrize(
@@ -268,4 +260,4 @@ def test_the_addresses_remembered_are_bounded() -> None:
     ],
 )
 def test_a_client_of_ipv6_is_its_network(address: str, network: str) -> None:
-    assert client_network(address) == network
+    assert security.client_network(address) == network

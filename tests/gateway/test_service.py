@@ -111,8 +111,10 @@ def test_it_ends_though_clients_hold_on(router: MemoryRouter) -> None:
         closing.start()
         closing.join(WAIT_S)
         assert not closing.is_alive()
-        with pytest.raises(ConnectionClosed):
+        with pytest.raises(ConnectionClosed) as end:
             drain(live)
+        assert end.value.rcvd is not None
+        assert end.value.rcvd.code == 1001
     with pytest.raises(RuntimeError, match="ended by itself"):
         worker.step(0.0)
     with pytest.raises(ConnectionRefusedError):

@@ -8,16 +8,7 @@ from typing import Any
 import pytest
 
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.service_status import (
-    DEGRADED,
-    DOWN,
-    OK,
-    PIPELINE_STAGES,
-    assess_service,
-    assess_services,
-    find_pipeline_fault,
-    hung_problem,
-)
+from onemap_gateway.present import service_status
 from tests.gateway import fakes
 from tests.gateway.fakes import members
 
@@ -38,23 +29,23 @@ def well(now_s: float) -> LiveState:
 
 def test_nothing_is_wrong_when_all_is_well() -> None:
     state = well(10.0)
-    assert find_pipeline_fault(state, 10.0, 5.0) is None
-    assert [report.name for report in assess_services(state, 10.0)] == [
-        *PIPELINE_STAGES,
+    assert service_status.find_pipeline_fault(state, 10.0, 5.0) is None
+    assert [report.name for report in service_status.assess_services(state, 10.0)] == [
+        *service_status.PIPELINE_STAGES,
         "simulator",
     ]
-    for report in assess_services(state, 10.0):
-        assert report.condition == OK
+    for report in service_status.assess_services(state, 10.0):
+        assert report.condition == service_status.OK
         assert report.problem == ""
 
 
 @pytest.mark.parametrize("service", ["perception", "mapper", "planner"])
 def test_a_killed_service_is_named_at_once_with_the_command_that_starts_it(service: str) -> None:
     state = well(10.0).with_members(MEMBERS - members(service), 10.5)
-    report = assess_service(service, state, 11.0)
-    assert (report.condition, report.ready) == (DOWN, False)
+    report = service_status.assess_service(service, state, 11.0)
+    assert (report.condition, report.ready) == (service_status.DOWN, False)
     assert f"onemap {service}" in report.problem
-    fault = find_pipeline_fault(state, 11.0, 5.0)
+    fault = service_status.find_pipeline_fault(state, 11.0, 5.0)
     assert fault is not None
     assert fault.service == service
 
@@ -69,8 +60,8 @@ def test_a_killed_service_is_named_at_once_with_the_command_that_starts_it(servi
 )
 def test_what_a_heartbeat_tells_is_passed_on(beat: dict[str, Any], said: str) -> None:
     message = replace(fakes.heartbeat("planner", 2), **beat)
-    report = assess_service("planner", well(10.0).with_message(message, 10.0), 10.0)
-    assert report.condition == DEGRADED
+    report = service_status.assess_service("planner", well(10.0).with_message(message, 10.0), 10.0)
+    assert report.condition == service_status.DEGRADED
     assert report.problem.startswith(said)
 
 
@@ -81,24 +72,24 @@ def test_two_processes_of_one_role_are_said_and_nothing_is_ready(
     role: str, second: tuple[str, str]
 ) -> None:
     state = well(10.0).with_members(MEMBERS, 10.0)
-    assert find_pipeline_fault(state, 10.0, 5.0) is None
+    assert service_status.find_pipeline_fault(state, 10.0, 5.0) is None
     state = state.with_members(MEMBERS | {second}, 10.0)
-    fault = find_pipeline_fault(state, 10.0, 5.0)
+    fault = service_status.find_pipeline_fault(state, 10.0, 5.0)
     assert fault is not None
     assert fault.service == role
     assert fault.detail.startswith(f"2 processes are the {role} (")
     assert fault.detail.endswith("): their messages mix; stop all but one of them.")
-    (report,) = (each for each in assess_services(state, 10.0) if each.name == role)
-    assert (report.condition, report.problem) == (DEGRADED, fault.detail)
+    (report,) = (each for each in service_status.assess_services(state, 10.0) if each.name == role)
+    assert (report.condition, report.problem) == (service_status.DEGRADED, fault.detail)
 
 
 def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
     state = well(10.0).with_members(frozenset(), 10.0, connected=False)
-    fault = find_pipeline_fault(state, 10.0, 5.0)
+    fault = service_status.find_pipeline_fault(state, 10.0, 5.0)
     assert fault is not None
     assert fault.service == "router"
     assert "lost the router: start it with 'onemap router'" in fault.detail
-    assert {each.problem for each in assess_services(state, 10.0)} == {fault.detail}
+    assert {each.problem for each in service_status.assess_services(state, 10.0)} == {fault.detail}
 
 
 def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
@@ -107,15 +98,15 @@ def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
     for service in SERVICES:
         state = state.with_message(fakes.heartbeat(service, 2), now_s)
     state = state.with_message(fakes.rgbd(), now_s).with_message(fakes.odometry(0, 0), now_s)
-    fault = find_pipeline_fault(state, now_s, 5.0)
+    fault = service_status.find_pipeline_fault(state, now_s, 5.0)
     assert fault is not None
     assert fault.service == "mapper"
     assert "onemap doctor" in fault.detail
 
 
 def test_a_service_that_falls_silent_hangs_and_must_not_be_started_twice() -> None:
-    report = assess_service("mapper", well(10.0), 14.0)
-    assert report.condition == DOWN
+    report = service_status.assess_service("mapper", well(10.0), 14.0)
+    assert report.condition == service_status.DOWN
     assert report.problem == (
         "The mapper has not been heard for 4 s: its process hangs or its link is down; restart it "
         "rather than start a second one."
@@ -127,40 +118,42 @@ def test_a_token_that_outlives_the_heartbeat_is_of_a_process_that_hangs(
     lost_after_s: float,
 ) -> None:
     state = well(10.0).with_members(MEMBERS - members("mapper"), 10.0 + lost_after_s)
-    report = assess_service("mapper", state, 18.0)
-    assert report.condition == DOWN
+    report = service_status.assess_service("mapper", state, 18.0)
+    assert report.condition == service_status.DOWN
     assert report.problem.startswith("The mapper has not been heard for 8 s: its process hangs")
-    assert report.problem == hung_problem("mapper", state, 18.0)
-    fault = find_pipeline_fault(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
+    assert report.problem == service_status.hung_problem("mapper", state, 18.0)
+    fault = service_status.find_pipeline_fault(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
     assert fault is not None
     assert "start it" not in fault.detail
 
 
 def test_a_restarted_service_without_heartbeat_neither_hangs_nor_is_down() -> None:
     state = well(10.0).with_members(MEMBERS - members("mapper"), 12.5).with_members(MEMBERS, 20.0)
-    report = assess_service("mapper", state, 21.0)
+    report = service_status.assess_service("mapper", state, 21.0)
     assert (report.condition, report.problem) == (
-        DEGRADED,
+        service_status.DEGRADED,
         "The mapper has just started.",
     )
     state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
-    assert assess_service("mapper", state, 22.0).condition == OK
+    assert service_status.assess_service("mapper", state, 22.0).condition == service_status.OK
 
 
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 1), 17.0)
-    report = assess_service("mapper", state, 17.0)
-    assert report.condition == DOWN
+    report = service_status.assess_service("mapper", state, 17.0)
+    assert report.condition == service_status.DOWN
     assert "stood still for 7 s" in report.problem
 
 
 def test_a_robot_without_odometry_is_degraded() -> None:
     state = LiveState().with_message(fakes.rgbd(), 1.0)
-    robot = assess_services(state, 1.0)[0]
-    assert robot.condition == DEGRADED
+    robot = service_status.assess_services(state, 1.0)[0]
+    assert robot.condition == service_status.DEGRADED
     assert "odometry" in robot.problem
 
 
 def test_visitors_of_the_bus_are_not_services() -> None:
     state = LiveState().with_members(members("doctor", "demo", "perception"), 0.0)
-    assert [report.name for report in assess_services(state, 10.0)] == list(PIPELINE_STAGES)
+    assert [report.name for report in service_status.assess_services(state, 10.0)] == list(
+        service_status.PIPELINE_STAGES
+    )

@@ -15,6 +15,7 @@ from onemap_shared import keys
 from onemap_shared.messages import KeptObject
 from tests.gateway import fakes
 from tests.gateway.fakes import FakePlanner, NamingMapper
+from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
 from tests.memory_bus import MemoryRouter
 
@@ -110,6 +111,14 @@ def open_still(page: Page, robot: Robot) -> None:
     """Open the page and wait until its map stands still."""
     page.open(robot.address)
     page.wait_for(MIDDLE % "free")  # the image of the map is there, and fitted
+
+
+def assert_accessible(page: Page) -> None:
+    """What the page shows now violates nothing, dark and light, and fits into its width."""
+    for scheme in ("light", "dark"):
+        page.prefer(scheme)
+        assert violations(page) == [], scheme
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def start_search(page: Page, text: str = "sofa, kettle") -> None:

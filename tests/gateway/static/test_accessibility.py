@@ -72,16 +72,10 @@ def test_axe_finds_no_violation_on_the_page(
     assert violations(page) == [], "with an error and a search that has ended"
     page.evaluate("document.getElementById('token-dialog').showModal()")
     assert violations(page) == [], "asking for the token"
-
-
-def test_axe_sees_a_button_without_a_name(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
     page.evaluate(
-        "document.getElementById('stop').parentElement.append(document.createElement('button'))"
+        "document.getElementById('token-dialog').append(document.createElement('button'))"
     )
-    start_search(page)
-    (violation,) = violations(page)
-    assert violation.startswith("button-name: ")
+    assert violations(page)[0].startswith("button-name: "), "axe-core sees what is wrong"
 
 
 def test_axe_finds_no_violation_in_the_api_documentation(page: Page, robot: Robot) -> None:

@@ -9,9 +9,8 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.messages import NO_CHOICE, GoalChoice
 from tests.gateway import fakes
-from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, WRITTEN, Robot, start_search
+from tests.gateway.static.conftest import PHONE, WRITTEN, Robot, assert_accessible, start_search
 
 pytestmark = pytest.mark.slow
 
@@ -49,18 +48,8 @@ def test_the_goals_that_were_weighed_are_a_table_and_letters_on_the_map(
     )
     assert page.text("#choice-left-out") == "3 more were weighed."
     page.wait_for("written.has('A') && written.has('B')")
+    page.resize(*PHONE, mobile=True)
+    assert_accessible(page)
     choose(robot, replace(NO_CHOICE, number=3))
     page.wait_for(HIDDEN)
     assert page.errors == []
-
-
-@pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_the_table_fits_a_phone_and_is_accessible(page: Page, robot: Robot, scheme: str) -> None:
-    page.prefer(scheme)
-    page.resize(*PHONE, mobile=True)
-    page.open(robot.address)
-    start_search(page)
-    choose(robot, fakes.CHOICE)
-    page.wait_for(f"!{HIDDEN}")
-    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
-    assert violations(page) == []

@@ -8,7 +8,7 @@ import pytest
 
 from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, Robot, middle_of, open_still
+from tests.gateway.static.conftest import PHONE, Robot, assert_accessible, middle_of, open_still
 
 pytestmark = pytest.mark.slow
 
@@ -51,6 +51,7 @@ def test_a_click_on_a_pin_shows_its_photograph(page: Page, robot: Robot) -> None
     for part in ("sofa", "score 0.93", "2026", "0.4, 1.1 m", "Drive there", "Look at it", "Forget"):
         assert part in card
     page.wait_for("!document.getElementById('find-box').hidden")
+    assert_accessible(page)
     assert page.evaluate(BOX) == pytest.approx([64, 60, 208, 180], abs=2)
     assert not page.evaluate("document.getElementById('place-menu').open")
     assert page.errors == []
@@ -64,6 +65,7 @@ def test_the_card_leaves_stop_free_on_a_phone(
     open_with_a_sofa(page, robot)
     open_card(page)
     page.wait_for(PHOTO_SHOWN)
+    assert_accessible(page)
     page.evaluate(SEARCH_ELSEWHERE)
     page.wait_for("document.body.classList.contains('searching')")
     assert page.centre("#stop") is not None, "the search began under an open card"
@@ -148,14 +150,3 @@ def test_the_robot_is_sent_to_a_find(page: Page, robot: Robot, button: str, kind
     page.click(button)
     page.wait_for(f"!{CARD_OPEN}")
     assert robot.drive() == (kind, (0.4, 1.1))
-
-
-def test_the_card_has_no_violation(page: Page, robot: Robot) -> None:
-    for scheme, size in (("dark", (1280, 800)), ("light", PHONE)):
-        page.prefer(scheme)
-        page.resize(*size)
-        open_with_a_sofa(page, robot)
-        open_card(page)
-        page.wait_for(PHOTO_SHOWN)
-        assert violations(page) == [], (scheme, size)
-        robot.show_finds()

@@ -13,9 +13,8 @@ from onemap_shared.messages import MAX_IMAGE_BYTES
 from onemap_shared.messages.checks import image_size_px
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import decoded
-from tests.gateway.static.axe import violations
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import PHONE, Robot, photograph
+from tests.gateway.static.conftest import PHONE, Robot, assert_accessible, photograph
 from tests.gateway.static.test_page import PIXELS
 
 pytestmark = pytest.mark.slow
@@ -53,11 +52,14 @@ def ask(page: Page) -> None:
 
 
 def test_a_chosen_picture_is_asked_for_as_a_text_is(page: Page, robot: Robot, photo: Path) -> None:
+    page.resize(*PHONE, mobile=True)
     page.open(robot.address)
     choose(page, photo)
     page.wait_for(OPENED)
     assert page.evaluate(FRAME) == WHOLE
+    assert_accessible(page)
     ask(page)
+    assert_accessible(page)
     answer = page.text("#regions-card")
     assert "What the image shows is at (0.35, 1.15) m" in answer
     assert "Not calibrated: these scores rank places" in answer
@@ -184,22 +186,3 @@ def test_a_large_picture_is_made_small_enough(page: Page, robot: Robot, tmp_path
     ask(page)
     assert image_size_px(robot.mapper.images[0]) == (640, 480)
     assert len(robot.mapper.images[0]) < MAX_IMAGE_BYTES
-
-
-@pytest.mark.parametrize(
-    ("scheme", "size"), [("dark", (1280, 800)), ("light", PHONE)], ids=["dark desk", "light phone"]
-)
-def test_asking_with_a_picture_is_accessible(
-    page: Page, robot: Robot, photo: Path, scheme: str, size: tuple[int, int]
-) -> None:
-    page.prefer(scheme)
-    page.resize(*size, mobile=size == PHONE)
-    page.open(robot.address)
-    choose(page, photo)
-    page.wait_for(OPENED)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    assert page.centre("#crop-ask") is not None
-    assert violations(page) == [], "with the window for the frame"
-    ask(page)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    assert violations(page) == [], "with an answer to a picture"
