@@ -22,16 +22,10 @@ import httpx
 import yaml
 
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.bus import open_bus
 from onemap_shared.config import PREFIX, BusConfig
 from onemap_shared.keys import Topic
-from onemap_shared.messages import (
-    Heartbeat,
-    MapRevision,
-    Odometry,
-    SearchStatus,
-    VelocityCommand,
-)
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
 from onemap_tools.processes.launch import child_environment, onemap_command, tail
@@ -51,11 +45,11 @@ class BusMonitor:
     """Keeps the newest message of the small streams; ``until`` waits for a condition on them."""
 
     def __init__(self, bus: Bus) -> None:
-        self.beats: dict[str, Heartbeat] = {}
-        self.odometry: deque[Odometry] = deque(maxlen=STANDSTILL)
-        self.command: VelocityCommand | None = None
-        self.revision: MapRevision | None = None
-        self.search: SearchStatus | None = None
+        self.beats: dict[str, m.Heartbeat] = {}
+        self.odometry: deque[m.Odometry] = deque(maxlen=STANDSTILL)
+        self.command: m.VelocityCommand | None = None
+        self.revision: m.MapRevision | None = None
+        self.search: m.SearchStatus | None = None
         self.bus = bus
         self._changed = threading.Condition()
         self._closing = threading.Event()
@@ -107,7 +101,7 @@ class BusMonitor:
             thread.join(2.0)
         self.bus.close()
 
-    def _on_beat(self, beat: Heartbeat) -> None:
+    def _on_beat(self, beat: m.Heartbeat) -> None:
         self.beats[beat.service] = beat
 
     def _follow(self, topic: Topic[M], use: Callable[[M], object]) -> threading.Thread:

@@ -9,17 +9,9 @@ import numpy as np
 import pytest
 
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.config import PREFIX
 from onemap_shared.geometry import F64
-from onemap_shared.messages import (
-    Odometry,
-    Place,
-    PlaceKind,
-    PlacesChange,
-    PlannedPath,
-    SearchRequest,
-    VelocityCommand,
-)
 from onemap_simulator.config import SimulatorConfig
 from onemap_tools.processes.services import CORE
 from tests.end_to_end.conftest import SIMULATOR
@@ -68,7 +60,7 @@ def test_a_connection_that_slows_down_stops_the_robot(slow: tuple[System, Delayi
         return "a command takes " in system.http.get(search).json()["reason"]
 
     system.until(waits, "the planner says how long a command takes")
-    taken: list[VelocityCommand] = []
+    taken: list[m.VelocityCommand] = []
     while commands.take(0.0) is not None:
         pass
     while len(taken) < COMMANDS:
@@ -81,7 +73,7 @@ def test_a_connection_that_slows_down_stops_the_robot(slow: tuple[System, Delayi
     system.until(system.is_ready, "the robot is ready again", START_S)
 
 
-def ahead_of(path: PlannedPath, robot_xy: F64) -> F64 | None:
+def ahead_of(path: m.PlannedPath, robot_xy: F64) -> F64 | None:
     """A point (2,) on the way that is not too near, metres; None if the way is too short."""
     points = path.points_m.astype(np.float64)
     if path.motion != "drive" or len(points) < 2:
@@ -92,7 +84,7 @@ def ahead_of(path: PlannedPath, robot_xy: F64) -> F64 | None:
     return None if along[-1] < AHEAD_M or near else point
 
 
-def xy_of(message: Odometry) -> F64:
+def xy_of(message: m.Odometry) -> F64:
     return message.T_map_body[:2, 3]
 
 
@@ -103,7 +95,7 @@ def outside_m(xy: F64, middle: F64) -> float:
 
 def test_a_zone_across_the_way_is_not_entered(slow: tuple[System, DelayingProxy]) -> None:
     system, _ = slow
-    monitor, paths, driven = system.monitor, list[PlannedPath](), list[Odometry]()
+    monitor, paths, driven = system.monitor, list[m.PlannedPath](), list[m.Odometry]()
     monitor._threads += [
         monitor._follow(keys.SEARCH_PATH, paths.append),
         monitor._follow(keys.ROBOT_ODOMETRY, driven.append),
@@ -118,14 +110,14 @@ def test_a_zone_across_the_way_is_not_entered(slow: tuple[System, DelayingProxy]
         return point is not None
 
     monitor.bus.call(
-        keys.SEARCH_START, SearchRequest(("toilet", "bicycle", "guitar"), patience_s=60.0), 60.0
+        keys.SEARCH_START, m.SearchRequest(("toilet", "bicycle", "guitar"), patience_s=60.0), 60.0
     )
     system.until(drives_far, "the robot drives along a way of 1.5 m", 240.0)
     x, y = place[0].tolist()
     corners = [(x - HALF_M, y - HALF_M), (x + HALF_M, y - HALF_M), (x + HALF_M, y + HALF_M)]
     corners.append((x - HALF_M, y + HALF_M))
-    drawn = Place("wet floor", PlaceKind.KEEP_OUT, corners_m=tuple(corners))
-    monitor.bus.call(keys.MAP_CHANGE_PLACES, PlacesChange((drawn,)), 60.0)
+    drawn = m.Place("wet floor", m.PlaceKind.KEEP_OUT, corners_m=tuple(corners))
+    monitor.bus.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((drawn,)), 60.0)
     first = len(driven)
 
     def driven_on() -> bool:
@@ -138,4 +130,4 @@ def test_a_zone_across_the_way_is_not_entered(slow: tuple[System, DelayingProxy]
     radius_m = SimulatorConfig().robot.radius_m
     nearest_m = min(outside_m(xy_of(each), place[0]) for each in driven)
     assert nearest_m >= radius_m
-    monitor.bus.call(keys.MAP_CHANGE_PLACES, PlacesChange(forgotten=("wet floor",)), 60.0)
+    monitor.bus.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(forgotten=("wet floor",)), 60.0)

@@ -6,20 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_ros2.cdr import (
-    DETECTION_ARRAY,
-    FILTER_INFO,
-    GRID,
-    MARKER_ARRAY,
-    PATH,
-    POINT_CLOUD,
-    POSE_ARRAY,
-    STRING,
-    decode,
-    encode,
-    new,
-    stamp_ns,
-)
+from onemap_ros2 import cdr
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display import TOPICS, VIEWS, Display
 from onemap_ros2.display_messages import (
@@ -30,28 +17,9 @@ from onemap_ros2.display_messages import (
     similarity_cloud,
     similarity_grid,
 )
+from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.grid import GridSpec
-from onemap_shared.keys import (
-    MAP_OBJECTS,
-    MAP_PLACES,
-    MAP_REVISION,
-    MAP_SEARCH_VIEW,
-    SEARCH_PATH,
-    SEARCH_STATE,
-)
-from onemap_shared.messages import (
-    NO_ROOM,
-    MapPlaces,
-    MapRevision,
-    ObjectList,
-    ObjectListRequest,
-    Place,
-    PlaceKind,
-    PlacesRequest,
-    SearchState,
-    SearchView,
-    SearchViewRequest,
-)
 from onemap_shared.transport import RequestRejected
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork, FakeWriter
@@ -67,18 +35,18 @@ class Screen:
         router = MemoryRouter()
         self.mapper = router.bus("mapper")
         self.asked: list[str] = []
-        self.mapper.serve(MAP_SEARCH_VIEW, self._view)
-        self.mapper.serve(MAP_OBJECTS, self._objects)
-        self.revisions = self.mapper.publish(MAP_REVISION)
+        self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
+        self.mapper.serve(keys.MAP_OBJECTS, self._objects)
+        self.revisions = self.mapper.publish(keys.MAP_REVISION)
         self.paths, self.states = (
-            self.mapper.publish(SEARCH_PATH),
-            self.mapper.publish(SEARCH_STATE),
+            self.mapper.publish(keys.SEARCH_PATH),
+            self.mapper.publish(keys.SEARCH_STATE),
         )
         self.network = FakeNetwork()
         self.now_s = 10.0
         self.display = Display(router.bus("ros2"), self.network, CONFIG, lambda: 77)
 
-    def _view(self, request: SearchViewRequest) -> SearchView:
+    def _view(self, request: m.SearchViewRequest) -> m.SearchView:
         self.asked.append(request.text)
         if request.text == "xyzzy":
             raise RequestRejected("unknown_word", "no such word")
@@ -93,17 +61,17 @@ class Screen:
             self.display.step(self.now_s)
 
     def query(self, word: str) -> None:
-        self.network.say("/r1/onemap/query", encode(new(STRING, word), STRING))
+        self.network.say("/r1/onemap/query", cdr.encode(cdr.new(cdr.STRING, word), cdr.STRING))
 
-    def _objects(self, _: ObjectListRequest) -> ObjectList:
+    def _objects(self, _: m.ObjectListRequest) -> m.ObjectList:
         self.asked.append("objects")
-        return ObjectList((KEPT,))
+        return m.ObjectList((KEPT,))
 
     def writer(self, name: str) -> FakeWriter:
         return self.network.writers[f"/r1/onemap/{name}", TOPICS[name]]
 
     def revise(self, objects_version: int, places_version: int = 0) -> None:
-        revision = MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version)
+        revision = m.MapRevision(1, 1, 1, "e", "t", 1, 1, 1, 1.0, 1.0, objects_version)
         self.revisions.put(replace(revision, places_version=places_version))
 
 
@@ -114,7 +82,7 @@ def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> N
     assert screen.asked.count("sofa") == 3
     sent = {name: len(screen.writer(name).sent) for name in VIEWS}
     assert sent == {"belief": 3, "map": 1, "similarity": 3, "similarity_cloud": 3}
-    assert decode(screen.writer("belief").sent[0], GRID).info.width == 3
+    assert cdr.decode(screen.writer("belief").sent[0], cdr.GRID).info.width == 3
     screen.run(3, revise=False)
     assert screen.asked.count("sofa") == 4  # once for the last revision
 
@@ -165,16 +133,19 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
         screen.display.step(10.0 + 0.1 * step)
     assert screen.asked == ["objects"]  # the list has not changed since
     assert len(screen.writer("markers").sent) == 4  # 2 Hz for 2 s
-    goal = decode(screen.writer("goal").sent[-1], POSE_ARRAY)
-    assert ([pose.position.x for pose in goal.poses], stamp_ns(goal.header.stamp)) == ([2.0], 77)
-    assert len(decode(screen.writer("path").sent[-1], PATH).poses) == 2
+    goal = cdr.decode(screen.writer("goal").sent[-1], cdr.POSE_ARRAY)
+    assert ([pose.position.x for pose in goal.poses], cdr.stamp_ns(goal.header.stamp)) == (
+        [2.0],
+        77,
+    )
+    assert len(cdr.decode(screen.writer("path").sent[-1], cdr.PATH).poses) == 2
     screen.revise(2)
-    screen.states.put(status("s1", SearchState.FOUND))
+    screen.states.put(status("s1", m.SearchState.FOUND))
     screen.display.step(20.0)
-    markers = decode(screen.writer("markers").sent[-1], MARKER_ARRAY).markers
+    markers = cdr.decode(screen.writer("markers").sent[-1], cdr.MARKER_ARRAY).markers
     assert {each.ns for each in markers} == {"", "finds"}  # the plan is over
-    assert len(decode(screen.writer("path").sent[-1], PATH).poses) == 0
-    assert len(decode(screen.writer("goal").sent[-1], POSE_ARRAY).poses) == 0
+    assert len(cdr.decode(screen.writer("path").sent[-1], cdr.PATH).poses) == 0
+    assert len(cdr.decode(screen.writer("goal").sent[-1], cdr.POSE_ARRAY).poses) == 0
     sent = len(screen.writer("markers").sent)
     screen.display.step(30.0)
     assert len(screen.writer("markers").sent) == sent  # nothing is new
@@ -182,20 +153,20 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
 
 def test_nav2_gets_the_zones_and_the_places_to_stay_out_of() -> None:
     screen = Screen()
-    zone = Place("zone", PlaceKind.KEEP_OUT, corners_m=((1.1, 0.1), (1.9, 0.1), (1.9, 0.9)))
-    rug = Place("rug", corners_m=((-1.9, 0.1), (-1.1, 0.1), (-1.1, 0.9)))
+    zone = m.Place("zone", m.PlaceKind.KEEP_OUT, corners_m=((1.1, 0.1), (1.9, 0.1), (1.9, 0.9)))
+    rug = m.Place("rug", corners_m=((-1.9, 0.1), (-1.1, 0.1), (-1.1, 0.9)))
     places = [zone, rug]
 
-    def served(_: PlacesRequest) -> MapPlaces:
+    def served(_: m.PlacesRequest) -> m.MapPlaces:
         grid = GridSpec(0.5, (0, 0), (2, 2))
-        ids = np.full(grid.shape, NO_ROOM, np.int32)
-        return MapPlaces(len(places), 1, tuple(places), (NO_ROOM,) * len(places), grid, ids)
+        ids = np.full(grid.shape, m.NO_ROOM, np.int32)
+        return m.MapPlaces(len(places), 1, tuple(places), (m.NO_ROOM,) * len(places), grid, ids)
 
-    screen.mapper.serve(MAP_PLACES, served)
+    screen.mapper.serve(keys.MAP_PLACES, served)
     screen.revise(0, 2)
     screen.display.step(10.0)
-    (mask,) = (decode(data, GRID) for data in screen.writer("keepout_mask").sent)
-    (info,) = (decode(data, FILTER_INFO) for data in screen.writer("keepout_info").sent)
+    (mask,) = (cdr.decode(data, cdr.GRID) for data in screen.writer("keepout_mask").sent)
+    (info,) = (cdr.decode(data, cdr.FILTER_INFO) for data in screen.writer("keepout_info").sent)
     x_m, y_m = mask.info.origin.position.x, mask.info.origin.position.y
     lethal = np.argwhere(mask.data.reshape(mask.info.height, mask.info.width) == 100)[:, ::-1]
     centres = (lethal + 0.5) * mask.info.resolution + (x_m, y_m)
@@ -207,7 +178,7 @@ def test_nav2_gets_the_zones_and_the_places_to_stay_out_of() -> None:
     screen.states.put(replace(status("s1"), stay_out=("Rug",)))
     screen.display.step(10.2)
     assert len(screen.writer("keepout_info").sent) == 1
-    mask = decode(screen.writer("keepout_mask").sent[-1], GRID)
+    mask = cdr.decode(screen.writer("keepout_mask").sent[-1], cdr.GRID)
     assert len(screen.writer("keepout_mask").sent) == 2
     assert np.count_nonzero(mask.data == 100) > len(lethal)
 
@@ -229,7 +200,7 @@ def test_grids_have_their_rows_along_y_lowest_first() -> None:
 
 def test_the_cloud_has_the_scored_cells_on_the_floor() -> None:
     data = similarity_cloud(view(), "map")
-    cloud = decode(data, POINT_CLOUD)
+    cloud = cdr.decode(data, cdr.POINT_CLOUD)
     assert [(each.name, each.offset, each.datatype, each.count) for each in cloud.fields] == [
         ("x", 0, 7, 1),
         ("y", 4, 7, 1),
@@ -239,14 +210,14 @@ def test_the_cloud_has_the_scored_cells_on_the_floor() -> None:
     points = (-0.75, 2.75, 0, 0.25), (-0.25, 2.25, 0, 1), (-0.25, 2.75, 0, 0), (0.25, 2.75, 0, 0.5)
     assert bytes(cloud.data) == b"".join(struct.pack("<4f", *point) for point in points)
     assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step) == (4, 1, 16, 64)
-    assert (cloud.header.frame_id, stamp_ns(cloud.header.stamp)) == ("map", 5)
+    assert (cloud.header.frame_id, cdr.stamp_ns(cloud.header.stamp)) == ("map", 5)
     without = replace(view(), similarity=view().similarity[:0, :0])
-    assert decode(similarity_cloud(without, "map"), POINT_CLOUD).width == 0
-    assert -1 in decode(similarity_grid(without, "map"), GRID).data
+    assert cdr.decode(similarity_cloud(without, "map"), cdr.POINT_CLOUD).width == 0
+    assert -1 in cdr.decode(similarity_grid(without, "map"), cdr.GRID).data
 
 
 def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:
-    message = decode(marker_array([KEPT], path_to(2.0, 0.0), 7, "map"), MARKER_ARRAY)
+    message = cdr.decode(marker_array([KEPT], path_to(2.0, 0.0), 7, "map"), cdr.MARKER_ARRAY)
     first, *rest = message.markers
     assert first.action == 3
     assert [(each.ns, each.id, each.type) for each in rest] == [
@@ -272,7 +243,7 @@ def test_a_detection_has_id_name_score_the_extent_of_its_cells_and_known_heights
     height_m: tuple[float, ...], middle_m: float, size_m: float
 ) -> None:
     kept = replace(KEPT, height_m=height_m)
-    (found,) = decode(detection_array([kept], 7, "map"), DETECTION_ARRAY).detections
+    (found,) = cdr.decode(detection_array([kept], 7, "map"), cdr.DETECTION_ARRAY).detections
     hypothesis, box = found.results[0].hypothesis, found.bbox
     assert (found.id, hypothesis.class_id, hypothesis.score) == ("id1", "sofa", 0.75)
     assert found.results[0].pose.pose.position.z == 0.4  # where it was detected

@@ -7,16 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from onemap_ros2 import images
 from onemap_ros2.cdr import FormatError, decode, header, new
-from onemap_ros2.images import (
-    CameraPair,
-    color_image,
-    compressed_color,
-    compressed_depth_mm,
-    depth_image_mm,
-    intrinsics,
-    register_depth,
-)
 from onemap_shared.camera import Intrinsics
 from tests.reference.depth_registration import register_depth as obvious
 from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, compressed, image
@@ -36,12 +28,14 @@ ALPHA = np.full((HEIGHT, WIDTH, 1), 255, np.uint8)
     ],
 )
 def test_every_color_encoding_becomes_rgb(encoding: str, pixels: np.ndarray) -> None:
-    np.testing.assert_array_equal(color_image(decode(image(1, pixels, encoding), IMAGE)), RGB)
+    np.testing.assert_array_equal(
+        images.color_image(decode(image(1, pixels, encoding), IMAGE)), RGB
+    )
 
 
 def test_depth_in_metres_is_rounded_and_what_is_invalid_is_zero() -> None:
     metres = np.array([[0.0, 1.2344, np.nan, np.inf, -1.0, 65.535, 70.0, 0.0004]], np.float32)
-    depth_mm = depth_image_mm(decode(image(1, metres, "32FC1"), IMAGE))
+    depth_mm = images.depth_image_mm(decode(image(1, metres, "32FC1"), IMAGE))
     assert depth_mm.tolist() == [[0, 1234, 0, 0, 0, 65535, 0, 0]]
 
 
@@ -52,7 +46,7 @@ def test_padded_rows_and_byte_order_are_honoured(dtype: str) -> None:
     rows[:, :4] = depth.astype(dtype).view(np.uint8)
     big = int(dtype[0] == ">")
     message = new(IMAGE, header(1, "camera"), 2, 2, "16UC1", big, 7, rows.ravel())
-    depth_mm = depth_image_mm(message)
+    depth_mm = images.depth_image_mm(message)
     assert depth_mm.dtype == np.uint16
     assert depth_mm.tolist() == depth.tolist()
 
@@ -60,23 +54,23 @@ def test_padded_rows_and_byte_order_are_honoured(dtype: str) -> None:
 def test_what_is_not_supported_or_does_not_fit_is_refused() -> None:
     odd = decode(image(1, RGB, "yuv422"), IMAGE)
     with pytest.raises(FormatError, match=r"'yuv422' is not supported; supported are rgb8"):
-        color_image(odd)
+        images.color_image(odd)
     with pytest.raises(FormatError, match=r"16UC1 \(millimetres\)"):
-        depth_image_mm(odd)
+        images.depth_image_mm(odd)
     for width, step in ((9, 24), (8, 240), (0, 24)):
         message = new(IMAGE, header(1, "camera"), HEIGHT, width, "rgb8", 0, step, RGB.ravel())
         with pytest.raises(FormatError, match="needs rows of at least"):
-            color_image(message)
+            images.color_image(message)
 
 
 def test_pixel_centres_move_by_half_a_pixel() -> None:
     info = decode(camera_info(1), "sensor_msgs/msg/CameraInfo")
-    camera = intrinsics(info, rectified=False)
+    camera = images.intrinsics(info, rectified=False)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (FX, FX, WIDTH / 2, HEIGHT / 2)
-    assert intrinsics(info, rectified=True).fx == 2 * FX
+    assert images.intrinsics(info, rectified=True).fx == 2 * FX
     uncalibrated = decode(camera_info(1, fx=0.0), "sensor_msgs/msg/CameraInfo")
     with pytest.raises(FormatError, match="no usable camera"):
-        intrinsics(uncalibrated, rectified=False)
+        images.intrinsics(uncalibrated, rectified=False)
 
 
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -90,7 +84,7 @@ def squeezed(pixels: np.ndarray, ending: str = ".png") -> bytes:
 
 
 def read_depth(data: bytes, form: str) -> np.ndarray:
-    return compressed_depth_mm(decode(compressed(1, data, form), COMPRESSED))
+    return images.compressed_depth_mm(decode(compressed(1, data, form), COMPRESSED))
 
 
 @pytest.mark.parametrize(("ending", "error"), [(".png", 0), (".jpg", 12)])
@@ -98,7 +92,7 @@ def test_compressed_color_becomes_rgb(ending: str, error: int) -> None:
     rows, columns = np.mgrid[0:48, 0:64]
     rgb = np.stack([rows * 4, columns * 3, 255 - rows * 4], axis=2).astype(np.uint8)
     message = decode(compressed(1, squeezed(rgb[..., ::-1], ending), "rgb8; jpeg"), COMPRESSED)
-    difference = compressed_color(message).astype(int) - rgb
+    difference = images.compressed_color(message).astype(int) - rgb
     assert np.abs(difference).max() <= error
 
 
@@ -149,8 +143,8 @@ def test_it_agrees_with_the_obvious_way(T: np.ndarray, color: Intrinsics) -> Non
     rng = np.random.default_rng(1)
     depth = rng.integers(500, 4000, (24, 32)).astype(np.uint16)
     depth[rng.random(depth.shape) < 0.2] = 0
-    cameras, shape = CameraPair(DEPTH, color, T), (48, 64)
-    fast, slow = register_depth(depth, cameras, shape), obvious(depth, cameras, shape)
+    cameras, shape = images.CameraPair(DEPTH, color, T), (48, 64)
+    fast, slow = images.register_depth(depth, cameras, shape), obvious(depth, cameras, shape)
     differs = np.abs(fast.astype(int) - slow.astype(int)) > 1  # single precision: half pixels
     assert differs.mean() < 0.005
     assert (fast > 0).mean() > 0.1
@@ -159,7 +153,7 @@ def test_it_agrees_with_the_obvious_way(T: np.ndarray, color: Intrinsics) -> Non
 def test_the_nearer_surface_hides_the_other() -> None:
     depth = np.full((24, 32), 3000, np.uint16)
     depth[:, 16:] = 1000
-    moved = register_depth(depth, CameraPair(DEPTH, DEPTH, T_SIDE), (24, 32))
+    moved = images.register_depth(depth, images.CameraPair(DEPTH, DEPTH, T_SIDE), (24, 32))
     row = moved[12]
     first = int(np.flatnonzero(row == 1000)[0])
     assert first < 16  # 0.05 m at 1 m are 1.5 pixels to the left

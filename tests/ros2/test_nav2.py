@@ -12,26 +12,8 @@ import pytest
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_ros2.cdr import TWIST, FormatError, decode, type_hash
 from onemap_ros2.config import Ros2Config
+from onemap_ros2.drive import nav2
 from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow, goal_of
-from onemap_ros2.drive.nav2 import (
-    ANSWER_S,
-    CANCEL_S,
-    END_S,
-    RETRY_S,
-    GoalPhase,
-    GoalResult,
-    Heard,
-    Nav2Driver,
-    NavGoal,
-    Order,
-    cancel_request,
-    goal_request,
-    is_accepted,
-    read_feedback,
-    read_result,
-    read_under_way,
-    result_request,
-)
 from onemap_ros2.network.interface import Endpoint
 from onemap_shared.geometry import wrap_angle
 from onemap_shared.messages import SearchState
@@ -56,138 +38,141 @@ def status_array(*goals: tuple[bytes, int]) -> bytes:
 
 def test_requests_are_what_struct_says() -> None:
     golden = HEAD + GOAL_ID + pose(2.5) + struct.pack("<Ib", 1, 0)  # with an empty tree
-    assert goal_request(GOAL_ID, GoalPose(2.5, 0.0, 0.0), 3_000_000_007, "map") == golden
-    assert result_request(GOAL_ID) == HEAD + GOAL_ID
-    assert cancel_request(GOAL_ID) == HEAD + GOAL_ID + bytes(8)
+    assert nav2.goal_request(GOAL_ID, GoalPose(2.5, 0.0, 0.0), 3_000_000_007, "map") == golden
+    assert nav2.result_request(GOAL_ID) == HEAD + GOAL_ID
+    assert nav2.cancel_request(GOAL_ID) == HEAD + GOAL_ID + bytes(8)
 
 
 def test_answers_of_several_releases_are_read() -> None:
     jazzy = HEAD + struct.pack("<bxHI7s", 6, 9002, 7, b"no map\0")
-    assert read_result(jazzy) == GoalResult(6, 9002, "no map")
-    assert read_result(jazzy).sentence == "aborted, error 9002: no map"
+    assert nav2.read_result(jazzy) == nav2.GoalResult(6, 9002, "no map")
+    assert nav2.read_result(jazzy).sentence == "aborted, error 9002: no map"
     humble = HEAD + struct.pack("<bB", 4, 0)  # std_msgs/Empty
-    assert read_result(humble).sentence == "reached"
+    assert nav2.read_result(humble).sentence == "reached"
     feedback = HEAD + GOAL_ID + pose(1.0) + struct.pack("<iIiIhxxf", 4, 0, 5, 0, 1, 2.5)
-    assert read_feedback(feedback) == (GOAL_ID, 2.5)
+    assert nav2.read_feedback(feedback) == (GOAL_ID, 2.5)
     lyrical = feedback + struct.pack("<2f", 0.1, 0.2)
-    assert read_feedback(lyrical) == (GOAL_ID, 2.5)
-    assert read_under_way(status_array((GOAL_ID, 2), (bytes(16), 4))) == [GOAL_ID]
-    for read in (is_accepted, read_result, read_feedback):
+    assert nav2.read_feedback(lyrical) == (GOAL_ID, 2.5)
+    assert nav2.read_under_way(status_array((GOAL_ID, 2), (bytes(16), 4))) == [GOAL_ID]
+    for read in (nav2.is_accepted, nav2.read_result, nav2.read_feedback):
         with pytest.raises(FormatError, match="bytes are no"):
             read(HEAD)
 
 
 A, B = GoalPose(1.0, 0.0, 0.0), GoalPose(5.0, 0.0, 0.0)
-QUIET = Heard()
+QUIET = nav2.Heard()
 
 
-def driving(target: GoalPose = A) -> NavGoal:
-    goal, order = NavGoal().step(0.0, target, QUIET)
-    assert order is Order.SEND
-    goal, order = goal.step(0.1, target, Heard(accepted=True))
-    assert (goal.phase, order) == (GoalPhase.DRIVING, Order.NOTHING)
+def driving(target: GoalPose = A) -> nav2.NavGoal:
+    goal, order = nav2.NavGoal().step(0.0, target, QUIET)
+    assert order is nav2.Order.SEND
+    goal, order = goal.step(0.1, target, nav2.Heard(accepted=True))
+    assert (goal.phase, order) == (nav2.GoalPhase.DRIVING, nav2.Order.NOTHING)
     return goal
 
 
 def test_nothing_is_sent_without_a_wish_or_a_server() -> None:
-    assert NavGoal().step(0.0, None, QUIET) == (NavGoal(), Order.NOTHING)
-    assert NavGoal().step(0.0, A, Heard(served=False)) == (NavGoal(), Order.NOTHING)
+    assert nav2.NavGoal().step(0.0, None, QUIET) == (nav2.NavGoal(), nav2.Order.NOTHING)
+    assert nav2.NavGoal().step(0.0, A, nav2.Heard(served=False)) == (
+        nav2.NavGoal(),
+        nav2.Order.NOTHING,
+    )
 
 
 def test_a_goal_that_moves_is_replaced_but_not_more_often_than_the_period() -> None:
     goal = driving()
-    assert goal.step(0.5, B, QUIET)[1] is Order.NOTHING
+    assert goal.step(0.5, B, QUIET)[1] is nav2.Order.NOTHING
     goal, order = goal.step(1.1, B, QUIET)
-    assert (order, goal.phase, goal.replaces) == (Order.SEND, GoalPhase.ASKING, True)
+    assert (order, goal.phase, goal.replaces) == (nav2.Order.SEND, nav2.GoalPhase.ASKING, True)
     # If it is refused, the one before still drives, and is cancelled.
-    goal, order = goal.step(1.2, B, Heard(accepted=False))
-    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
+    goal, order = goal.step(1.2, B, nav2.Heard(accepted=False))
+    assert (goal.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
 
 
 def test_no_wish_cancels_until_nav2_says_that_it_ended() -> None:
     goal, order = driving().step(1.0, None, QUIET)
-    assert (goal.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
-    again, order = goal.step(1.1 + CANCEL_S, A, QUIET)
-    assert (again.phase, order) == (GoalPhase.CANCELLING, Order.CANCEL)
-    assert (goal.overdue_s(1.0 + CANCEL_S), again.overdue_s(2.5)) == (0.0, 1.5)
-    accepted, order = again.step(2.5, A, Heard(cancel_code=0))
-    assert (accepted.phase, order) == (GoalPhase.CANCELLING, Order.NOTHING)
-    assert (accepted.overdue_s(2.5), accepted.overdue_s(1.1 + END_S) > 0) == (0.0, True)
-    ended, order = accepted.step(2.6, None, Heard(result=GoalResult(5)))
-    assert (ended.phase, order) == (GoalPhase.NONE, Order.NOTHING)
+    assert (goal.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
+    again, order = goal.step(1.1 + nav2.CANCEL_S, A, QUIET)
+    assert (again.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
+    assert (goal.overdue_s(1.0 + nav2.CANCEL_S), again.overdue_s(2.5)) == (0.0, 1.5)
+    accepted, order = again.step(2.5, A, nav2.Heard(cancel_code=0))
+    assert (accepted.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.NOTHING)
+    assert (accepted.overdue_s(2.5), accepted.overdue_s(1.1 + nav2.END_S) > 0) == (0.0, True)
+    ended, order = accepted.step(2.6, None, nav2.Heard(result=nav2.GoalResult(5)))
+    assert (ended.phase, order) == (nav2.GoalPhase.NONE, nav2.Order.NOTHING)
     assert ended.overdue_s(100.0) == 0.0
 
 
 def test_where_nav2_has_come_to_is_told_and_not_asked_for_again() -> None:
     """It ends a goal 0.25 m before; the same again would end at once, and bring nothing."""
     here = GoalPose(0.75, 0.0, 0.2)
-    goal, _ = driving().step(2.0, A, Heard(result=GoalResult(4)), here)
-    assert (goal.phase, goal.reached) == (GoalPhase.NONE, A)
+    goal, _ = driving().step(2.0, A, nav2.Heard(result=nav2.GoalResult(4)), here)
+    assert (goal.phase, goal.reached) == (nav2.GoalPhase.NONE, A)
     for wanted in (A, GoalPose(1.1, 0.0, 0.1)):
-        assert goal.step(60.0, wanted, QUIET, here) == (goal, Order.NOTHING)
+        assert goal.step(60.0, wanted, QUIET, here) == (goal, nav2.Order.NOTHING)
     # To look elsewhere from there is another goal, and the robot still stands there meanwhile.
     turned, order = goal.step(3.0, GoalPose(0.75, 0.0, 0.5), QUIET, here)
-    assert (order, turned.reached) == (Order.SEND, A)
+    assert (order, turned.reached) == (nav2.Order.SEND, A)
     gone, order = goal.step(3.0, B, QUIET, here)
-    assert (order, gone.reached) == (Order.SEND, None)
+    assert (order, gone.reached) == (nav2.Order.SEND, None)
     pushed, order = goal.step(60.0, A, QUIET, GoalPose(1.3, 0.0, 0.0))
-    assert (order, pushed.phase) == (Order.SEND, GoalPhase.ASKING)
+    assert (order, pushed.phase) == (nav2.Order.SEND, nav2.GoalPhase.ASKING)
 
 
 def test_a_look_around_is_one_goal_after_the_other() -> None:
     """The next turn is asked for when the one before ended, not while the robot turns."""
     yaw_rad, sent = 0.0, 0
-    goal, heard, turned_rad = NavGoal(), QUIET, 0.0
+    goal, heard, turned_rad = nav2.NavGoal(), QUIET, 0.0
     for step in range(200):
         wanted = goal_of(path_to(0.0, 0.0, "rotate"), GoalPose(0.0, 0.0, yaw_rad))
         goal, order = goal.step(step * 0.05, wanted, heard)
-        heard = Heard(accepted=True) if order is Order.SEND else QUIET
-        sent += order is Order.SEND
-        if goal.phase is GoalPhase.DRIVING and goal.target is not None:
+        heard = nav2.Heard(accepted=True) if order is nav2.Order.SEND else QUIET
+        sent += order is nav2.Order.SEND
+        if goal.phase is nav2.GoalPhase.DRIVING and goal.target is not None:
             left_rad = wrap_angle(goal.target.yaw_rad - yaw_rad)
             assert left_rad > 0  # the shorter way is to the left
             yaw_rad, turned_rad = yaw_rad + 0.05, turned_rad + 0.05
-            heard = Heard(result=GoalResult(4)) if left_rad <= 0.3 else QUIET
+            heard = nav2.Heard(result=nav2.GoalResult(4)) if left_rad <= 0.3 else QUIET
         if turned_rad >= 2 * math.pi:
             break
     assert (sent, turned_rad >= 2 * math.pi) == (3, True)
 
 
-@pytest.mark.parametrize("heard", [Heard(accepted=False), Heard(accepted=True)])
-def test_a_goal_that_was_refused_or_ended_is_sent_again_later(heard: Heard) -> None:
-    goal, _ = NavGoal().step(0.0, A, QUIET)
+@pytest.mark.parametrize("heard", [nav2.Heard(accepted=False), nav2.Heard(accepted=True)])
+def test_a_goal_that_was_refused_or_ended_is_sent_again_later(heard: nav2.Heard) -> None:
+    goal, _ = nav2.NavGoal().step(0.0, A, QUIET)
     goal, order = goal.step(0.1, A, heard)
     if heard.accepted:
-        goal, order = goal.step(0.2, A, Heard(result=GoalResult(6)))
-    assert (goal.phase, order) == (GoalPhase.NONE, Order.NOTHING)
-    assert goal.step(2.0, A, QUIET)[1] is Order.NOTHING
-    assert goal.step(0.3 + RETRY_S, A, QUIET)[1] is Order.SEND
-    assert goal.step(1.3, B, QUIET)[1] is Order.SEND  # another one need not wait
+        goal, order = goal.step(0.2, A, nav2.Heard(result=nav2.GoalResult(6)))
+    assert (goal.phase, order) == (nav2.GoalPhase.NONE, nav2.Order.NOTHING)
+    assert goal.step(2.0, A, QUIET)[1] is nav2.Order.NOTHING
+    assert goal.step(0.3 + nav2.RETRY_S, A, QUIET)[1] is nav2.Order.SEND
+    assert goal.step(1.3, B, QUIET)[1] is nav2.Order.SEND  # another one need not wait
 
 
 def test_whatever_is_heard_a_goal_is_never_sent_while_another_may_drive() -> None:
     """All sequences of four events: before each goal the one before was accepted or ended."""
     events = [
         QUIET,
-        Heard(served=False),
-        Heard(accepted=True),
-        Heard(accepted=False),
-        Heard(result=GoalResult(4)),
-        Heard(lost=True),
-        Heard(cancel_code=0),
+        nav2.Heard(served=False),
+        nav2.Heard(accepted=True),
+        nav2.Heard(accepted=False),
+        nav2.Heard(result=nav2.GoalResult(4)),
+        nav2.Heard(lost=True),
+        nav2.Heard(cancel_code=0),
     ]
-    states = {NavGoal(): 0}
+    states = {nav2.NavGoal(): 0}
     for _ in range(4):
         found = {}
         for goal, step in states.items():
             for heard in events:
                 for wanted in (A, B, None):
                     after, order = goal.step(step * 10.0, wanted, heard)
-                    if order is Order.SEND:
-                        assert goal.phase in (GoalPhase.NONE, GoalPhase.DRIVING)
+                    if order is nav2.Order.SEND:
+                        assert goal.phase in (nav2.GoalPhase.NONE, nav2.GoalPhase.DRIVING)
                         assert wanted is not None
-                    if goal.phase is GoalPhase.DRIVING and wanted is None:
-                        assert order is Order.CANCEL or after.phase is GoalPhase.NONE
+                    if goal.phase is nav2.GoalPhase.DRIVING and wanted is None:
+                        assert order is nav2.Order.CANCEL or after.phase is nav2.GoalPhase.NONE
                     found[after] = step + 1
         states = found
 
@@ -210,7 +195,7 @@ class Ride:
     def __init__(self) -> None:
         self.network = FakeNetwork(SERVER)
         self.said: list[str] = []
-        self.driver = Nav2Driver(self.network, Ros2Config(drive="nav2"), self.said.append)
+        self.driver = nav2.Nav2Driver(self.network, Ros2Config(drive="nav2"), self.said.append)
         self.now_s = 100.0
         self.fresh, self.moving = True, True
         self.voice = PlannerVoice().with_status(status("s1"))
@@ -341,7 +326,7 @@ def test_a_failure_is_named_until_another_goal_is_driven_to(ride: Ride) -> None:
 
 def test_without_the_newest_goal_the_one_before_is_cancelled(ride: Ride) -> None:
     before = ride.drive().request[4:20]
-    for _ in range(10 + 11 * int(ANSWER_S)):
+    for _ in range(10 + 11 * int(nav2.ANSWER_S)):
         ride.step(8.0)  # whether nav2 has this one nobody knows
     newest = ride.calls("send_goal")[-1].request[4:20]
     assert ride.calls("cancel_goal")[-1].request[4:20] == newest != before
@@ -386,7 +371,7 @@ def test_a_goal_that_a_killed_adapter_left_is_cancelled(ride: Ride) -> None:
     left = Ride().drive().request[4:20]
     ride.network.say(STATUS, status_array((left, 2), (GOAL_ID, 2)))
     ride.step()
-    for _ in range(2 + 10 * int(CANCEL_S)):
+    for _ in range(2 + 10 * int(nav2.CANCEL_S)):
         ride.step()
     assert {call.request[4:20] for call in ride.calls("cancel_goal")} == {left}
     assert "has not answered" in ride.driver.report().hold

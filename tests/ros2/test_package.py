@@ -11,26 +11,18 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from onemap_ros2.cdr import (
-    DETECTION_ARRAY,
-    FILTER_INFO,
-    GRID,
-    MARKER_ARRAY,
-    PATH,
-    POINT_CLOUD,
-    POSE_ARRAY,
-)
+from onemap_ros2 import cdr
 from onemap_ros2.display import TOPICS
 from tests.structure import ROOT, modules
 
 PACKAGE = ROOT / "deploy" / "ros2"
 MANIFEST = ElementTree.parse(PACKAGE / "package.xml").getroot()
 SHOWS = {
-    "Map": GRID,
-    "MarkerArray": MARKER_ARRAY,
-    "Path": PATH,
-    "PointCloud2": POINT_CLOUD,
-    "PoseArray": POSE_ARRAY,
+    "Map": cdr.GRID,
+    "MarkerArray": cdr.MARKER_ARRAY,
+    "Path": cdr.PATH,
+    "PointCloud2": cdr.POINT_CLOUD,
+    "PoseArray": cdr.POSE_ARRAY,
 }
 
 
@@ -40,7 +32,7 @@ def test_rviz_shows_all_that_the_adapter_publishes_and_it_can() -> None:
     shown = {each["Topic"]["Value"]: each for each in displays if "Topic" in each}
     types = {topic: SHOWS[each["Class"].split("/")[-1]] for topic, each in shown.items()}
     # detections need a plug-in of vision_msgs; their finds are markers too
-    for_machines = {DETECTION_ARRAY, FILTER_INFO}
+    for_machines = {cdr.DETECTION_ARRAY, cdr.FILTER_INFO}
     assert types == {f"/onemap/{n}": k for n, k in TOPICS.items() if k not in for_machines}
     assert {each["Topic"]["Durability Policy"] for each in shown.values()} == {"Transient Local"}
     assert {each["Class"].split("/")[0] for each in displays} == {"rviz_default_plugins"}

@@ -26,15 +26,7 @@ from onemap_ros2.display_messages import belief_grid
 from onemap_shared import keys
 from onemap_shared.messages import SearchRequest, SearchState, SearchStatus, VelocityCommand
 from onemap_shared.transport import Bus
-from tests.ros2.fake_robot import (
-    COMMAND,
-    FORMS,
-    FX,
-    HEIGHT,
-    WIDTH,
-    FakeBridge,
-    FakeRobot,
-)
+from tests.ros2 import fake_robot
 from tests.ros2.planner_messages import path_to, status, view
 from tests.shared.test_bus import Router, eventually, join, router
 from tests.structure import ROOT
@@ -147,10 +139,10 @@ def drive(planner: Bus, robot: RobotProcess, command: VelocityCommand) -> tuple[
 def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) -> None:
     frames, odometry = planner.subscribe(keys.ROBOT_RGBD), planner.subscribe(keys.ROBOT_ODOMETRY)
     frame = eventually(lambda: frames.take(0.5))
-    assert frame.rgb.shape == (HEIGHT, WIDTH, 3)
+    assert frame.rgb.shape == (fake_robot.HEIGHT, fake_robot.WIDTH, 3)
     assert frame.rgb[0, 0].tolist() == [0, 1, 2]
     assert (frame.depth_mm[0, 0], frame.depth_mm[1, 1]) == (0, 1500)
-    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (FX, WIDTH / 2)
+    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (fake_robot.FX, fake_robot.WIDTH / 2)
     np.testing.assert_allclose(frame.T_map_camera[:3, 3], (1.2, 0.0, 0.0), atol=1e-9)
     eventually(lambda: odometry.take(0.5))
     first = drive(planner, robot, VelocityCommand(1, 1, 0.25, -0.5, 300, "p1"))
@@ -191,7 +183,7 @@ def test_the_graph_shows_the_robot_and_forgets_it(
         network.read("/tf", "tf2_msgs/msg/TFMessage", 5)
         found = eventually(lambda: network.endpoints() if len(network.endpoints()) == 7 else None)
         base = next(each for each in found if each.kind == "MS")
-        assert (base.topic, base.ros_type) == ("/cmd_vel", COMMAND)
+        assert (base.topic, base.ros_type) == ("/cmd_vel", fake_robot.COMMAND)
         assert base.node == ("/fake_robot" if form == "rmw" else "")
         robot.close()
         assert eventually(lambda: None if network.endpoints() else True)
@@ -234,7 +226,7 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
 
     mapper = join(router, "mapper")
     mapper.serve(keys.MAP_SEARCH_VIEW, lambda _: view())
-    viewer = FORMS[form](router.endpoint)
+    viewer = fake_robot.FORMS[form](router.endpoint)
     viewer.subscribe("/onemap/belief", GRID, grids.put, latched=True)
     first = eventually(newest)
     assert first == belief_grid(view(), "odom")
@@ -242,14 +234,16 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
     viewer.session.close()
     while not grids.empty():
         grids.get()
-    later = FORMS[form](router.endpoint)  # nobody computes a grid any more: it is remembered
+    later = fake_robot.FORMS[form](
+        router.endpoint
+    )  # nobody computes a grid any more: it is remembered
     later.subscribe("/onemap/belief", GRID, grids.put, latched=True)
     assert eventually(newest) == first
     start_and_cancel(planner, later)
     later.session.close()
 
 
-def start_and_cancel(planner: Bus, viewer: FakeRobot | FakeBridge) -> None:
+def start_and_cancel(planner: Bus, viewer: fake_robot.FakeRobot | fake_robot.FakeBridge) -> None:
     """A search of ROS 2: by a topic, followed on another, cancelled by a service."""
     started: queue.SimpleQueue[SearchRequest] = queue.SimpleQueue()
 

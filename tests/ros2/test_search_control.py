@@ -12,15 +12,8 @@ import pytest
 from onemap_ros2.cdr import STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.search_control import SearchControl
+from onemap_shared import messages as m
 from onemap_shared.keys import MAP_PLACES, SEARCH_CANCEL, SEARCH_START
-from onemap_shared.messages import (
-    ObjectResult,
-    Place,
-    SearchId,
-    SearchRequest,
-    SearchState,
-    SearchStatus,
-)
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import map_places
 from tests.memory_bus import MemoryRouter
@@ -28,9 +21,9 @@ from tests.ros2.fake_network import FakeNetwork, FakeRequest
 from tests.ros2.planner_messages import status
 from tests.shared.test_bus import eventually
 
-FOUND = ObjectResult(
+FOUND = m.ObjectResult(
     "sofa",
-    SearchState.FOUND,
+    m.SearchState.FOUND,
     "there",
     (1.0, 2.0, 0.4000001),
     0.75,
@@ -59,7 +52,7 @@ class Planner:
         self.bus.serve(SEARCH_START, self._start)
         self.bus.serve(SEARCH_CANCEL, self._cancel)
 
-    def _start(self, request: SearchRequest) -> SearchStatus:
+    def _start(self, request: m.SearchRequest) -> m.SearchStatus:
         if self.rejects:
             raise RequestRejected("conflict", self.rejects)
         self.started.append(request.objects)
@@ -67,15 +60,15 @@ class Planner:
         self.stay_out = request.stay_out
         return status("s1")
 
-    def _cancel(self, request: SearchId) -> SearchStatus:
+    def _cancel(self, request: m.SearchId) -> m.SearchStatus:
         assert request.search_id == ""
-        return status("s1", SearchState.CANCELLED)
+        return status("s1", m.SearchState.CANCELLED)
 
     def say(self, word: str) -> None:
         self.network.say("/r1/onemap/search", encode(new(STRING, word), STRING))
         self.control.step(None)
 
-    def state(self, newest: SearchStatus | None = None) -> dict[str, Any]:
+    def state(self, newest: m.SearchStatus | None = None) -> dict[str, Any]:
         """What ``/onemap/state`` shows."""
         self.control.step(newest)
         sent = self.network.writers["/r1/onemap/state", STRING].sent
@@ -110,7 +103,7 @@ def test_words_start_a_search_and_a_service_cancels_it(planner: Planner) -> None
 
 def test_a_sentence_is_understood_with_the_places_of_the_map(planner: Planner) -> None:
     planner.serve()
-    planner.bus.serve(MAP_PLACES, lambda _: map_places(Place("Hall", inside_m=(0.0, 0.0))))
+    planner.bus.serve(MAP_PLACES, lambda _: map_places(m.Place("Hall", inside_m=(0.0, 0.0))))
     planner.say("lamp over the bed")
     refused = eventually(lambda: planner.state()["refused"] or None)
     assert "'over the bed' is not understood" in refused
@@ -146,7 +139,7 @@ def test_without_a_planner_both_are_refused(planner: Planner) -> None:
 
 def test_the_state_has_the_finds_and_is_sent_when_it_changes(planner: Planner) -> None:
     planner.state()
-    found = replace(status("s1", SearchState.FOUND), results=(FOUND,), path_length_m=3.0)
+    found = replace(status("s1", m.SearchState.FOUND), results=(FOUND,), path_length_m=3.0)
     first = planner.state(found)
     assert (first["state"], first["id"], first["objects"]) == ("found", "s1", ["sofa"])
     assert (first["object"], first["frame"], first["path_length_m"]) == ("", "odom", 3.0)

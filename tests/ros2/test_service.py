@@ -20,14 +20,7 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
 from onemap_ros2.topic_list import TopicNeed, needs
-from onemap_shared.keys import (
-    ROBOT_CMD_VEL,
-    ROBOT_ODOMETRY,
-    ROBOT_RGBD,
-    SEARCH_PATH,
-    SEARCH_STATE,
-    heartbeat,
-)
+from onemap_shared import keys
 from onemap_shared.messages import Heartbeat, VelocityCommand
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
@@ -85,11 +78,11 @@ class System:
         self.clock = clock
         self.network = FakeNetwork(*endpoints)
         self.bus = router.bus()
-        self.frames = self.bus.subscribe(ROBOT_RGBD, capacity=20)
-        self.odometry = self.bus.subscribe(ROBOT_ODOMETRY, capacity=20)
-        self.commands = self.bus.publish(ROBOT_CMD_VEL)
-        self.paths = self.bus.publish(SEARCH_PATH)
-        self.states = self.bus.publish(SEARCH_STATE)
+        self.frames = self.bus.subscribe(keys.ROBOT_RGBD, capacity=20)
+        self.odometry = self.bus.subscribe(keys.ROBOT_ODOMETRY, capacity=20)
+        self.commands = self.bus.publish(keys.ROBOT_CMD_VEL)
+        self.paths = self.bus.publish(keys.SEARCH_PATH)
+        self.states = self.bus.publish(keys.SEARCH_STATE)
         self.worker = Ros2Worker(router.bus("ros2"), self.network, config)
         self.sequences: Iterator[int] = itertools.count(1)
 
@@ -235,7 +228,7 @@ def test_a_camera_that_falls_silent_is_named_with_its_rate_and_last_stamp(clock:
 
 def test_diagnostics_have_the_other_services_and_the_search(clock: Clock) -> None:
     made = System(clock)
-    beats = made.bus.publish(heartbeat("mapper"))
+    beats = made.bus.publish(keys.heartbeat("mapper"))
     beats.put(
         Heartbeat("mapper", "m1", T0, 1, False, "no frame yet", {"ms": 0.1 + 0.2, "n": 4756704.0})
     )

@@ -12,17 +12,9 @@ import pytest
 from rich.console import Console
 
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import U16, camera_mount, pose_2d
-from onemap_shared.messages import (
-    Heartbeat,
-    MapRevision,
-    Odometry,
-    RgbdFrame,
-    TextEmbeddings,
-    TextRequest,
-    VelocityCommand,
-)
 from onemap_shared.transport import Counters
 from onemap_shared.wire import Packet
 from onemap_tools.doctor import (
@@ -48,7 +40,7 @@ def process(
     name: str, *, offset_s: float = -0.01, ticks: int = 3, **changes: Any
 ) -> ObservedProcess:
     """A process whose loop goes on by so many ticks between its heartbeats."""
-    last = replace(Heartbeat(name, f"{name}-1", 1, 5, ready=True), **changes)
+    last = replace(m.Heartbeat(name, f"{name}-1", 1, 5, ready=True), **changes)
     return ObservedProcess(replace(last, progress=5 - ticks), last, offset_s)
 
 
@@ -58,9 +50,9 @@ def depth(millimetres: int, valid: float = 0.9) -> U16:
     return pixels
 
 
-def revision(frames: int, cells: int) -> MapRevision:
+def revision(frames: int, cells: int) -> m.MapRevision:
     stamp_ns = time.time_ns()
-    return MapRevision(frames, frames, stamp_ns, "mini-1", "minilm", frames, cells, 10, 20.0, 5.0)
+    return m.MapRevision(frames, frames, stamp_ns, "mini-1", "minilm", frames, cells, 10, 20.0, 5.0)
 
 
 HEALTHY = Observations(
@@ -202,29 +194,29 @@ def test_every_topic_is_observed() -> None:
     robot, mapper = router.bus("simulator"), router.bus("mapper")
     observer = BusObserver(router.bus())
 
-    def embed(request: TextRequest) -> TextEmbeddings:
+    def embed(request: m.TextRequest) -> m.TextEmbeddings:
         row = np.ones((1, 2), np.float32)
         mask = np.zeros((1, 0), np.uint8)
-        return TextEmbeddings("mini-1", "minilm", request.texts, row, row[:0], mask, 1.0)
+        return m.TextEmbeddings("mini-1", "minilm", request.texts, row, row[:0], mask, 1.0)
 
     router.bus().serve(keys.EMBED_TEXT, embed)
     now_ns, depth_mm = time.time_ns(), depth(2000)
     rgb, camera = np.zeros((10, 10, 3), np.uint8), Intrinsics.from_fov(10, 10, 1.2)
-    frame = RgbdFrame(1, now_ns, rgb, depth_mm, camera, camera_mount(0.0, 1.0, 0.0))
+    frame = m.RgbdFrame(1, now_ns, rgb, depth_mm, camera, camera_mount(0.0, 1.0, 0.0))
     frames = robot.publish(keys.ROBOT_RGBD)
     frames.put(frame)
     observer.poll()
     seen = observer.observations(1.0).depth_mm
     assert seen is not None
     assert np.array_equal(seen, depth_mm)
-    odometry = Odometry(1, now_ns, pose_2d(0, 0, 0), 0.3, -0.1, True)
+    odometry = m.Odometry(1, now_ns, pose_2d(0, 0, 0), 0.3, -0.1, True)
     robot.publish(keys.ROBOT_ODOMETRY).put(odometry)
-    robot.publish(keys.ROBOT_CMD_VEL).put(VelocityCommand(1, 1, 0.1, -0.9))
+    robot.publish(keys.ROBOT_CMD_VEL).put(m.VelocityCommand(1, 1, 0.1, -0.9))
     for each in (revision(3, 100), revision(4, 90), revision(9, 140)):
         mapper.publish(keys.MAP_REVISION).put(each)
     for number, (instance, late_s) in enumerate((("a", 0.4), ("a", 0.01), ("b", 0.0))):
         stamp_ns = time.time_ns() - int(late_s * 1e9)
-        beat = Heartbeat("mapper", instance, stamp_ns, number, ready=True)
+        beat = m.Heartbeat("mapper", instance, stamp_ns, number, ready=True)
         mapper.publish(keys.heartbeat("mapper")).put(beat)
     router.inject(keys.ROBOT_RGBD.key, Packet(b"nonsense", b""))
     observer.poll()

@@ -14,29 +14,21 @@ from onemap_planner.policy.find_check import FindCheck, check_find
 from onemap_planner.policy.memory import FoundObject, TargetMemory
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
-from onemap_shared.messages import (
-    NO_ROOM,
-    Detail,
-    MapPlaces,
-    Occupancy,
-    Place,
-    Relation,
-    RelationKind,
-)
+from onemap_shared import messages as m
 from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 from tests.planner.one_room import POSE, ROOM, candidate, context, having_seen, planner_state
 
 DEN = ((0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0))
-NEXT_TO, ON, UNDER = RelationKind.NEXT_TO, RelationKind.ON, RelationKind.UNDER
+NEXT_TO, ON, UNDER = m.RelationKind.NEXT_TO, m.RelationKind.ON, m.RelationKind.UNDER
 
 
-def related(kind: RelationKind) -> Detail:
-    return Detail(relations=(Relation(kind, ("bed",)),))
+def related(kind: m.RelationKind) -> m.Detail:
+    return m.Detail(relations=(m.Relation(kind, ("bed",)),))
 
 
 def seen_in_room(
-    detail: Detail, places: MapPlaces = NOWHERE, shown: float = 0.9
+    detail: m.Detail, places: m.MapPlaces = NOWHERE, shown: float = 0.9
 ) -> PlanningContext:
     """The room, in which a bed shows from (2, 2) to (3, 3)."""
     here = context()
@@ -74,7 +66,7 @@ def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
     map_view = here.map_view
     occupancy, explored = map_view.occupancy.copy(), map_view.explored.copy()
     x, y = map_view.indices_of(frozenset({(x, y) for x in range(5, 12) for y in range(28, 34)})).T
-    occupancy[x, y], explored[x, y] = Occupancy.UNKNOWN, False
+    occupancy[x, y], explored[x, y] = m.Occupancy.UNKNOWN, False
     here = replace(here, map_view=replace(map_view, occupancy=occupancy, explored=explored))
     check = check_find(lamp, here, TargetMemory())
     assert (check.holds, check.wrong) == (None, ("perhaps not next to a bed",))
@@ -84,7 +76,7 @@ def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
     ("kind", "z", "holds"),
     [(ON, 0.7, True), (ON, 0.1, False), (UNDER, 0.1, True), (UNDER, 0.7, False)],
 )
-def test_heights_tell_on_from_under(kind: RelationKind, z: float, holds: bool) -> None:
+def test_heights_tell_on_from_under(kind: m.RelationKind, z: float, holds: bool) -> None:
     bed = replace(candidate(2.45, 2.45), xyz=(2.45, 2.45, 0.4))
     lamp = replace(candidate(2.25, 2.25), xyz=(2.25, 2.25, z))
     memory = TargetMemory(anchors={"bed": (bed,)})
@@ -108,34 +100,34 @@ def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
 @pytest.mark.parametrize(
     ("detail", "x", "expected"),
     [
-        (Detail(inside=("den",)), 1.0, FindCheck(True, ("in the den",))),
-        (Detail(inside=("den",)), 3.0, FindCheck(False, (), ("not in the den",))),
-        (Detail(outside=("den",)), 1.0, FindCheck(False, (), ("in the den",))),
-        (Detail(outside=("den",)), 3.0, FindCheck(True, ("not in the den",))),
+        (m.Detail(inside=("den",)), 1.0, FindCheck(True, ("in the den",))),
+        (m.Detail(inside=("den",)), 3.0, FindCheck(False, (), ("not in the den",))),
+        (m.Detail(outside=("den",)), 1.0, FindCheck(False, (), ("in the den",))),
+        (m.Detail(outside=("den",)), 3.0, FindCheck(True, ("not in the den",))),
     ],
 )
-def test_a_place_holds_it_or_not(detail: Detail, x: float, expected: FindCheck) -> None:
-    den = Place("den", corners_m=DEN)
-    ids = np.full(ROOM.grid.shape, NO_ROOM, np.int32)
-    places = MapPlaces(1, 1, (den,), (NO_ROOM,), ROOM.grid, ids)
+def test_a_place_holds_it_or_not(detail: m.Detail, x: float, expected: FindCheck) -> None:
+    den = m.Place("den", corners_m=DEN)
+    ids = np.full(ROOM.grid.shape, m.NO_ROOM, np.int32)
+    places = m.MapPlaces(1, 1, (den,), (m.NO_ROOM,), ROOM.grid, ids)
     here = seen_in_room(detail, places)
     assert check_find(candidate(x, 2.0), here, TargetMemory()) == expected
 
 
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
-    attic, den = Place("attic", inside_m=(30.0, 30.0)), Place("den", corners_m=DEN)
+    attic, den = m.Place("attic", inside_m=(30.0, 30.0)), m.Place("den", corners_m=DEN)
     ids = np.full(ROOM.grid.shape, 0, np.int32)
-    places = MapPlaces(1, 1, (attic, den), (NO_ROOM, NO_ROOM), ROOM.grid, ids)
+    places = m.MapPlaces(1, 1, (attic, den), (m.NO_ROOM, m.NO_ROOM), ROOM.grid, ids)
 
-    def checked(detail: Detail, x: float) -> FindCheck:
+    def checked(detail: m.Detail, x: float) -> FindCheck:
         return check_find(candidate(x, 2.0), seen_in_room(detail, places), TargetMemory())
 
-    inside = Detail(inside=("attic",), outside=("den",))
+    inside = m.Detail(inside=("attic",), outside=("den",))
     perhaps = ("perhaps not in the attic",)
     assert checked(inside, 3.0) == FindCheck(None, ("not in the den",), perhaps)
     assert checked(inside, 1.0) == FindCheck(False, (), ("in the den",))
     told = ("not in the den", "attic not checked: no such place is known")
-    assert checked(Detail(outside=("attic", "den")), 3.0) == FindCheck(True, told)
+    assert checked(m.Detail(outside=("attic", "den")), 3.0) == FindCheck(True, told)
 
 
 RGB = {
@@ -158,7 +150,7 @@ def pictured(rgb: tuple[int, int, int], wall: int = 200, side: int = 30) -> Obje
 
 @pytest.mark.parametrize("colour", RGB)
 def test_a_colour_is_that_of_its_own_pixels(colour: str) -> None:
-    here = seen_in_room(Detail(colour=colour))
+    here = seen_in_room(m.Detail(colour=colour))
     thing = pictured(RGB[colour])
     assert check_find(thing, here, TargetMemory()) == FindCheck(True, (colour,))
     assert here.believed(here.map_view, drawn=True) is here.map_view  # it says nothing of where
@@ -167,7 +159,7 @@ def test_a_colour_is_that_of_its_own_pixels(colour: str) -> None:
 
 
 def test_what_is_too_dark_or_too_far_is_not_judged() -> None:
-    here = seen_in_room(Detail(colour="red"))
+    here = seen_in_room(m.Detail(colour="red"))
     dark, far = pictured((30, 30, 30), wall=35), pictured((30, 30, 30), side=4)
     assert check_find(dark, here, TargetMemory()).told == ("colour not checked: too dark",)
     assert check_find(far, here, TargetMemory()).holds is None

@@ -12,28 +12,14 @@ from onemap_planner.policy import object_order
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.memory import PlannerState, TargetMemory
-from onemap_planner.policy.object_order import (
-    SIGHTED_PROBABILITY,
-    VIEW_PERIOD_S,
-    count_turn,
-    name_to_ask,
-    revise_order,
-)
-from onemap_planner.search.state_machine import (
-    EventStamp,
-    Exploring,
-    Finished,
-    Reordered,
-    new_search,
-    transition,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView
 from tests.planner.drawn_maps import detections_of, drawn_map, search_view_of
 from tests.planner.grid_world import in_four_rooms, start
 from tests.planner.one_room import context_of
 
-STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
+STAMP = sm.EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
 HALL = drawn_map(*["#" * 8, *["#......#"] * 26, "#" * 8], scale=5)  # 14 x 4 m, all of it searched
 POSE = Pose2d(7.0, 2.0, 0.0)
 
@@ -52,8 +38,8 @@ def context(view: SearchView) -> PlanningContext:
 
 
 def state_of(*names: str, order: SearchOrder = SearchOrder.ANY) -> PlannerState:
-    search = new_search("id", names, STAMP, 0, order=order)
-    return PlannerState(replace(search, phase=Exploring()))
+    search = sm.new_search("id", names, STAMP, 0, order=order)
+    return PlannerState(replace(search, phase=sm.Exploring()))
 
 
 def take_in_view(
@@ -65,30 +51,30 @@ def take_in_view(
     return after
 
 
-def revised(state: PlannerState, present: SearchView, *others: SearchView) -> Reordered | None:
+def revised(state: PlannerState, present: SearchView, *others: SearchView) -> sm.Reordered | None:
     here = context(present)
     for view in others:
         state = take_in_view(state, view, (), here)
-    return revise_order(state, here)
+    return object_order.revise_order(state, here)
 
 
 def test_waiting_objects_are_asked_for_in_turn() -> None:
     state, asked = state_of("cup", "bed", "sofa"), []
     for step in range(8):
-        state = replace(state, active_time_s=step * VIEW_PERIOD_S / 2)
-        asked.append(name_to_ask(state))
-        count_turn(state)
+        state = replace(state, active_time_s=step * object_order.VIEW_PERIOD_S / 2)
+        asked.append(object_order.name_to_ask(state))
+        object_order.count_turn(state)
     assert asked == ["bed", "", "sofa", "", "bed", "", "sofa", ""]
 
 
 def test_nothing_is_asked_in_a_given_order_for_one_object_or_after_the_end() -> None:
     given = state_of("cup", "bed", order=SearchOrder.GIVEN)
-    assert name_to_ask(given) == ""
-    assert name_to_ask(state_of("cup")) == ""
+    assert object_order.name_to_ask(given) == ""
+    assert object_order.name_to_ask(state_of("cup")) == ""
     over = state_of("cup", "bed")
-    over = replace(over, search=replace(over.search, phase=Finished(SearchState.CANCELLED)))
-    assert name_to_ask(over) == ""
-    assert revise_order(given, context(view_of("cup"))) is None
+    over = replace(over, search=replace(over.search, phase=sm.Finished(SearchState.CANCELLED)))
+    assert object_order.name_to_ask(over) == ""
+    assert object_order.revise_order(given, context(view_of("cup"))) is None
 
 
 def test_what_the_map_shows_near_by_is_fetched_first() -> None:
@@ -98,7 +84,7 @@ def test_what_the_map_shows_near_by_is_fetched_first() -> None:
         view_of("bed", (11.0, 2.0, 0.9)),
         view_of("sofa", (5.5, 2.0, 0.9)),
     )
-    assert event == Reordered((2, 1, 0))
+    assert event == sm.Reordered((2, 1, 0))
 
 
 @pytest.mark.parametrize(
@@ -115,18 +101,18 @@ def test_the_present_object_is_kept_unless_another_is_cheaper(
     cup, bed = view_of("cup"), view_of("bed", (x, 2.0, score))
     here = replace(context(cup), pose=Pose2d(6.3, 2.0, 0.0))
     state = take_in_view(state_of("cup", "bed"), bed, (), here)
-    assert revise_order(state, here) == Reordered(order)
+    assert object_order.revise_order(state, here) == sm.Reordered(order)
 
 
 def test_it_is_revised_once_a_second() -> None:
     state, here = state_of("cup", "bed"), context(view_of("cup"))
-    event = revise_order(state, here)
+    event = object_order.revise_order(state, here)
     assert event is not None
     state = take_in_view(state, view_of("bed", (8.0, 2.0, 0.9)), (), here)
     soon = replace(state, active_time_s=0.9)
-    assert revise_order(soon, here) is None
+    assert object_order.revise_order(soon, here) is None
     later = replace(state, active_time_s=1.0)
-    assert revise_order(later, here) == Reordered((1, 0))
+    assert object_order.revise_order(later, here) == sm.Reordered((1, 0))
 
 
 def looked_at(x: float, y: float) -> Goal:
@@ -149,7 +135,7 @@ def test_detections_of_a_waiting_object_are_kept_for_it() -> None:
     frames = (detections_of({"bed": [(8.0, 2.0, 0.5)]}),) * 3
     state = take_in_view(state, bed, frames, context(bed))
     best = state.places[1][0]
-    assert best.probability == SIGHTED_PROBABILITY
+    assert best.probability == object_order.SIGHTED_PROBABILITY
     taken = state.copy()
     taken.turn_to(1, keep=True)
     assert taken.memory.candidates[0].sightings == 3
@@ -161,9 +147,9 @@ def test_where_an_object_was_searched_before_it_was_put_aside_is_remembered() ->
     state = state_of("cup", "bed")
     bed = view_of("bed", (8.0, 2.0, 0.9))
     state = take_in_view(state, bed, (), context(cup))
-    event = revise_order(state, context(cup))
-    assert event == Reordered((1, 0))
-    search = transition(state.search, event, STAMP)
+    event = object_order.revise_order(state, context(cup))
+    assert event == sm.Reordered((1, 0))
+    search = sm.transition(state.search, event, STAMP)
     state.turn_to(1, keep=True)
     state.search = search
     state = take_in_view(state, cup, (), context(bed))
@@ -179,7 +165,7 @@ def test_all_are_found_in_four_rooms_and_in_any_order_the_way_is_shorter() -> No
         run = start(world, "sofa", "vase")
         run.state = replace(run.state, search=replace(run.state.search, order=order))
         search = run.until_over(400.0)
-        assert search.phase == Finished(SearchState.FOUND), run.reasons
+        assert search.phase == sm.Finished(SearchState.FOUND), run.reasons
         assert not world.entered_solid
         for result in search.results:
             centres = world.floor_plan.grid.centres(

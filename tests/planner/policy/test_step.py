@@ -6,23 +6,15 @@ import pytest
 from onemap_planner.motion.motions import Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
-from tests.planner.grid_world import (
-    FloorPlan,
-    GridWorld,
-    SimulatedSearch,
-    in_four_rooms,
-    in_one_room,
-    in_two_rooms,
-    start,
-)
+from tests.planner import grid_world
 
 
-def results(run: SimulatedSearch) -> list[SearchState]:
+def results(run: grid_world.SimulatedSearch) -> list[SearchState]:
     return [result.outcome for result in run.state.search.results]
 
 
 def test_it_looks_around_and_sets_out() -> None:
-    run = start(in_four_rooms(), "vase")
+    run = grid_world.start(grid_world.in_four_rooms(), "vase")
     while run.now_s < 12.0:
         run.step()
     assert run.reasons[0] == "looking around for a vase"
@@ -32,8 +24,8 @@ def test_it_looks_around_and_sets_out() -> None:
 
 @pytest.mark.slow
 def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
-    world = in_two_rooms()
-    run = start(world, "unicorn", "table")
+    world = grid_world.in_two_rooms()
+    run = grid_world.start(world, "unicorn", "table")
     run.until_over(400.0)
     assert results(run) == [SearchState.NOT_FOUND, SearchState.FOUND]
     assert "searched everything reachable" in run.state.search.results[0].reason
@@ -44,7 +36,7 @@ def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
 
 
 def test_a_missing_map_fails_the_search_with_the_reason() -> None:
-    run = start(in_four_rooms(), "sofa")
+    run = grid_world.start(grid_world.in_four_rooms(), "sofa")
     run.stale_reason = "the mapper is not there"
     search = run.until_over(60.0)
     assert search.phase == Finished(SearchState.FAILED)
@@ -53,14 +45,14 @@ def test_a_missing_map_fails_the_search_with_the_reason() -> None:
 
 
 def test_patience_begins_when_no_stage_starts_any_more_but_not_for_ever() -> None:
-    run = start(in_four_rooms(), "sofa")
+    run = grid_world.start(grid_world.in_four_rooms(), "sofa")
     run.stale_reason = "the mapper is compiling"
     while run.now_s < 100.0:
         run.patience_from_s = run.now_s
         run.step()
     assert run.until_over(400.0).reason.endswith("(the mapper is compiling)")
     assert 130.0 <= run.now_s < 132.0
-    run = start(in_four_rooms(), "sofa")
+    run = grid_world.start(grid_world.in_four_rooms(), "sofa")
     run.stale_reason, run.patience_from_s = "the mapper is compiling", 1e9
     run.until_over(400.0)
     assert 300.0 <= run.now_s < 302.0
@@ -68,7 +60,7 @@ def test_patience_begins_when_no_stage_starts_any_more_but_not_for_ever() -> Non
 
 @pytest.mark.slow
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
-    run = start(in_two_rooms(), "bed")
+    run = grid_world.start(grid_world.in_two_rooms(), "bed")
     while run.world.odometer_m < 2.0:
         run.step()
     assert isinstance(run.state.search.phase, Exploring)
@@ -79,7 +71,7 @@ def test_a_restarted_mapper_makes_it_look_around_again() -> None:
     assert run.until_over(400.0).phase == Finished(SearchState.FOUND)
 
 
-class Glass(GridWorld):
+class Glass(grid_world.GridWorld):
     """A world whose camera does not see one wall of glass across the room."""
 
     def _touches(self, x: float, y: float) -> bool:
@@ -89,12 +81,12 @@ class Glass(GridWorld):
 
 @pytest.mark.slow
 def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
-    floor_plan = FloorPlan(np.zeros((60, 40), bool))
+    floor_plan = grid_world.FloorPlan(np.zeros((60, 40), bool))
     for wall in ((0, 0, 6, 0.1), (0, 3.9, 6, 4), (0, 0, 0.1, 4), (5.9, 0, 6, 4)):
         floor_plan.wall(*wall)
     floor_plan.put("vase", 5.3, 1.9, 0.3)
     ox, oy = floor_plan.grid.bounds_m[:2]
-    run = start(Glass(floor_plan, Pose2d(ox + 1.0, oy + 2.0, 0.0)), "vase")
+    run = grid_world.start(Glass(floor_plan, Pose2d(ox + 1.0, oy + 2.0, 0.0)), "vase")
     reversed_once = False
     while run.state.search.active and run.now_s < 300.0:
         run.step()
@@ -107,8 +99,8 @@ def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
 
 @pytest.mark.slow
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
-    world = in_one_room()
-    run = start(world, "table")
+    world = grid_world.in_one_room()
+    run = grid_world.start(world, "table")
     while not isinstance(run.state.search.phase, Approaching) and run.now_s < 60.0:
         run.step()
     world.floor_plan.things.clear()  # the detector changes its mind; the map still looks like it
@@ -118,7 +110,7 @@ def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
 
 
 def test_the_time_limit_of_an_object() -> None:
-    run = start(in_four_rooms(), "sofa", "table")
+    run = grid_world.start(grid_world.in_four_rooms(), "sofa", "table")
     explore = run.config.explore.model_copy(update={"object_limit_s": 9.0})
     run.config = run.config.model_copy(update={"explore": explore})
     run.until_over(60.0)

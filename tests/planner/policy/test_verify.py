@@ -20,14 +20,7 @@ from onemap_planner.policy.memory import (
 )
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.state_machine import (
-    Approaching,
-    CandidateSelected,
-    Confirmed,
-    Confirming,
-    Event,
-    Rejected,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.world.candidates import (
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
@@ -41,11 +34,11 @@ from tests.planner.one_room import POSE, candidate, context, context_of, decided
 def given_up(state: PlannerState, there: ObjectCandidate, here: PlanningContext) -> PlannerState:
     """The state after waiting for a way to the candidate for as long as it is waited for."""
     began_s = state.active_time_s
-    state, motion, event = decided(approach, state, Approaching(there), here)
+    state, motion, event = decided(approach, state, sm.Approaching(there), here)
     assert (motion, event) == (Rest(), None)
     state = replace(state, active_time_s=began_s + SETTLE_S + 0.1)
-    state, _, event = decided(approach, state, Approaching(there), here)
-    assert event == Rejected()
+    state, _, event = decided(approach, state, sm.Approaching(there), here)
+    assert event == sm.Rejected()
     return state
 
 
@@ -63,7 +56,7 @@ def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
         state = given_up(state, far, closed)
         assert state.memory.rejected == ()
         assert select_candidate(state, closed) is None
-        assert select_candidate(state, opened) == CandidateSelected(far)
+        assert select_candidate(state, opened) == sm.CandidateSelected(far)
     state = given_up(state, far, closed)
     assert state.memory.rejected == (far,)
     assert state.memory.candidates == ()
@@ -73,8 +66,8 @@ def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=4 + more)
-    _, _, event = decided(confirm, planner_state(now), Confirming(then, 0.0), context())
-    assert event == (Confirmed(now) if sure else None)
+    _, _, event = decided(confirm, planner_state(now), sm.Confirming(then, 0.0), context())
+    assert event == (sm.Confirmed(now) if sure else None)
 
 
 def test_a_part_of_it_that_is_not_as_described_rules_it_not_out() -> None:
@@ -82,11 +75,11 @@ def test_a_part_of_it_that_is_not_as_described_rules_it_not_out() -> None:
     part = replace(whole, sightings=4)
     state = planner_state(whole)
     state = replace(state, memory=replace(state.memory, aside=(part,)))
-    _, motion, event = decided(approach, state, Approaching(whole), context())
+    _, motion, event = decided(approach, state, sm.Approaching(whole), context())
     assert isinstance(motion, Drive)
     assert event is None
     state = replace(state, memory=TargetMemory(aside=(part,)))
-    assert decided(approach, state, Approaching(part), context())[2] == Rejected()
+    assert decided(approach, state, sm.Approaching(part), context())[2] == sm.Rejected()
 
 
 LATE_S = CONFIRM_S + 0.1
@@ -98,11 +91,11 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
     here = context()
     while True:
         looks += 1
-        state, _, event = decided(confirm, state, Confirming(then, 0.0), here)
+        state, _, event = decided(confirm, state, sm.Confirming(then, 0.0), here)
         assert len(state.memory.doubts) == looks
-        if event == Rejected():
+        if event == sm.Rejected():
             break
-        assert event == CandidateSelected(then)
+        assert event == sm.CandidateSelected(then)
         tried = state.memory.doubted_from(then)
         viewpoint_xy = find_viewpoint(then, here, tried)
         assert viewpoint_xy is not None
@@ -119,12 +112,12 @@ def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=10, contradictions=contradictions)
     state = planner_state(now)
-    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
-    assert event == (Confirmed(now) if sure else None)
+    _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
+    assert event == (sm.Confirmed(now) if sure else None)
 
 
 ENOUGH = VIEWS_PER_VIEWPOINT
-BEFORE = Confirming(replace(candidate(1.7, 1.7), supported=False), 0.0)
+BEFORE = sm.Confirming(replace(candidate(1.7, 1.7), supported=False), 0.0)
 
 
 def disputed(*hits: int, frames: int = ENOUGH) -> ObjectCandidate:
@@ -145,7 +138,7 @@ def ranked(rank: float) -> PlanningContext:
 
 def weighed(
     known: ObjectCandidate, *, rank: float = 0.95, waited_s: float = 0.0
-) -> tuple[PlannerState, Event | None]:
+) -> tuple[PlannerState, sm.Event | None]:
     state = replace(planner_state(active_time_s=waited_s), memory=TargetMemory(disputed=(known,)))
     after, _, event = decided(confirm, state, BEFORE, ranked(rank))
     return after, event
@@ -153,16 +146,16 @@ def weighed(
 
 def test_many_near_views_from_two_sides_outweigh_the_map() -> None:
     known = disputed(24, 24)
-    assert weighed(known)[1] == Confirmed(known)
+    assert weighed(known)[1] == sm.Confirmed(known)
     after, event = weighed(known, rank=0.6)  # it says that it is something else
-    assert event == Rejected()
+    assert event == sm.Rejected()
     assert after.memory.disputed == ()
 
 
 def test_what_is_detected_in_few_of_the_near_views_is_rejected() -> None:
     known = disputed(6)
     after, event = weighed(known)
-    assert event == Rejected()
+    assert event == sm.Rejected()
     assert after.memory.rejected == (known,)
 
 
@@ -170,9 +163,9 @@ def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> N
     known = disputed(20)
     assert weighed(known)[1] is None
     late_s = CONFIRM_S + 0.1
-    assert weighed(known, waited_s=late_s)[1] == CandidateSelected(known)
+    assert weighed(known, waited_s=late_s)[1] == sm.CandidateSelected(known)
     state = replace(planner_state(), memory=TargetMemory(disputed=(known,)))
-    _, motion, _ = decided(approach, state, Approaching(known), ranked(0.95))
+    _, motion, _ = decided(approach, state, sm.Approaching(known), ranked(0.95))
     assert isinstance(motion, Drive)
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
 
@@ -182,11 +175,11 @@ def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:
     farther = replace(candidate(3.2, 1.0, 10), cells=frozenset({(20, 10), (32, 10)}))
     edge = Sighting((3.2, 1.0, 0.5), frozenset({(32, 10)}), 0.9, 0.8, (2.2, 1.0))
     farther = replace(farther, recent=(edge,) * 6)
-    _, _, event = decided(confirm, planner_state(farther), Confirming(then, 0.0), context())
-    assert event == CandidateSelected(farther)
+    _, _, event = decided(confirm, planner_state(farther), sm.Confirming(then, 0.0), context())
+    assert event == sm.CandidateSelected(farther)
     near = replace(context(), pose=Pose2d(2.2, 1.0, 0.0))
-    _, _, event = decided(confirm, planner_state(farther), Confirming(then, 0.0), near)
-    assert event == Confirmed(farther)
+    _, _, event = decided(confirm, planner_state(farther), sm.Confirming(then, 0.0), near)
+    assert event == sm.Confirmed(farther)
 
 
 def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None:
@@ -195,13 +188,13 @@ def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None
     nearer_xy = find_viewpoint(now, context())
     assert nearer_xy is not None
     state = planner_state(now)
-    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
-    assert event == CandidateSelected(now)
+    _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
+    assert event == sm.CandidateSelected(now)
     doubts = list[Doubt]()
     while nearer_xy is not None:
         doubts.append(Doubt(nearer_xy, now.xyz))
         tried = [doubt.from_xy for doubt in doubts]
         nearer_xy = find_viewpoint(now, context(), tried)
     state = replace(state, memory=replace(state.memory, doubts=tuple(doubts)))
-    _, _, event = decided(confirm, state, Confirming(then, 0.0), context())
-    assert event == Confirmed(now)
+    _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
+    assert event == sm.Confirmed(now)

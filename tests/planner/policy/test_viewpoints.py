@@ -8,43 +8,20 @@ import pytest
 from onemap_mapper.frame.camera_check import camera_view
 from onemap_planner.inputs import LatestInputs, with_revision
 from onemap_planner.motion.motions import STOP, Drive, Pose2d
-from onemap_planner.policy.context import (
-    APPROACH_LAST_RESORT_M,
-    APPROACH_LIMIT_M,
-    APPROACH_NEAREST_M,
-    USUAL_CAMERA,
-    Bands,
-)
+from onemap_planner.policy import context, viewpoints
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
-from onemap_planner.policy.viewpoints import (
-    TRIED_M,
-    SightTarget,
-    Viewpoints,
-    find_viewpoint,
-    first_visible,
-    least_occluded,
-    viewpoints_around,
-)
 from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.candidates import SAME_SIDE_M, Sighting
 from onemap_shared.geometry import I64, camera_mount
 from onemap_shared.messages import CameraView, MapRevision
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.mapper import scenes
+from tests.planner import one_room
 from tests.planner.drawn_maps import (
     PARAMS,
     drawn_map,
     search_view_of,
-)
-from tests.planner.one_room import (
-    POSE,
-    ROOM,
-    candidate,
-    context,
-    context_of,
-    planner_state,
-    standing,
 )
 
 
@@ -52,24 +29,24 @@ def around(
     target: list[list[int]],
     tried: list[list[int]] | None = None,
     seen_from: list[list[int]] | None = None,
-) -> Viewpoints:
+) -> viewpoints.Viewpoints:
     """Viewpoints left of a wall (cells 30 to 39), for a target in it or right of it."""
     map_view = drawn_map(*["......##......"] * 4, scale=5)
-    here = standing(map_view, (0.5, 0.5))
+    here = one_room.standing(map_view, (0.5, 0.5))
     vain, seen = (np.array(cells or [], np.int64).reshape(-1, 2) for cells in (tried, seen_from))
-    target_seen = SightTarget(np.array(target), seen)
-    return viewpoints_around(target_seen, here, (0.5, 1.4), tried=vain)
+    target_seen = viewpoints.SightTarget(np.array(target), seen)
+    return viewpoints.viewpoints_around(target_seen, here, (0.5, 1.4), tried=vain)
 
 
 def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
-    assert first_visible(around([[10, 39]])) is None
-    viewpoint = first_visible(around([[10, 39]], seen_from=[[10, 5]]))
+    assert viewpoints.first_visible(around([[10, 39]])) is None
+    viewpoint = viewpoints.first_visible(around([[10, 39]], seen_from=[[10, 5]]))
     assert viewpoint is not None
     assert viewpoint[1] < 30
 
 
 def test_a_room_that_cannot_be_reached_is_not_looked_into_through_its_wall() -> None:
-    assert least_occluded(around([[10, 39]])) is None
+    assert viewpoints.least_occluded(around([[10, 39]])) is None
 
 
 def beside_a_wall(target: list[int], seen_from: list[list[int]]) -> I64 | None:
@@ -78,10 +55,10 @@ def beside_a_wall(target: list[int], seen_from: list[list[int]]) -> I64 | None:
     The robot stands in the room behind the wall, which a door connects with the counter's.
     """
     rows = [*["." * 60] * 20, *["#" * 40 + "." * 20] * 7, *["." * 60] * 20]
-    here = standing(drawn_map(*rows), (3.5, 1.0))
+    here = one_room.standing(drawn_map(*rows), (3.5, 1.0))
     seen = np.array(seen_from, np.int64).reshape(-1, 2)
-    there = SightTarget(np.array([target]), seen)
-    return first_visible(viewpoints_around(there, here, (0.5, 1.5)))
+    there = viewpoints.SightTarget(np.array([target]), seen)
+    return viewpoints.first_visible(viewpoints.viewpoints_around(there, here, (0.5, 1.5)))
 
 
 @pytest.mark.parametrize(
@@ -107,53 +84,55 @@ def test_what_was_seen_over_the_unknown_is_not_looked_at_through_a_wall(
     """A thing at a thin wall, in a room of which the map has no floor yet but far from it."""
     rows = [*["." * 60] * 4, *[" " * 40 + "." * 20] * 18, *["#" * 40 + "." * 20] * 5]
     rows += ["." * 60] * 20
-    here = standing(drawn_map(*rows), (3.5, 1.0))
+    here = one_room.standing(drawn_map(*rows), (3.5, 1.0))
     seen = np.array(seen_from, np.int64).reshape(-1, 2)
-    target = SightTarget(np.array([[22, 10]]), seen)
-    around = viewpoints_around(target, here, (0.5, 1.5))
+    target = viewpoints.SightTarget(np.array([[22, 10]]), seen)
+    around = viewpoints.viewpoints_around(target, here, (0.5, 1.5))
     assert bool(len(around.cells)) is behind
 
 
 def test_the_viewpoint_is_within_the_band_around_the_surface() -> None:
-    viewpoint = find_viewpoint(candidate(2.5, 2.5), context())
+    viewpoint = viewpoints.find_viewpoint(one_room.candidate(2.5, 2.5), one_room.context())
     assert viewpoint is not None
     away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
-    assert APPROACH_NEAREST_M <= away <= PARAMS.explore.approach_farthest_m
+    assert context.APPROACH_NEAREST_M <= away <= PARAMS.explore.approach_farthest_m
 
 
 def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> None:
-    seen = candidate(2.5, 2.5)
-    first = find_viewpoint(seen, context())
+    seen = one_room.candidate(2.5, 2.5)
+    first = viewpoints.find_viewpoint(seen, one_room.context())
     assert first is not None
-    other = find_viewpoint(seen, context(), [first])
+    other = viewpoints.find_viewpoint(seen, one_room.context(), [first])
     assert other is not None
-    assert np.hypot(other[0] - first[0], other[1] - first[1]) > TRIED_M
+    assert np.hypot(other[0] - first[0], other[1] - first[1]) > viewpoints.TRIED_M
     doubtful = replace(seen, supported=False)
-    side = find_viewpoint(doubtful, context(), [first])
+    side = viewpoints.find_viewpoint(doubtful, one_room.context(), [first])
     assert side is not None
     assert np.hypot(side[0] - first[0], side[1] - first[1]) > SAME_SIDE_M
-    inside_the_wall = candidate(2.0, 3.9)
-    hidden = find_viewpoint(inside_the_wall, context(), [first])
-    assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M
+    inside_the_wall = one_room.candidate(2.0, 3.9)
+    hidden = viewpoints.find_viewpoint(inside_the_wall, one_room.context(), [first])
+    assert (
+        hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > viewpoints.TRIED_M
+    )
 
 
 def test_beyond_the_bands_there_is_another_view_too() -> None:
     """A long thing at the wall behind 1.2 m that nobody can stand on."""
     room = drawn_map("#" * 8, *["#....  #"] * 6, "#" * 8, scale=5)
-    here = context_of(search_view_of(room), Pose2d(1.0, 1.0, 0.0))
+    here = one_room.context_of(search_view_of(room), Pose2d(1.0, 1.0, 0.0))
     cells = frozenset((x, 37) for x in range(8, 32))
     recent = (Sighting((2.0, 3.6, 0.5), cells, 0.9, 0.8, (2.0, 2.0)),)
-    seen = replace(candidate(2.0, 3.6), cells=cells, recent=recent)
+    seen = replace(one_room.candidate(2.0, 3.6), cells=cells, recent=recent)
     tried = list[tuple[float, float]]()
-    while (viewpoint := find_viewpoint(seen, here, tried)) is not None:
-        assert 3.75 - viewpoint[1] <= APPROACH_LIMIT_M
-        assert 3.75 - viewpoint[1] > APPROACH_LAST_RESORT_M
+    while (viewpoint := viewpoints.find_viewpoint(seen, here, tried)) is not None:
+        assert 3.75 - viewpoint[1] <= context.APPROACH_LIMIT_M
+        assert 3.75 - viewpoint[1] > context.APPROACH_LAST_RESORT_M
         away = [np.hypot(*np.subtract(viewpoint, before)) for before in tried]
-        assert min(away, default=np.inf) > TRIED_M - 0.01
+        assert min(away, default=np.inf) > viewpoints.TRIED_M - 0.01
         tried.append(viewpoint)
     assert len(tried) > 1
     doubtful = replace(seen, supported=False)
-    assert find_viewpoint(doubtful, here) is None
+    assert viewpoints.find_viewpoint(doubtful, here) is None
 
 
 @pytest.mark.parametrize(
@@ -170,18 +149,18 @@ def test_what_was_detected_over_low_things_is_looked_at_from_there(
 ) -> None:
     """A thing at the wall behind a table, which on the map hides it from everywhere."""
     rows = ["#" * 40, *["#" + "." * 26 + "#" * 6 + " " * 3 + "####"] * 38, "#" * 40]
-    here = context_of(search_view_of(drawn_map(*rows)), Pose2d(1.0, 1.0, 0.0))
-    seen = candidate(2.0, 3.75)
+    here = one_room.context_of(search_view_of(drawn_map(*rows)), Pose2d(1.0, 1.0, 0.0))
+    seen = one_room.candidate(2.0, 3.75)
     recent = (Sighting(seen.xyz, seen.cells, 0.9, 0.8, seen_from),)
     seen = replace(seen, recent=recent, seen_from=(seen_from,))
     hidden = [*tried, (3.0, 1.0)]
-    viewpoint = find_viewpoint(seen, here, hidden)
+    viewpoint = viewpoints.find_viewpoint(seen, here, hidden)
     assert (viewpoint is not None) == there
     if viewpoint is not None:
         assert viewpoint == pytest.approx(seen_from, abs=0.1)
 
 
-BANDS = Bands(camera=CameraView(1.0, 45.0, 20.0))
+BANDS = context.Bands(camera=CameraView(1.0, 45.0, 20.0))
 
 
 @pytest.mark.parametrize(
@@ -208,8 +187,8 @@ def test_the_height_of_an_object_decides_from_how_near_it_is_looked_at(
 def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
     away = []
     for height_m in (0.7, 0.0):
-        near = replace(candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
-        viewpoint = find_viewpoint(near, replace(context(), bands=BANDS))
+        near = replace(one_room.candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
+        viewpoint = viewpoints.find_viewpoint(near, replace(one_room.context(), bands=BANDS))
         assert viewpoint is not None
         away.append(np.hypot(viewpoint[0] - 1.55, viewpoint[1] - 1.55))
     assert away[0] < 0.85
@@ -218,12 +197,14 @@ def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
 
 def metres_before_it(height_m: float, camera: tuple[CameraView, ...]) -> float:
     """From how near a robot with this camera sets out to look at a thing of this height."""
-    seen = replace(candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
-    state = planner_state(seen)
+    seen = replace(one_room.candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
+    state = one_room.planner_state(seen)
     state.search = replace(state.search, phase=Approaching(seen))
     told = MapRevision(1, 1, 0, "e", "s", 1, 1, 1, 1.0, 1.0, camera=camera)
     inputs = with_revision(LatestInputs(), told, 0.0)
-    here = Observation(0.0, POSE, 0.0, STOP, False, ROOM, (), "", camera=inputs.camera)
+    here = Observation(
+        0.0, one_room.POSE, 0.0, STOP, False, one_room.ROOM, (), "", camera=inputs.camera
+    )
     decision = step(state, here, PARAMS).decision
     assert decision is not None
     assert isinstance(decision.motion, Drive)
@@ -248,10 +229,10 @@ def test_a_robot_looks_from_where_its_own_camera_sees() -> None:
 def test_the_usual_camera_is_the_simulators() -> None:
     camera = CameraParams()
     half_deg = np.degrees(np.arctan(camera.height / 2 / camera.intrinsics.fy))
-    assert USUAL_CAMERA.height_m == camera.height_m
-    assert USUAL_CAMERA.across_deg == camera.horizontal_fov_deg
-    assert USUAL_CAMERA.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
-    assert USUAL_CAMERA.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
+    assert context.USUAL_CAMERA.height_m == camera.height_m
+    assert context.USUAL_CAMERA.across_deg == camera.horizontal_fov_deg
+    assert context.USUAL_CAMERA.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
+    assert context.USUAL_CAMERA.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
 
 
 @pytest.mark.parametrize(("supported", "reached"), [(True, True), (False, False)])
@@ -262,9 +243,9 @@ def test_where_the_robot_fits_nowhere_nearer_it_looks_from_as_near_as_it_can(
     rows[5:13] = rows[17:25] = [f"#{'.' * 20}{'#' * 15}...#"] * 8  # a passage of 0.4 m
     view = search_view_of(drawn_map(*rows))
     pose = Pose2d(1.4, 1.0, 0.0)
-    here = context_of(view, pose)
-    seen = replace(candidate(1.45, 3.15), supported=supported, seen_from=((1.4, 1.0),))
-    viewpoint = find_viewpoint(seen, here)
+    here = one_room.context_of(view, pose)
+    seen = replace(one_room.candidate(1.45, 3.15), supported=supported, seen_from=((1.4, 1.0),))
+    viewpoint = viewpoints.find_viewpoint(seen, here)
     assert (viewpoint is not None) is reached
     if viewpoint is not None:
         assert 1.25 <= np.hypot(viewpoint[0] - 1.45, viewpoint[1] - 3.15) <= 1.5

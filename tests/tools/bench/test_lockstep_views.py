@@ -18,24 +18,18 @@ from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_planner.world.map_view import AssembledView, after
+from onemap_shared import messages as m
 from onemap_shared.geometry import F32
-from onemap_shared.messages import (
-    NO_VIEW,
-    SearchView,
-    SearchViewRequest,
-    ViewChanges,
-    ViewChangesRequest,
-)
 from onemap_shared.wire import decode, encode
 from tests.mapper import scenes
 
 CHANNELS = 16
 LAYERS = ("occupancy", "layers", "similarity", "rival", "guidance")
 REQUESTS = (
-    SearchViewRequest("sofa", ("bed", "desk")),
-    SearchViewRequest("bed"),
-    SearchViewRequest("plain"),  # without calibration
-    SearchViewRequest(),
+    m.SearchViewRequest("sofa", ("bed", "desk")),
+    m.SearchViewRequest("bed"),
+    m.SearchViewRequest("plain"),  # without calibration
+    m.SearchViewRequest(),
 )
 STEPS = ("frame", "share", "take out", "drive", "reset", "clear", "reload", "words", "ask", "lost")
 
@@ -70,7 +64,7 @@ class World:
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
         self.maps = 0
-        self.kept: dict[SearchViewRequest, AssembledView] = {}
+        self.kept: dict[m.SearchViewRequest, AssembledView] = {}
         self.shares: list[FeatureShare] = []
         self.words()
         self.clear()
@@ -135,15 +129,15 @@ class World:
         self.shares.append(FeatureShare(cells, features, c, c, c, heights))
         self.belief.put_in(self.shares[-1])
 
-    def ask(self, request: SearchViewRequest, *, lost: bool) -> None:
+    def ask(self, request: m.SearchViewRequest, *, lost: bool) -> None:
         """A reply travels to the caller, or is lost on the way."""
         names = (request.text, *request.rivals) if self.belief.store.count and request.text else ()
         queries = [self.queries[name] for name in names]
         kept = self.kept.get(request)
-        question = ViewChangesRequest(
-            request.text, request.rivals, NO_VIEW if kept is None else kept.key
+        question = m.ViewChangesRequest(
+            request.text, request.rivals, m.NO_VIEW if kept is None else kept.key
         )
-        changes = decode(ViewChanges, encode(self.replies.reply(question, queries)))
+        changes = decode(m.ViewChanges, encode(self.replies.reply(question, queries)))
         if lost:
             return
         self.kept[request] = view = after(kept, changes)
@@ -153,7 +147,7 @@ class World:
         np.testing.assert_allclose(view.whole().similarity, fresh.similarity, atol=1e-5)
 
 
-def assert_same(view: SearchView, whole: SearchView) -> None:
+def assert_same(view: m.SearchView, whole: m.SearchView) -> None:
     """Equal bit for bit."""
     for name in LAYERS:
         np.testing.assert_array_equal(getattr(view, name), getattr(whole, name), err_msg=name)
@@ -184,8 +178,8 @@ def test_a_frame_changes_little_of_a_view() -> None:
     world.ask(request, lost=True)
     queries = [world.queries[name] for name in ("sofa", "bed", "desk")]
     have = world.kept[request].key
-    changes = world.replies.reply(ViewChangesRequest("sofa", ("bed", "desk"), have), queries)
+    changes = world.replies.reply(m.ViewChangesRequest("sofa", ("bed", "desk"), have), queries)
     assert changes.base == have
     assert len(frames()[0].cells) <= len(changes.layers) < 3 * len(frames()[0].cells)
-    again = world.replies.reply(ViewChangesRequest("sofa", ("bed", "desk"), changes.key), queries)
+    again = world.replies.reply(m.ViewChangesRequest("sofa", ("bed", "desk"), changes.key), queries)
     assert len(again.layers) == len(again.tiles) == 0

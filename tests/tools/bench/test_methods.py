@@ -19,17 +19,7 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, FeatureField, SearchView, TextEmbeddings
-from onemap_tools.bench.navigation.methods import (
-    COMPANY_SIGHTINGS,
-    NEAREST_FRONTIER,
-    CompanyMap,
-    ConfidenceValueMap,
-    FrontierExploration,
-    search_method,
-    view_confidence,
-    without_rivals,
-    without_similarity,
-)
+from onemap_tools.bench.navigation import methods
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, explored, planner_state
 
@@ -47,15 +37,17 @@ BOTH_ENDS = seen(*["   .........      "] * 10)
 
 
 def test_the_nearest_frontier_is_chosen_and_kept() -> None:
-    state, motion, event, candidates = explored(PlannerState(SEARCH), BOTH_ENDS, NEAREST_FRONTIER)
+    state, motion, event, candidates = explored(
+        PlannerState(SEARCH), BOTH_ENDS, methods.NEAREST_FRONTIER
+    )
     assert isinstance(motion, Drive)
     assert event is None
     assert len(candidates.frontiers) >= 2
     goal = state.memory.active_goal
     assert goal is not None
-    again, *_ = explored(replace(state, active_time_s=1.0), BOTH_ENDS, NEAREST_FRONTIER)
+    again, *_ = explored(replace(state, active_time_s=1.0), BOTH_ENDS, methods.NEAREST_FRONTIER)
     assert again.memory.active_goal == goal
-    farthest = FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
+    farthest = methods.FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
     other, *_ = explored(state, BOTH_ENDS, farthest)
     assert other.memory.active_goal is not None
     away_m = other.memory.active_goal.goal.utility.travel_m
@@ -63,15 +55,15 @@ def test_the_nearest_frontier_is_chosen_and_kept() -> None:
 
 
 def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
-    state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, NEAREST_FRONTIER)
+    state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, methods.NEAREST_FRONTIER)
     goal = state.memory.active_goal
     assert goal is not None
     late = replace(state, active_time_s=goal.budget_s + 0.1)
-    after, *_ = explored(late, BOTH_ENDS, NEAREST_FRONTIER)
+    after, *_ = explored(late, BOTH_ENDS, methods.NEAREST_FRONTIER)
     assert goal.goal.look_xy in after.visited_frontiers
     there = replace(state.memory, active_goal=replace(goal, arrived_s=0.0))
     lingered = replace(state, memory=there, active_time_s=LINGER_S)
-    after, *_ = explored(lingered, BOTH_ENDS, NEAREST_FRONTIER)
+    after, *_ = explored(lingered, BOTH_ENDS, methods.NEAREST_FRONTIER)
     assert goal.goal.look_xy in after.visited_frontiers
 
 
@@ -80,15 +72,17 @@ def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> No
     state = planner_state()
     rejected = replace(state.memory, rejected=(candidate(2.5, 2.5),))
     state = replace(state, memory=rejected, visited_frontiers=((1.0, 1.0),))
-    state, motion, event, _ = explored(state, context(), NEAREST_FRONTIER)
+    state, motion, event, _ = explored(state, context(), methods.NEAREST_FRONTIER)
     assert (motion, event) == (Rest(), None)
-    state, *_ = explored(replace(state, active_time_s=settle_s + 0.1), context(), NEAREST_FRONTIER)
+    state, *_ = explored(
+        replace(state, active_time_s=settle_s + 0.1), context(), methods.NEAREST_FRONTIER
+    )
     assert state.memory.reconsidered
     assert state.memory.rejected == ()
     assert state.visited_frontiers == ()
-    state, *_ = explored(state, context(), NEAREST_FRONTIER)
+    state, *_ = explored(state, context(), methods.NEAREST_FRONTIER)
     late = replace(state, active_time_s=2 * settle_s + 0.2)
-    _, _, event, _ = explored(late, context(), NEAREST_FRONTIER)
+    _, _, event, _ = explored(late, context(), methods.NEAREST_FRONTIER)
     assert isinstance(event, Ending)
     assert "no frontier is left on" in event.reason
 
@@ -126,7 +120,7 @@ def field(feature: tuple[float, ...], yaw_rad: float = 0.0, depth_mm: int = 4000
     )
 
 
-def similarity(values: ConfidenceValueMap) -> np.ndarray:
+def similarity(values: methods.ConfidenceValueMap) -> np.ndarray:
     """(2, 3): x = 2.05 and -1.95, y = -2.95, 0.05, 3.05 m."""
     grid = GridSpec(0.1, (-60, -60), (120, 120))
     zeros = np.zeros(grid.shape, np.uint8)
@@ -140,7 +134,7 @@ def similarity(values: ConfidenceValueMap) -> np.ndarray:
 
 def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
     places = np.array([[2.0, 0.0], [2.0, 1.0], [2.0, -1.0], [2.0, 2.2], [-2.0, 0.0], [5.0, 0.0]])
-    ahead, left, right, beside, behind, beyond = view_confidence(places, field((1.0, 0.0)))
+    ahead, left, right, beside, behind, beyond = methods.view_confidence(places, field((1.0, 0.0)))
     assert ahead == pytest.approx(1.0)
     assert 0 < left < ahead
     assert left == pytest.approx(right)
@@ -148,7 +142,7 @@ def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
 
 
 def test_frames_are_averaged_by_confidence_and_forgotten() -> None:
-    values = ConfidenceValueMap(0.1)
+    values = methods.ConfidenceValueMap(0.1)
     assert np.isnan(similarity(values)).all()
     values.add(field((1.0, 0.0)), QUERY, NOTHING)
     values.add(field((0.0, 1.0)), QUERY, NOTHING)
@@ -169,9 +163,9 @@ def words(*names: str) -> TextEmbeddings:
     return replace(QUERY, texts=names, embeddings=rows, neutral_mask=mask, neutral=rows[:0])
 
 
-def frontier(company: CompanyMap) -> tuple[float, float]:
+def frontier(company: methods.CompanyMap) -> tuple[float, float]:
     """Where a robot drives first that ranks frontiers so."""
-    ranked = FrontierExploration(company.rank, margin=0.0)
+    ranked = methods.FrontierExploration(company.rank, margin=0.0)
     state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, ranked)
     assert state.memory.active_goal is not None
     return state.memory.active_goal.goal.look_xy
@@ -181,7 +175,7 @@ def frontier(company: CompanyMap) -> tuple[float, float]:
 def test_the_frontier_near_what_the_object_keeps_company_with_is_chosen(
     sought: str, beside: int
 ) -> None:
-    company, places = CompanyMap(0.1), np.array([[0.8, 3.7, 0], [4.3, 3.7, 0]], np.float32)
+    company, places = methods.CompanyMap(0.1), np.array([[0.8, 3.7, 0], [4.3, 3.7, 0]], np.float32)
     near_m, nearest = 1.6, frontier(company)
     assert {"bed", "oven", "kitchen"} < set(company.names)
     seen = replace(
@@ -194,7 +188,7 @@ def test_the_frontier_near_what_the_object_keeps_company_with_is_chosen(
     )
     queries = words(sought, "bed", "oven", "chair", "bedroom", "kitchen")
     elsewhere = field(tuple(queries.embeddings[4]), yaw_rad=np.pi)
-    for _ in range(COMPANY_SIGHTINGS):
+    for _ in range(methods.COMPANY_SIGHTINGS):
         assert frontier(company) == nearest
         company.add(elsewhere, queries, seen)
     chosen = frontier(company)
@@ -207,7 +201,7 @@ def test_a_frontier_in_the_object_s_room_ranks_higher_and_a_near_one_too() -> No
     def goal(x: float, y: float, travel_m: float) -> Goal:
         return Goal(GoalKind.FRONTIER, (x, y), (x, y), utility(travel_m), "")
 
-    company, context = CompanyMap(0.1), BOTH_ENDS
+    company, context = methods.CompanyMap(0.1), BOTH_ENDS
     here, there = goal(2.0, 0.0, 3.0), goal(-2.0, 0.0, 3.0)
     assert company.rank(here, context) == company.rank(there, context)
     queries = words("refrigerator", "bed", "bedroom", "kitchen")
@@ -219,17 +213,17 @@ def test_a_frontier_in_the_object_s_room_ranks_higher_and_a_near_one_too() -> No
 
 
 def test_a_value_map_is_each_episode_s_own() -> None:
-    first, second = (search_method("vlfm", 0.1) for _ in range(2))
+    first, second = (methods.search_method("vlfm", 0.1) for _ in range(2))
     assert first.forgets
     assert first.value_map is not None
     assert first.value_map is not second.value_map
-    assert search_method("vlfm", 0.1).exploration is not explore
+    assert methods.search_method("vlfm", 0.1).exploration is not explore
 
 
 def test_without_similarity_no_cell_is_better_than_another() -> None:
     similarity = np.array([[0.9, np.nan], [0.1, 0.4]], np.float32)
     zeros = np.zeros((2, 2), np.uint8)
     view = SearchView("bed", 1, 1, 1, GridSpec(0.1, (0, 0), (2, 2)), zeros, zeros, similarity)
-    changed = without_similarity(view)
+    changed = methods.without_similarity(view)
     np.testing.assert_array_equal(changed.similarity, [[0, np.nan], [0, 0]])
-    assert changed.rival.size == without_rivals(view).rival.size == 0
+    assert changed.rival.size == methods.without_rivals(view).rival.size == 0

@@ -22,17 +22,8 @@ from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import SearchEnd
-from onemap_tools.bench.navigation import benchmark
+from onemap_tools.bench.navigation import benchmark, drawing
 from onemap_tools.bench.navigation.benchmark import run, setups
-from onemap_tools.bench.navigation.drawing import (
-    FROM_START_M,
-    GOALS,
-    MIN_WAY_M,
-    NavigationEpisode,
-    apartment_seeds,
-    deepest_m,
-    draw_episode,
-)
 from onemap_tools.bench.navigation.episode import (
     EpisodeSetup,
     failure_of,
@@ -104,9 +95,9 @@ def test_the_options_name_every_episode() -> None:
     assert [each.index for each in made] == [0, 1, 2]
     assert {each.config.simulator.errors for each in made} == {"people"}
     assert {each.options for each in made} == {options}
-    assert apartment_seeds(3, 3, "all") == (3, 4, 5)
-    assert apartment_seeds(3, 3, "even") == (4, 6, 8)
-    assert apartment_seeds(4, 2, "odd") == (5, 7)
+    assert drawing.apartment_seeds(3, 3, "all") == (3, 4, 5)
+    assert drawing.apartment_seeds(3, 3, "even") == (4, 6, 8)
+    assert drawing.apartment_seeds(4, 2, "odd") == (5, 7)
 
 
 def test_a_rule_that_is_switched_off_must_be_one() -> None:
@@ -118,18 +109,18 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
     scene = room()
     truth, collision = truth_of(scene), CollisionMap.of(scene, 1.1)
 
-    def draw(seed: int, objects: int) -> NavigationEpisode:
+    def draw(seed: int, objects: int) -> drawing.NavigationEpisode:
         robot = RobotParams(radius_m=0.2)
-        return draw_episode(scene, truth, SimulatorConfig(seed=seed, robot=robot), objects)
+        return drawing.draw_episode(scene, truth, SimulatorConfig(seed=seed, robot=robot), objects)
 
     drawn = [draw(seed, 2) for seed in range(6)]
     for each in drawn:
         assert "bed" in each.objects  # the toilet has no way to it
-        assert set(each.objects) < {"bed", "desk", "chair"} < GOALS
+        assert set(each.objects) < {"bed", "desk", "chair"} < drawing.GOALS
         x, y, _ = each.start
         assert collision.clearance_m(x, y) > 0.2
-        assert truth.path_m(each.objects[0], x, y) >= MIN_WAY_M
-        assert truth.least_way_m(*each.objects) >= MIN_WAY_M
+        assert truth.path_m(each.objects[0], x, y) >= drawing.MIN_WAY_M
+        assert truth.least_way_m(*each.objects) >= drawing.MIN_WAY_M
     assert len({each.start for each in drawn}) == 6
     assert drawn[0] == draw(0, 2)
     with pytest.raises(ValueError, match="has 2 kinds of object that can be reached one after"):
@@ -137,7 +128,7 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
 
 
 def test_the_oracle_drives_the_shortest_paths_one_after_the_other() -> None:
-    drawn = NavigationEpisode(("desk", "bed", "toilet"), (4.0, 2.0, 0.0))
+    drawn = drawing.NavigationEpisode(("desk", "bed", "toilet"), (4.0, 2.0, 0.0))
     (desk, bed, toilet), trajectory = oracle_objects(truth_of(room()), drawn, 0.5)
     assert (desk.success, desk.spl, bed.spl) == (True, 1.0, 1.0)
     assert 1.0 < desk.path_length_m < 2.5 < bed.path_length_m < 7.0
@@ -264,7 +255,7 @@ def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object() ->
     for x0, y0, x1, y1 in opened.stairwells:
         x, y, _ = opened.start
         outside = (max(x0 - x, x - x1, 0), max(y0 - y, y - y1, 0))
-        assert np.hypot(*outside) >= FROM_START_M
+        assert np.hypot(*outside) >= drawing.FROM_START_M
         assert all(floor.clearance_m(x, y) > 0 for x in (x0, x1) for y in (y0, y1))
 
 
@@ -273,12 +264,12 @@ def test_zones_are_away_from_the_start_and_leave_a_way_to_every_object() -> None
     record = run_episode(setup("oracle", zones=2))
     assert len(record.zones) == 2
     assert all(isfinite(item.shortest_path_m or inf) for item in record.objects)
-    assert deepest_m([record.start[:2]], record.zones, FROM_START_M) <= 0
+    assert drawing.deepest_m([record.start[:2]], record.zones, drawing.FROM_START_M) <= 0
 
 
 def test_how_deep_a_body_was_in_a_zone_counts_from_its_rim() -> None:
     zone = (1.0, 0.0, 3.0, 4.0)
-    assert deepest_m([(0.5, 2.0)], [zone], 0.2) == 0
-    assert deepest_m([(0.5, 2.0), (0.9, 2.0)], [zone], 0.2) == pytest.approx(0.1)
-    assert deepest_m([(1.5, 2.0)], [zone], 0.2) == pytest.approx(0.7)
-    assert deepest_m([(1.5, 2.0)], [], 0.2) == 0
+    assert drawing.deepest_m([(0.5, 2.0)], [zone], 0.2) == 0
+    assert drawing.deepest_m([(0.5, 2.0), (0.9, 2.0)], [zone], 0.2) == pytest.approx(0.1)
+    assert drawing.deepest_m([(1.5, 2.0)], [zone], 0.2) == pytest.approx(0.7)
+    assert drawing.deepest_m([(1.5, 2.0)], [], 0.2) == 0

@@ -10,40 +10,28 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_tools.bench.navigation.results import (
-    EPISODE,
-    EpisodeRecord,
-    Estimate,
-    Failure,
-    ObjectRecord,
-    ResultsFolder,
-    comparison,
-    estimates,
-    paths_of,
-    read_beside,
-    resampling,
-    summary,
-    table_lines,
-)
+from onemap_tools.bench.navigation import results
 
 
-def found(name: str, shortest_m: float, driven_m: float) -> ObjectRecord:
+def found(name: str, shortest_m: float, driven_m: float) -> results.ObjectRecord:
     spl = shortest_m / max(shortest_m, driven_m)
     goal = (driven_m, shortest_m, 0.0)
-    return ObjectRecord(name, "found", "", True, False, spl, *goal, 10.0, 5, 3, Failure.NONE)
+    return results.ObjectRecord(
+        name, "found", "", True, False, spl, *goal, 10.0, 5, 3, results.Failure.NONE
+    )
 
 
-def failed(name: str, driven_m: float, failure: Failure) -> ObjectRecord:
-    wrong = failure is Failure.WRONG_OBJECT
+def failed(name: str, driven_m: float, failure: results.Failure) -> results.ObjectRecord:
+    wrong = failure is results.Failure.WRONG_OBJECT
     outcome = "found" if wrong else "not_found"
-    return ObjectRecord(
+    return results.ObjectRecord(
         name, outcome, "", False, wrong, 0.0, driven_m, 2.0, None, 30.0, 0, 0, failure
     )
 
 
-def episode(index: int, *objects: ObjectRecord, contacts: int = 0) -> EpisodeRecord:
+def episode(index: int, *objects: results.ObjectRecord, contacts: int = 0) -> results.EpisodeRecord:
     path = ((1.0, 2.0), (1.5, 2.25))
-    return EpisodeRecord(
+    return results.EpisodeRecord(
         index,
         index + 1,
         (1.0, 2.0, 0.5),
@@ -56,14 +44,20 @@ def episode(index: int, *objects: ObjectRecord, contacts: int = 0) -> EpisodeRec
 
 
 ALL = episode(0, found("bed", 4, 8), found("sofa", 2, 2), found("desk", 3, 4), contacts=2)
-TWO = episode(1, found("bed", 2, 2), found("sofa", 3, 6), failed("fan", 4, Failure.WRONG_OBJECT))
-GAP = episode(2, failed("bed", 9, Failure.NEVER_IN_VIEW), found("sofa", 1, 2), found("fan", 1, 1))
+TWO = episode(
+    1, found("bed", 2, 2), found("sofa", 3, 6), failed("fan", 4, results.Failure.WRONG_OBJECT)
+)
+GAP = episode(
+    2, failed("bed", 9, results.Failure.NEVER_IN_VIEW), found("sofa", 1, 2), found("fan", 1, 1)
+)
 FIRST, SECOND = episode(0, found("bed", 4, 8)), episode(1, found("fan", 1, 1))
 OPTIONS: dict[str, Any] = {"method": "onemap", "seed": 1, "config": {"planner": {"plan_hz": 4.0}}}
 
 
 def test_metrics_are_those_of_habitat_and_of_the_paper() -> None:
-    values = {name: each["value"] for name, each in estimates([ALL, TWO, GAP], seed=1).items()}
+    values = {
+        name: each["value"] for name, each in results.estimates([ALL, TWO, GAP], seed=1).items()
+    }
     assert values == pytest.approx(
         {
             "sr": 7 / 9,
@@ -85,22 +79,24 @@ def test_metrics_are_those_of_habitat_and_of_the_paper() -> None:
         },
         abs=1e-4,
     )
-    document = summary([ALL, TWO, GAP], seed=1)
+    document = results.summary([ALL, TWO, GAP], seed=1)
     assert (document["episodes"], document["objects"], document["contacts"]) == (3, 9, 2)
     counted = {reason: count for reason, count in document["failures"].items() if count}
     assert counted == {"wrong object claimed": 1, "never in view": 1}
     json.dumps(document, allow_nan=False)
-    assert document == summary([ALL, TWO, GAP], seed=1)
-    nothing = estimates([episode(0, failed("bed", 1, Failure.STUCK), found("sofa", 1, 1))], seed=1)
+    assert document == results.summary([ALL, TWO, GAP], seed=1)
+    nothing = results.estimates(
+        [episode(0, failed("bed", 1, results.Failure.STUCK), found("sofa", 1, 1))], seed=1
+    )
     assert nothing["spl_2"]["value"] is None
-    assert str(Estimate(**nothing["spl_2"])) == "-"
+    assert str(results.Estimate(**nothing["spl_2"])) == "-"
 
 
 def test_intervals_cover_the_truth_about_as_often_as_they_say() -> None:
     rng, covered = np.random.default_rng(3), 0
     for trial in range(200):
-        share = resampling(60, trial) @ (rng.random(60) < 0.7) / 60
-        estimate = Estimate.of(np.array([0.7, *share[1:]]))
+        share = results.resampling(60, trial) @ (rng.random(60) < 0.7) / 60
+        estimate = results.Estimate.of(np.array([0.7, *share[1:]]))
         assert estimate.low is not None
         assert estimate.high is not None
         covered += estimate.low <= 0.7 <= estimate.high
@@ -111,40 +107,40 @@ def test_pairs_have_narrow_intervals() -> None:
     good = [episode(k, found("bed", 4, 4 + k), found("sofa", 2, 2)) for k in range(4)]
     # Half as efficient in each apartment, and the second object wrong in the first of them.
     poor = [episode(k, found("bed", 4, 2 * (4 + k)), found("sofa", 2, 4)) for k in (1, 2, 3)]
-    poor.append(episode(0, found("bed", 4, 8), failed("sofa", 3, Failure.WRONG_OBJECT)))
-    compared = comparison(good, poor, seed=1)
+    poor.append(episode(0, found("bed", 4, 8), failed("sofa", 3, results.Failure.WRONG_OBJECT)))
+    compared = results.comparison(good, poor, seed=1)
     assert compared["spl_1"] == {"value": 2.0, "low": 2.0, "high": 2.0}
     assert compared["spl_2"]["value"] == pytest.approx(1 / (1.5 / 4), abs=1e-3)
     assert compared["sr"]["value"] == pytest.approx(1 / 8)
     assert compared["wrong_claims"]["value"] == pytest.approx(-1 / 8)
     assert "spl_3" not in compared
     with pytest.raises(ValueError, match="no apartment in common"):
-        comparison(good, [episode(9, found("bed", 1, 1))], seed=1)
+        results.comparison(good, [episode(9, found("bed", 1, 1))], seed=1)
 
 
 def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) -> None:
     out = tmp_path / "runs" / "one"
-    folder = ResultsFolder(out, OPTIONS)
+    folder = results.ResultsFolder(out, OPTIONS)
     assert folder.finished == []
     stairwells = ((1.0, 2.0, 1.5, 3.0),)
     for record in (SECOND, replace(TWO, index=0, stairwells=stairwells, people_touched=2)):
         folder.add(record)
     file = out / "episodes.jsonl"
     file.write_text(file.read_text() + json.dumps(FIRST.document())[:50])
-    again = ResultsFolder(out, OPTIONS)
+    again = results.ResultsFolder(out, OPTIONS)
     assert again.finished == [
         SECOND,
         replace(TWO, index=0, stairwells=stairwells, people_touched=2),
     ]
     again.add(episode(2, found("sofa", 1, 2)))
-    assert len(ResultsFolder(out, OPTIONS).finished) == 3
+    assert len(results.ResultsFolder(out, OPTIONS).finished) == 3
     compared = {"spl": {"value": 0.5, "low": 0.25, "high": 0.75}}
     document = {
         **{"method": "<vlfm>", "features": "mini", "errors": "people", "stairwells_per_episode": 2},
-        **summary(again.finished, 1),
+        **results.summary(again.finished, 1),
         "compared_with": {"<oracle>": {"metrics": {}, "compared": compared}},
     }
-    lines = table_lines(document)
+    lines = results.table_lines(document)
     assert lines[0].startswith("<vlfm>, mini features, errors: people, 2 stairwells: 2 episodes")
     for line in (
         "contacts with people, all episodes     2",
@@ -168,37 +164,37 @@ def test_a_record_is_rounded_and_no_other_document_is_one() -> None:
     document = long.document()
     assert (document["simulated_s"], document["trajectory"]) == (0.3333, [[0.33, 2.0]])
     with pytest.raises(ValueError, match=r"objects\.0\.name"):
-        EPISODE.validate_python(document | {"objects": [{}]})
+        results.EPISODE.validate_python(document | {"objects": [{}]})
 
 
 def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> None:
-    ResultsFolder(tmp_path, OPTIONS)
+    results.ResultsFolder(tmp_path, OPTIONS)
     with pytest.raises(ValueError, match="holds results with seed 1 instead of 2: choose another"):
-        ResultsFolder(tmp_path, {**OPTIONS, "seed": 2})
+        results.ResultsFolder(tmp_path, {**OPTIONS, "seed": 2})
     with pytest.raises(ValueError, match=r"config\.planner\.plan_hz 4\.0 instead of 5\.0"):
-        ResultsFolder(tmp_path, {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}})
+        results.ResultsFolder(tmp_path, {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}})
     (tmp_path / "options.json").write_text("{")
     with pytest.raises(ValueError, match="is damaged"):
-        ResultsFolder(tmp_path, OPTIONS)
+        results.ResultsFolder(tmp_path, OPTIONS)
 
 
 def test_only_runs_of_the_same_task_are_compared(tmp_path: Path) -> None:
-    ResultsFolder(tmp_path, OPTIONS).add(FIRST)
-    assert read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == {"onemap": [FIRST]}
+    results.ResultsFolder(tmp_path, OPTIONS).add(FIRST)
+    assert results.read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == {"onemap": [FIRST]}
     other = {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}}
-    assert read_beside(tmp_path, other) == {"onemap, planner.plan_hz 4.0": [FIRST]}
+    assert results.read_beside(tmp_path, other) == {"onemap, planner.plan_hz 4.0": [FIRST]}
     later = {"seed": 3, "config": {**OPTIONS["config"], "simulator": {"seed": 3}}}
-    assert read_beside(tmp_path, {**OPTIONS, **later}).keys() == {"onemap"}
+    assert results.read_beside(tmp_path, {**OPTIONS, **later}).keys() == {"onemap"}
     with pytest.raises(ValueError, match=r"simulator\.rgbd_hz None instead of 8\.0: only runs"):
-        read_beside(tmp_path, {**other, "config": {"simulator": {"rgbd_hz": 8.0}}})
+        results.read_beside(tmp_path, {**other, "config": {"simulator": {"rgbd_hz": 8.0}}})
     with pytest.raises(ValueError, match="holds no results"):
-        read_beside(tmp_path / "none", OPTIONS)
+        results.read_beside(tmp_path / "none", OPTIONS)
 
 
 def test_the_trajectory_is_cut_where_the_next_object_begins() -> None:
     walk = episode(0, found("bed", 1, 1), found("fan", 1, 1))
     walk = replace(walk, trajectory=tuple((float(x), 0.0) for x in range(9)))
-    first, second = paths_of(walk)
+    first, second = results.paths_of(walk)
     np.testing.assert_array_equal(first[:, 0], range(5))
     np.testing.assert_array_equal(second[:, 0], range(4, 9))
-    assert paths_of(replace(walk, trajectory=())) == []
+    assert results.paths_of(replace(walk, trajectory=())) == []

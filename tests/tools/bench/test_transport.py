@@ -16,14 +16,6 @@ from onemap_perception.config import MiniParams
 from onemap_tools.bench.options import TransportBench
 from onemap_tools.bench.transport import benchmark
 from onemap_tools.bench.transport import link as links
-from onemap_tools.bench.transport.benchmark import (
-    SETTINGS,
-    THIN,
-    load_stream,
-    make_stream,
-    run,
-    summary,
-)
 from onemap_tools.bench.transport.link import (
     ADDRESSES,
     BUFFER_S,
@@ -93,7 +85,7 @@ def test_the_share_that_is_lost_is_as_asked_for() -> None:
 def test_what_is_missing_for_a_link_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     with pytest.raises(ValueError, match="need root"):
-        run(TransportBench(link=30.0), lambda _: None)
+        benchmark.run(TransportBench(link=30.0), lambda _: None)
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert "apt-get install iproute2" in emulation_problem()
@@ -135,11 +127,11 @@ def counted(ages: list[list[tuple[float, float]]], **metrics: float) -> dict[str
 def test_rates_and_ages_are_those_of_the_measured_time() -> None:
     first = [(9.0, 5.0), *[(10.0 + 0.1 * i, 0.2) for i in range(20)], (12.5, 5.0)]
     second = [(10.0 + 0.5 * i, 0.4) for i in range(4)]
-    row = summary(counted([first, second], link_field_replaced=2.0), 10.0, 12.0)
+    row = benchmark.summary(counted([first, second], link_field_replaced=2.0), 10.0, 12.0)
     assert (row["rate_hz"], row["slowest_hz"]) == (6.0, 2.0)
     assert (row["age_p50_ms"], row["age_p95_ms"]) == (200, 400)
     assert (row["replaced"], row["overdue"]) == (4, 0)
-    nothing = summary(counted([[]]), 0.0, 1.0)
+    nothing = benchmark.summary(counted([[]]), 0.0, 1.0)
     assert nothing["rate_hz"] == nothing["slowest_hz"] == 0
     assert nothing["age_p50_ms"] is nothing["age_p95_ms"] is None
 
@@ -147,16 +139,16 @@ def test_rates_and_ages_are_those_of_the_measured_time() -> None:
 @pytest.mark.slow
 def test_thin_streams_fit_their_links_and_survive_their_file(tmp_path: Path) -> None:
     """The goals: 8 Hz in 30 Mbit/s, and 4 Hz in 10 Mbit/s, each way, with a fifth to spare."""
-    full, narrow = (make_stream(MiniParams(channels=n), (320, 240), 2) for n in (0, 128))
+    full, narrow = (benchmark.make_stream(MiniParams(channels=n), (320, 240), 2) for n in (0, 128))
     full.save(tmp_path / "s.npz")
-    loaded = load_stream(tmp_path / "s.npz")
+    loaded = benchmark.load_stream(tmp_path / "s.npz")
     field = loaded.field(loaded.frame(5, 7))
     np.testing.assert_array_equal(field.features, full.features[1])
     assert (field.sequence, field.stamp_ns) == (5, 7)
     for stream, hz, mbit_s in ((full, 8, 30), (narrow, 8, 30), (narrow, 4, 10)):
-        for kb in stream.sizes_kb(THIN):
+        for kb in stream.sizes_kb(benchmark.THIN):
             assert 8e-3 * kb * hz < 0.8 * mbit_s
-    raw = full.sizes_kb(SETTINGS["raw"].link)
+    raw = full.sizes_kb(benchmark.SETTINGS["raw"].link)
     assert 8e-3 * raw[1] * 8 > 2 * 30  # which uncompressed fields do not
 
 
@@ -168,7 +160,7 @@ def test_every_number_of_streams_has_a_row(monkeypatch: pytest.MonkeyPatch) -> N
     options = TransportBench(
         link=link, setting=["thin"], streams=[2], rate=5.0, seconds=1.0, size="160x120"
     )
-    (thin,) = run(options, lambda _: None)["results"]
+    (thin,) = benchmark.run(options, lambda _: None)["results"]
     assert (thin["setting"], thin["streams"]) == ("thin", 2)
     assert thin["slowest_hz"] > 0
     assert thin["age_p50_ms"] > 0

@@ -8,15 +8,9 @@ from onemap_ros2.cdr import CAMERA_INFO, IMAGE, ODOMETRY, TF, TWIST_STAMPED
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive.velocity import twist
 from onemap_ros2.robot_input import RobotInput
+from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import Velocity2d, camera_mount, pose_2d
-from onemap_shared.keys import (
-    MAP_REVISION,
-    ROBOT_CMD_VEL,
-    ROBOT_ODOMETRY,
-    ROBOT_RGBD,
-    ROBOT_TRUTH,
-)
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
 from onemap_tools.demo.ros2_robot import COLOR, DEPTH, INFO, Ros2RobotBus, ros2_section
 from tests.memory_bus import MemoryRouter
@@ -47,8 +41,8 @@ def test_the_adapter_makes_the_same_frames_and_odometry_of_it() -> None:
     camera = Intrinsics(12.0, 12.0, 8.0, 6.0)
     frame = RgbdFrame(0, 5_000_000_000, rgb, depth, camera, pose @ T_BODY_CAMERA)
     odometry = Odometry(0, 5_000_000_000, pose, 0.3, -0.2)
-    bus.publish(ROBOT_ODOMETRY).put(odometry)
-    bus.publish(ROBOT_RGBD).put(frame)
+    bus.publish(keys.ROBOT_ODOMETRY).put(odometry)
+    bus.publish(keys.ROBOT_RGBD).put(frame)
     made = RobotInput(Ros2Config.model_validate(ros2_section("tcp/127.0.0.1:1")))
     for kind, key in SAID.items():
         for data in network.writers[key].sent:
@@ -67,7 +61,7 @@ def test_the_adapter_makes_the_same_frames_and_odometry_of_it() -> None:
 
 def test_its_base_hears_velocities_and_takes_the_newest() -> None:
     _, network, bus = robot()
-    commands = bus.subscribe(ROBOT_CMD_VEL)
+    commands = bus.subscribe(keys.ROBOT_CMD_VEL)
     assert commands.take(0.0) is None
     for speed in (0.1, 0.25):
         network.say("/cmd_vel", twist(Velocity2d(speed, -0.5), TWIST_STAMPED, 1, "base_link"))
@@ -79,11 +73,11 @@ def test_its_base_hears_velocities_and_takes_the_newest() -> None:
 
 def test_the_rest_goes_over_the_other_bus() -> None:
     router, network, bus = robot()
-    bus.serve(ROBOT_TRUTH, lambda _: Truth("flat", 0, 1.0, 2.0, (), "", False))
+    bus.serve(keys.ROBOT_TRUTH, lambda _: Truth("flat", 0, 1.0, 2.0, (), "", False))
     asker = router.bus()
-    assert asker.call(ROBOT_TRUTH, TruthRequest("sofa", 0.0, 0.0)).scene == "flat"
-    assert bus.call(ROBOT_TRUTH, TruthRequest("sofa", 0.0, 0.0)).scene == "flat"
-    assert bus.subscribe(MAP_REVISION).take(0.0) is None
+    assert asker.call(keys.ROBOT_TRUTH, TruthRequest("sofa", 0.0, 0.0)).scene == "flat"
+    assert bus.call(keys.ROBOT_TRUTH, TruthRequest("sofa", 0.0, 0.0)).scene == "flat"
+    assert bus.subscribe(keys.MAP_REVISION).take(0.0) is None
     assert ("ros2_robot", bus.instance) in bus.members()
     assert bus.alive() == {"ros2_robot"}
     bus.close()

@@ -21,14 +21,8 @@ from rich.console import Console
 
 from onemap import Client, OneMapError
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.geometry import pose_2d
-from onemap_shared.messages import (
-    Heartbeat,
-    MapRevision,
-    Odometry,
-    Truth,
-    TruthRequest,
-)
 from onemap_tools.demo import run as module
 from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m
 from onemap_tools.demo.setup import DemoRobot, DemoSetup
@@ -164,7 +158,7 @@ def test_a_start_that_compiles_is_shown_and_waited_for(
     robot = FakeRobot(missing=(compiling,))
     demo = demo_of(tmp_path, robot)
     metrics = {"start_s": 400.0}
-    beat = Heartbeat("mapper", "a", 1, 1, ready=False, problem=compiling, metrics=metrics)
+    beat = m.Heartbeat("mapper", "a", 1, 1, ready=False, problem=compiling, metrics=metrics)
     robot.router.bus().publish(keys.heartbeat("mapper")).put(beat)
     now_s = time.monotonic() + 400.0  # longer than the limit
     monkeypatch.setattr(f"{module.__name__}.time", SimpleNamespace(monotonic=lambda: now_s))
@@ -214,17 +208,17 @@ def test_the_time_limit_ends_the_searches_of_all(tmp_path: Path) -> None:
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:
     alone, other = FakeRobot(), FakeRobot()
-    asked: list[TruthRequest] = []
+    asked: list[m.TruthRequest] = []
 
-    def truth(request: TruthRequest) -> Truth:
+    def truth(request: m.TruthRequest) -> m.Truth:
         asked.append(request)
-        return Truth("flat", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
+        return m.Truth("flat", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
 
     alone.router.bus().serve(keys.ROBOT_TRUTH, truth)
     demo, out = demo_of(tmp_path, alone), console()
     assert demo.choose_targets(out) == DemoTargets(("bed", "sofa"), {"bed": "bed", "sofa": "sofa"})
     assert demo.searches[0].truth("sofa", (1.0, 2.0)) is not None
-    assert asked == [TruthRequest("sofa", 0.0, 0.0), TruthRequest("sofa", 1.0, 2.0)]
+    assert asked == [m.TruthRequest("sofa", 0.0, 0.0), m.TruthRequest("sofa", 1.0, 2.0)]
     demo.options = replace(demo.options, objects=("Elephant",))
     assert demo.choose_targets(out).objects == ("Elephant",)
     assert isinstance(out.file, io.StringIO)
@@ -312,17 +306,17 @@ def test_what_the_bus_says_of_a_robot_is_kept() -> None:
     assert np.isnan(search.map_rate_hz)
     assert search.overlay.robot == ()
     bus.publish(keys.heartbeat("simulator")).put(
-        Heartbeat("simulator", "a", 1, 1, ready=True, metrics={"collisions": 2.0})
+        m.Heartbeat("simulator", "a", 1, 1, ready=True, metrics={"collisions": 2.0})
     )
     for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
-        revisions.put(MapRevision(frames, frames, 1, "e", "t", frames, 10, 10, 1.0, 9.9))
+        revisions.put(m.MapRevision(frames, frames, 1, "e", "t", frames, 10, 10, 1.0, 9.9))
         if now_s == 50.0:
             search.restart(now_s)
         search.update(now_s)
     assert search.map_rate_hz == 5.0  # since the restart
     assert search.contacts == 2
     for x_m in (0.0, 0.001, 0.1, 0.1, 0.2):
-        odometry.put(Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
+        odometry.put(m.Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
     search.update(61.0)
     assert search.trail_m == ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0))  # without a robot that stands
     assert search.overlay.robot == pytest.approx((0.2, 0.0, 0.5))

@@ -11,19 +11,12 @@ import pytest
 import yaml
 
 from onemap_tools.errors import CliError
+from onemap_tools.models import config_file
 from onemap_tools.models.choice import choose
-from onemap_tools.models.config_file import (
-    ConfigDraft,
-    changed_lines,
-    check_writable,
-    draft,
-    with_section,
-    write,
-)
 
 
-def drafted(path: Path, *names: str) -> ConfigDraft:
-    return draft(path, choose(names or ["tipsv2"]), "cpu", allow_remote_code=False)
+def drafted(path: Path, *names: str) -> config_file.ConfigDraft:
+    return config_file.draft(path, choose(names or ["tipsv2"]), "cpu", allow_remote_code=False)
 
 
 def test_a_file_keeps_its_permissions_and_its_link(tmp_path: Path) -> None:
@@ -31,7 +24,7 @@ def test_a_file_keeps_its_permissions_and_its_link(tmp_path: Path) -> None:
     path.write_text("gateway: {token: secret}  # mine\n")
     path.chmod(0o600)
     link.symlink_to(path)
-    write(drafted(link))
+    config_file.write(drafted(link))
     assert link.is_symlink()
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert path.read_text().startswith("gateway: {token: secret}  # mine\nperception:\n")
@@ -53,7 +46,7 @@ def test_a_file_that_is_read_only_is_refused(tmp_path: Path) -> None:
     path.write_text("log: {}\n")
     path.chmod(0o400)
     with pytest.raises(CliError, match="it is read-only"):
-        check_writable(path)
+        config_file.check_writable(path)
 
 
 def test_a_file_that_somebody_changed_meanwhile_is_left_alone(tmp_path: Path) -> None:
@@ -61,7 +54,7 @@ def test_a_file_that_somebody_changed_meanwhile_is_left_alone(tmp_path: Path) ->
     made = drafted(path)
     path.write_text("log: {level: debug}\n")
     with pytest.raises(CliError, match="was changed by somebody else meanwhile"):
-        write(made)
+        config_file.write(made)
     assert path.read_text() == "log: {level: debug}\n"
 
 
@@ -91,12 +84,12 @@ SECTION = {"variance": "paper", "encoder": {"backend": "tipsv2", "model": "googl
 
 
 def rewritten(text: str, section: dict[str, Any] | None = None) -> str:
-    return with_section(text, "perception", section or SECTION, source="robot.yaml")
+    return config_file.with_section(text, "perception", section or SECTION, source="robot.yaml")
 
 
 def test_only_the_lines_that_differ_change() -> None:
     after = rewritten(TEXT)
-    assert changed_lines(TEXT, after) == [
+    assert config_file.changed_lines(TEXT, after) == [
         "-     encoder: {backend: mini, channels: 9} # small",
         "+     encoder: {backend: tipsv2, model: google/tipsv2-b14} # small",
     ]
@@ -134,7 +127,7 @@ def test_a_file_that_would_lose_something_is_refused(text: str) -> None:
 def test_secrets_are_not_shown() -> None:
     before = "gateway:\n  token: old\n  read_token: x\n  name: a\n"
     after = "gateway:\n  token: new\n  name: b\n"
-    assert changed_lines(before, after) == [
+    assert config_file.changed_lines(before, after) == [
         "-   token: ***",
         "-   read_token: ***",
         "-   name: a",

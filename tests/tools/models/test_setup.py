@@ -24,14 +24,8 @@ from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.models import setup as memory
 from onemap_tools.models.setup import ALLOWANCE_BYTES, device_memory, needed_memory
+from tests.perception import tiny
 from tests.perception.local_hub import LocalHub, ServedFile, serve_hub, use_hub
-from tests.perception.tiny import (
-    needs_open_clip,
-    open_clip_folder,
-    owl_folder,
-    rtdetr_folder,
-    tipsv2_folder,
-)
 from tests.structure import ROOT
 from tests.test_documents import commands
 from tests.tools.recording.bags import RecordedRobot
@@ -55,9 +49,9 @@ class Answer(NamedTuple):
 def checkpoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folders of tiny checkpoints."""
     root = tmp_path_factory.mktemp("checkpoints")
-    tipsv2_folder(root / "tips")
-    rtdetr_folder(root / "coco")
-    owl_folder(root / "open")
+    tiny.tipsv2_folder(root / "tips")
+    tiny.rtdetr_folder(root / "coco")
+    tiny.owl_folder(root / "open")
     return root
 
 
@@ -112,11 +106,11 @@ def test_one_command_makes_a_configuration_that_runs(hub: LocalHub) -> None:
     assert CliRunner().invoke(app, ["config", "check", "--config", "robot.yaml"]).exit_code == 0
 
 
-@needs_open_clip
+@tiny.needs_open_clip
 def test_the_papers_encoder_with_a_detector(
     hub: LocalHub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hub.add(CLIP, open_clip_folder(tmp_path / "clip"), "mit")
+    hub.add(CLIP, tiny.open_clip_folder(tmp_path / "clip"), "mit")
     answer = use("openclip_convnext", "coco", "--device", "cpu", "--yes")
     assert answer.code == EXIT_OK, answer.text
     section = yaml.safe_load(Path("robot.yaml").read_text())["perception"]

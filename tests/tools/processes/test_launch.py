@@ -13,18 +13,7 @@ import psutil
 import pytest
 
 from onemap_shared.runner import PARENT_VARIABLE
-from onemap_tools.processes.launch import (
-    ENDED,
-    Processes,
-    ProcessExit,
-    ProcessSpec,
-    child_environment,
-    has_ended,
-    running_groups,
-    signal_group,
-    tail,
-    wait_for_groups,
-)
+from onemap_tools.processes import launch
 from tests.shared.test_bus import eventually
 
 SOON_S = 60.0  # a deadline for a loaded machine, not a measure
@@ -37,8 +26,8 @@ PARENT = (
 )
 
 
-def python(name: str, code: str, *, last: bool = False) -> ProcessSpec:
-    return ProcessSpec(name, (sys.executable, "-c", code), last)
+def python(name: str, code: str, *, last: bool = False) -> launch.ProcessSpec:
+    return launch.ProcessSpec(name, (sys.executable, "-c", code), last)
 
 
 def first_line(log: Path) -> str:
@@ -51,14 +40,14 @@ def first_line(log: Path) -> str:
     return eventually(read)
 
 
-def ended(processes: Processes, now_s: float) -> ProcessExit:
+def ended(processes: launch.Processes, now_s: float) -> launch.ProcessExit:
     return eventually(lambda: next(iter(processes.collect(now_s)), None))
 
 
 def runs(pid: int) -> bool:
     """Whether a process exists and has not ended."""
     try:
-        return psutil.Process(pid).status() not in ENDED
+        return psutil.Process(pid).status() not in launch.ENDED
     except psutil.NoSuchProcess:
         return False
 
@@ -70,7 +59,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_all_are_stopped_with_their_child_processes(folder: Path) -> None:
     specs = [python("sleeper", SLEEPER), python("parent", f"{PARENT} time.sleep(600)")]
-    with Processes(specs, folder) as processes:
+    with launch.Processes(specs, folder) as processes:
         processes.start()
         logs = [folder / f"{spec.name}.log" for spec in specs]
         pids = [int(word) for log in logs for word in first_line(log).split()]
@@ -95,17 +84,17 @@ def test_a_child_process_may_end_after_its_parent(folder: Path) -> None:
         "import subprocess, sys, time;"
         f"subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(600)"
     )
-    with Processes([python("parent", parent)], folder) as processes:
+    with launch.Processes([python("parent", parent)], folder) as processes:
         processes.start()
         first_line(folder / "parent.log")
-    assert tail(folder / "parent.log").splitlines() == ["up", "written"]
+    assert launch.tail(folder / "parent.log").splitlines() == ["up", "written"]
 
 
 def test_a_process_that_ignores_sigterm_is_killed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("onemap_tools.processes.launch.GRACE_S", 0.05)
-    with Processes([python("stubborn", STUBBORN)], folder) as processes:
+    with launch.Processes([python("stubborn", STUBBORN)], folder) as processes:
         processes.start()
         pid = int(first_line(folder / "stubborn.log"))
     assert not runs(pid)
@@ -123,23 +112,23 @@ def test_the_router_is_stopped_last(folder: Path) -> None:
         "time.sleep(600)\n"
     )
     command = (sys.executable, "-c", watcher, str(folder / "router.log"))
-    specs = [python("router", SLEEPER, last=True), ProcessSpec("watcher", command)]
-    with Processes(specs, folder) as processes:
+    specs = [python("router", SLEEPER, last=True), launch.ProcessSpec("watcher", command)]
+    with launch.Processes(specs, folder) as processes:
         processes.start()
         for spec in specs:
             first_line(folder / f"{spec.name}.log")
-    assert tail(folder / "watcher.log").splitlines() == ["up", "it runs"]
+    assert launch.tail(folder / "watcher.log").splitlines() == ["up", "it runs"]
 
 
 def test_a_crash_is_reported_once_and_leaves_no_child_process(folder: Path) -> None:
-    with Processes([python("mapper", f"{PARENT} sys.exit(3)")], folder) as processes:
+    with launch.Processes([python("mapper", f"{PARENT} sys.exit(3)")], folder) as processes:
         processes.start()
         pids = [int(word) for word in first_line(folder / "mapper.log").split()]
         crash = ended(processes, now_s=0.0)
         assert not any(runs(pid) for pid in pids)
         assert (crash.name, crash.code, crash.first) == ("mapper", 3, True)
         log = folder / "mapper.log"
-        said = f"mapper ended with code 3; its log is {log}. Its last lines:\n{tail(log)}"
+        said = f"mapper ended with code 3; its log is {log}. Its last lines:\n{launch.tail(log)}"
         assert crash.report == said
         assert processes.collect(0.0) == []
 
@@ -147,8 +136,8 @@ def test_a_crash_is_reported_once_and_leaves_no_child_process(folder: Path) -> N
 def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
     """With variables of its own at the first start only; the pause doubles up to ten seconds."""
     code = "import os; raise SystemExit(2 if os.environ.get('FIRST') else 4)"
-    spec = ProcessSpec("mapper", (sys.executable, "-c", code), at_first={"FIRST": "1"})
-    with Processes([spec], folder) as processes:
+    spec = launch.ProcessSpec("mapper", (sys.executable, "-c", code), at_first={"FIRST": "1"})
+    with launch.Processes([spec], folder) as processes:
         processes.start()
         now_s = time.monotonic()
         for pause_s, exit_code in ((1, 2), (2, 4), (4, 4), (8, 4), (10, 4)):
@@ -160,7 +149,7 @@ def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
 
 
 def test_kill_ends_all_at_once(folder: Path) -> None:
-    with Processes([python("stubborn", STUBBORN)], folder) as processes:
+    with launch.Processes([python("stubborn", STUBBORN)], folder) as processes:
         processes.start()
         first_line(folder / "stubborn.log")
         processes.kill()
@@ -190,7 +179,7 @@ def test_a_process_stops_when_its_launcher_is_killed(tmp_path: Path) -> None:
 
 
 def test_thread_pools_are_limited_unless_the_user_sets_them() -> None:
-    environment = child_environment({"OMP_NUM_THREADS": "77", "HOME": "/root"})
+    environment = launch.child_environment({"OMP_NUM_THREADS": "77", "HOME": "/root"})
     half = max(1, len(os.sched_getaffinity(0)) // 2)
     assert environment["OMP_NUM_THREADS"] == "77"
     assert environment["OPENBLAS_NUM_THREADS"] == str(half)
@@ -201,8 +190,8 @@ def test_thread_pools_are_limited_unless_the_user_sets_them() -> None:
 def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
     log = tmp_path / "x.log"
     log.write_text("\n".join(str(number) for number in range(100_000)))
-    assert tail(log, 2).splitlines() == ["99998", "99999"]
-    assert tail(tmp_path / "none.log") == ""
+    assert launch.tail(log, 2).splitlines() == ["99998", "99999"]
+    assert launch.tail(tmp_path / "none.log") == ""
 
 
 def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
@@ -213,14 +202,14 @@ def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
     assert leader.stdout is not None
     child = int(leader.stdout.readline().split()[1])
     os.waitid(os.P_PID, leader.pid, os.WEXITED | os.WNOWAIT)
-    assert has_ended(leader)
-    assert running_groups([leader.pid]) == {leader.pid}
+    assert launch.has_ended(leader)
+    assert launch.running_groups([leader.pid]) == {leader.pid}
     os.kill(child, signal.SIGSTOP)  # a stopped process counts
-    assert running_groups([leader.pid]) == {leader.pid}
-    signal_group(leader.pid, signal.SIGKILL)
-    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
+    assert launch.running_groups([leader.pid]) == {leader.pid}
+    launch.signal_group(leader.pid, signal.SIGKILL)
+    assert launch.wait_for_groups([leader.pid], time.monotonic() + SOON_S)
     os.killpg(leader.pid, 0)  # the zombie is still listed
     leader.communicate()
-    assert has_ended(leader)
-    assert running_groups([leader.pid]) == set()
-    signal_group(leader.pid, signal.SIGTERM)  # none is left: no error
+    assert launch.has_ended(leader)
+    assert launch.running_groups([leader.pid]) == set()
+    launch.signal_group(leader.pid, signal.SIGTERM)  # none is left: no error

@@ -19,25 +19,13 @@ from onemap_perception.service import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
 from onemap_shared import keys
-from onemap_shared.messages import (
-    ObjectList,
-    SearchState,
-    SearchView,
-    SearchViewRequest,
-    VelocityCommand,
-)
+from onemap_shared import messages as m
 from onemap_shared.transport import Counters
 from onemap_tools.errors import CliError
 from onemap_tools.recording import foxglove as convert
 from onemap_tools.recording import foxglove_server as topics
+from onemap_tools.recording import live
 from onemap_tools.recording.foxglove_server import MAX_QUERY_CHARS, FoxgloveServer
-from onemap_tools.recording.live import (
-    HOST,
-    MAP_EVERY_S,
-    REPEAT_S,
-    LiveViewer,
-    listening,
-)
 from tests.gateway import fakes
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import KEPT
@@ -77,16 +65,16 @@ class Robot:
         self.server = FakeServer()
         self.asked: list[str] = []
         self.bus = self.router.bus("robot")
-        self.viewer = LiveViewer(self.router.bus("viewer"), self.server)  # type: ignore[arg-type]
+        self.viewer = live.LiveViewer(self.router.bus("viewer"), self.server)  # type: ignore[arg-type]
         self.now_s = 0.0
 
     def with_mapper(self) -> Robot:
-        def view(request: SearchViewRequest) -> SearchView:
+        def view(request: m.SearchViewRequest) -> m.SearchView:
             self.asked.append(request.text)
             return fakes.search_view(request.text)
 
         self.bus.serve(keys.MAP_SEARCH_VIEW, view)
-        self.bus.serve(keys.MAP_OBJECTS, lambda _: ObjectList((KEPT,)))
+        self.bus.serve(keys.MAP_OBJECTS, lambda _: m.ObjectList((KEPT,)))
         return self
 
     def publish(self, topic: Any, *messages: Any) -> None:
@@ -112,7 +100,7 @@ SHOWN: list[tuple[Any, Any, set[str]]] = [
         {topics.IMAGE, topics.POINTS, topics.CALIBRATION, topics.TRANSFORMS},
     ),
     (keys.ROBOT_ODOMETRY, ODOMETRY, {topics.TRANSFORMS, topics.ROBOT, topics.MOTION}),
-    (keys.ROBOT_CMD_VEL, VelocityCommand(1, 1, 0.2, 0.1), {topics.COMMAND}),
+    (keys.ROBOT_CMD_VEL, m.VelocityCommand(1, 1, 0.2, 0.1), {topics.COMMAND}),
     (keys.DETECTIONS, DETECTIONS, {topics.BOXES, topics.DETECTED}),
     (keys.MAP_REVISION, fakes.revision(3), {topics.MAP_STATE}),
     (keys.SEARCH_STATE, fakes.search(), {topics.SEARCH, topics.LOG}),
@@ -141,10 +129,10 @@ def test_the_map_is_asked_for_once_per_change(robot: Robot) -> None:
     robot.publish(keys.MAP_REVISION, fakes.revision(3))
     robot.update()
     assert len(robot.server.take(topics.OCCUPANCY)) == 1
-    robot.update(MAP_EVERY_S)
+    robot.update(live.MAP_EVERY_S)
     assert robot.server.take(topics.OCCUPANCY) == []
     robot.publish(keys.MAP_REVISION, fakes.revision(4))
-    robot.update(MAP_EVERY_S)
+    robot.update(live.MAP_EVERY_S)
     assert len(robot.server.take(topics.OCCUPANCY)) == 1
 
 
@@ -161,7 +149,7 @@ def test_the_similarity_is_that_of_the_query_or_of_the_search(
 
 def test_without_a_mapper_the_log_says_so_once(robot: Robot) -> None:
     robot.update()
-    robot.update(REPEAT_S)
+    robot.update(live.REPEAT_S)
     lines = [read(line) for line in robot.server.take(topics.LOG)]
     assert sorted(line.name for line in lines) == ["map", "objects"]
     assert all("no " in line.message.lower() for line in lines)
@@ -172,7 +160,7 @@ def test_the_plan_goes_when_the_search_ends(robot: Robot) -> None:
     robot.publish(keys.DETECTIONS, fakes.detections("sofa"))
     robot.update()
     robot.server.sent.clear()
-    robot.publish(keys.SEARCH_STATE, fakes.search(state=SearchState.FOUND))
+    robot.publish(keys.SEARCH_STATE, fakes.search(state=m.SearchState.FOUND))
     robot.update()
     sent = dict(robot.server.sent)
     path = next(entity for entity in read(sent[topics.PLAN]).entities if entity.id == "path")
@@ -194,10 +182,10 @@ def test_a_problem_is_logged_when_it_begins_and_when_it_ends(robot: Robot) -> No
 
 
 def test_a_port_that_is_taken_is_one_sentence() -> None:
-    other = FoxgloveServer(HOST, 0, "")
+    other = FoxgloveServer(live.HOST, 0, "")
     try:
-        with pytest.raises(CliError, match=f"Cannot listen on {HOST}:{other.port} .*--port"):
-            listening(other.port, "")
+        with pytest.raises(CliError, match=f"Cannot listen on {live.HOST}:{other.port} .*--port"):
+            live.listening(other.port, "")
     finally:
         other.close()
 
@@ -224,7 +212,7 @@ def test_every_topic_is_offered_on_loopback_and_nothing_is_taken(
         for connection in psutil.Process().net_connections("tcp")
         if connection.status == psutil.CONN_LISTEN and connection.laddr.port == server.port
     }
-    assert listeners == {HOST}
+    assert listeners == {live.HOST}
     assert set(client.channels) == OFFERED
     assert client.info["name"] == "OneMap"
     assert set(client.info["capabilities"]) == {"parameters", "parametersSubscribe"}

@@ -19,17 +19,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_shared import keys
-from onemap_shared.messages import (
-    AnsweredQuery,
-    FeatureField,
-    MapClear,
-    MapDigest,
-    MapRevision,
-    RgbdFrame,
-    SearchView,
-    SimilarityRequest,
-    TextEmbeddings,
-)
+from onemap_shared import messages as m
 from onemap_shared.transport import Bus, Counters, Subscription
 from onemap_tools.cli.app import app
 from onemap_tools.recording import record as module
@@ -55,14 +45,14 @@ def on(path: Path, key: str) -> list[BagMessage]:
 def test_what_was_consumed_is_in_the_bag(robot: RecordedRobot) -> None:
     robot.see(0, 1, 2)
     path = robot.end()
-    frames = [message.decode(RgbdFrame) for message in on(path, "robot/rgbd/v1")]
-    fields = [message.decode(FeatureField) for message in on(path, "perception/field/v1")]
-    revisions = [message.decode(MapRevision) for message in on(path, "map/revision/v1")]
+    frames = [message.decode(m.RgbdFrame) for message in on(path, "robot/rgbd/v1")]
+    fields = [message.decode(m.FeatureField) for message in on(path, "perception/field/v1")]
+    revisions = [message.decode(m.MapRevision) for message in on(path, "map/revision/v1")]
     assert [frame.rgb[0, 0, 0] for frame in frames] == [0, 1, 2]
     assert [field.sequence for field in fields] == [0, 1, 2]
     assert [revision.frames_fused for revision in revisions] == [1, 2, 3]
     (digest,) = on(path, "map/digest/v1")
-    assert digest.decode(MapDigest).frames_fused == 3
+    assert digest.decode(m.MapDigest).frames_fused == 3
     assert robot.recorder.recorded["robot/rgbd/v1"] == 3
     assert robot.recorder.missed == {}
 
@@ -123,13 +113,15 @@ def test_a_text_that_is_only_asked_for_is_recorded_with_its_embedding(robot: Rec
     robot.see(0)
     client = robot.router.bus("gateway")
     for _ in range(2):
-        client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", negatives=("bed",)))
+        client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa", negatives=("bed",)))
     path = robot.end()
-    asked = [each.decode(AnsweredQuery) for each in on(path, "map/queries/v1")]
+    asked = [each.decode(m.AnsweredQuery) for each in on(path, "map/queries/v1")]
     assert [(each.text, each.negatives, each.revision) for each in asked] == [
         ("sofa", ("bed",), 1)
     ] * 2
-    (texts,) = (each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1"))
+    (texts,) = (
+        each.decode(m.TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")
+    )
     assert texts == ("sofa", "bed")
 
 
@@ -139,7 +131,7 @@ def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> No
     robot.update()
     robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
     empty, sought = (
-        message.decode(SearchView) for message in on(robot.end(), "map/search_view/v1")
+        message.decode(m.SearchView) for message in on(robot.end(), "map/search_view/v1")
     )
     assert (empty.text, empty.similarity.size) == ("", 0)
     assert sought.text == "sofa"
@@ -244,7 +236,7 @@ def test_a_map_that_was_not_cleared_is_warned_of(
         assert ("The map holds 2 frames from before this recording" in result.stderr) is warned
         assert ("map/revision/v1" in last(result)["problems"]) is warned
         assert RUNNER.invoke(app, ["replay", str(path)]).exit_code == int(warned)
-        joined.bus.call(keys.MAP_CLEAR, MapClear())
+        joined.bus.call(keys.MAP_CLEAR, m.MapClear())
 
 
 def test_the_map_is_cleared_first_or_nothing_is_recorded(

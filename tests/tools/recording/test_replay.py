@@ -21,16 +21,8 @@ from typer.testing import CliRunner
 from onemap_mapper.storage import map_file
 from onemap_ros2.config import Ros2Config
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.keys import Topic
-from onemap_shared.messages import (
-    AnsweredQuery,
-    MapDigest,
-    MapRevision,
-    PoseGraph,
-    SearchReset,
-    SimilarityRequest,
-    Verdict,
-)
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_USAGE_ERROR
 from onemap_tools.recording import replay as command
@@ -87,7 +79,7 @@ def copied(path: Path, *, without: tuple[str, int] = ("", 0), **settings: Any) -
         if message.topic not in KINDS:
             continue
         content = message.decode(KINDS[message.topic].message)
-        if isinstance(content, MapDigest):
+        if isinstance(content, m.MapDigest):
             changed = json.dumps(json.loads(content.settings) | settings)
             content = dataclasses.replace(content, settings=changed)
         seen += message.topic == without[0]
@@ -100,7 +92,7 @@ def copied(path: Path, *, without: tuple[str, int] = ("", 0), **settings: Any) -
 def test_the_same_map_bit_for_bit(robot: RecordedRobot) -> None:
     robot.see(0, 1)
     robot.update()
-    robot.bus.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
+    robot.bus.call(keys.MAP_SEARCH_RESET, m.SearchReset("s1"))
     robot.see(2, fused=False)  # the mapper was busy: it took the newest
     robot.see(3)
     code, document = replayed(robot.end())
@@ -112,12 +104,12 @@ def test_queries_are_answered_as_they_were_or_not(robot: RecordedRobot) -> None:
     robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
     client = robot.router.bus("gateway")
     robot.see(0, 1)
-    client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa"))
     robot.update()
     robot.see(2)
     for area_m in ((), (-3.0, -3.0, 0.0, 3.0)):
-        client.call(keys.MAP_SIMILARITY, SimilarityRequest("bed", area_m=area_m))
-    other = AnsweredQuery("sofa", 3, 123, "encoder-a", Verdict.FOUND, 0.01)
+        client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("bed", area_m=area_m))
+    other = m.AnsweredQuery("sofa", 3, 123, "encoder-a", m.Verdict.FOUND, 0.01)
     queries = robot.bus.publish(keys.MAP_QUERIES)
     queries.put(other)
     queries.put(dataclasses.replace(other, revision=77))
@@ -157,7 +149,7 @@ def test_another_map_is_told(robot: RecordedRobot, monkeypatch: pytest.MonkeyPat
 
 def test_with_corrections_of_slam_nothing_is_compared(robot: RecordedRobot) -> None:
     robot.see(0, 1)
-    robot.bus.publish(keys.ROBOT_POSE_GRAPH).put(sample(PoseGraph))
+    robot.bus.publish(keys.ROBOT_POSE_GRAPH).put(sample(m.PoseGraph))
     code, document = replayed(robot.end())
     assert (code, document["compared"]) == (1, 0)
     assert "corrections of SLAM" in document["problems"][0]
@@ -217,7 +209,7 @@ N, F, R, G = Change.NEW_MAP, Change.FUSE, Change.RESET, Change.GAP
     ],
 )
 def test_steps(announced: list[tuple[int, int]], changes: list[Change]) -> None:
-    revision = sample(MapRevision)
+    revision = sample(m.MapRevision)
     said = [dataclasses.replace(revision, revision=n, frames_fused=k) for n, k in announced]
     assert [change for change, _ in map_steps(said)] == changes
 

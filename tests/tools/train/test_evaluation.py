@@ -12,13 +12,6 @@ from hypothesis import strategies as st
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import F16, U8
 from onemap_tools.train import evaluation
-from onemap_tools.train.evaluation import (
-    TEMPERATURES,
-    DetectorMetrics,
-    evaluate,
-    fit_temperature,
-    most_likely_temperature,
-)
 from onemap_tools.train.frames import FrameDataset
 from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
 
@@ -40,7 +33,7 @@ def sofa_frames() -> FrameDataset:
 
 def figures(encoder: PerfectEncoder) -> Any:
     """Of the two frames."""
-    return evaluate(encoder, VOCABULARY, sofa_frames(), lambda _: None)
+    return evaluation.evaluate(encoder, VOCABULARY, sofa_frames(), lambda _: None)
 
 
 def test_a_perfect_encoder_has_perfect_figures() -> None:
@@ -72,7 +65,7 @@ def test_a_wrong_and_a_missed_detection() -> None:
     rgb[:32, :24] = 200  # looks like a sofa, and is a wall
     shares = np.tile(np.array([1, 0], np.float32), (48, 1))
     shares[-8:] = (0, 1)  # the sofa looks like a wall
-    counted = DetectorMetrics(VOCABULARY.names)
+    counted = evaluation.DetectorMetrics(VOCABULARY.names)
     counted.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
     assert counted.summary() == {"precision": 0.5, "recall": 0.5, "wrong_per_picture": 1}
 
@@ -84,7 +77,7 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     cosines = rng.uniform(-0.3, 0.9, (4000, 5)).astype(np.float32)
     shares = np.exp(factor * cosines)
     shares /= shares.sum(axis=1, keepdims=True)
-    temperature = most_likely_temperature(cosines, shares.astype(np.float32))
+    temperature = evaluation.most_likely_temperature(cosines, shares.astype(np.float32))
     assert temperature == pytest.approx(factor, rel=0.06)
 
 
@@ -94,9 +87,9 @@ def test_a_perfect_encoder_gets_a_high_temperature_and_a_wrong_one_the_lowest() 
     label = np.zeros((2, 64, 96), np.uint8)
     label[:, 16:48, 16:80] = 1  # edges between patches of 8 x 8
     bright = np.repeat((200 * label)[..., None], 3, axis=-1)
-    for rgb, low, high in ((bright, 30, 80), (255 - bright, 0, TEMPERATURES[0])):
+    for rgb, low, high in ((bright, 30, 80), (255 - bright, 0, evaluation.TEMPERATURES[0])):
         frames = FrameDataset(rgb, label, VOCABULARY.names)
-        temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
+        temperature = evaluation.fit_temperature(encoder, names, frames, np.random.default_rng(0))
         assert low < temperature <= high
 
 

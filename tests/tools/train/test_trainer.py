@@ -12,13 +12,7 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from onemap_tools.train.batches import (
-    TrainParams,
-    alignment_loss,
-    build_text_bank,
-    class_weights,
-    patch_targets,
-)
+from onemap_tools.train import batches, trainer
 from onemap_tools.train.frames import NO_CLASS
 from onemap_tools.train.network import (
     FROZEN_STAGES,
@@ -26,22 +20,11 @@ from onemap_tools.train.network import (
     MiniNetwork,
     load_backbone_weights,
 )
-from onemap_tools.train.trainer import (
-    CHECKPOINT,
-    LOG_FILE,
-    TrainingProgress,
-    TrainingRecord,
-    TrainState,
-    average_tensor,
-    learning_rate_factor,
-    load_averaged_network,
-    train_mini,
-)
 from tests.tools.train.tiny import VOCABULARY, embed, published, tiny_frames, tiny_params
 
 CPU = torch.device("cpu")
 PARAMS = tiny_params(steps=100, warmup_steps=10, full_image_share=0.2)
-RECORD = TrainingRecord(steps=100, seed=0, pictures=6, apartments=1)
+RECORD = trainer.TrainingRecord(steps=100, seed=0, pictures=6, apartments=1)
 FROZEN = ("stem.", *(f"stages.{index}." for index in range(FROZEN_STAGES)))
 
 
@@ -100,16 +83,16 @@ def test_patch_targets_are_shares_of_pixels() -> None:
     label = np.zeros((1, 8, 16), np.uint8)
     label[0, :2, :8] = 1
     label[0, :, 12:] = NO_CLASS
-    np.testing.assert_allclose(patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
+    np.testing.assert_allclose(batches.patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
 
 
 def test_rare_classes_weigh_more_and_the_mean_is_one() -> None:
     frequency = np.array([0.9, 0.1, 0.0], np.float32)
-    weights = class_weights(frequency, 0.5).numpy()
+    weights = batches.class_weights(frequency, 0.5).numpy()
     assert weights[1] / weights[0] == pytest.approx(3)
     assert weights[2] > weights[1]
     assert weights @ frequency == pytest.approx(1, rel=0.02)
-    np.testing.assert_allclose(class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
+    np.testing.assert_allclose(batches.class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
 
 
 def test_the_loss_is_least_at_the_right_text() -> None:
@@ -118,7 +101,7 @@ def test_the_loss_is_least_at_the_right_text() -> None:
     weights = torch.ones(2)
 
     def loss(features: torch.Tensor) -> float:
-        return alignment_loss(features, targets, texts, weights).item()
+        return batches.alignment_loss(features, targets, texts, weights).item()
 
     right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
     assert loss(right) == pytest.approx(0, abs=1e-6)
@@ -127,7 +110,7 @@ def test_the_loss_is_least_at_the_right_text() -> None:
     assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
 
 
-def loss_of(state: TrainState, step: int) -> torch.Tensor:
+def loss_of(state: trainer.TrainState, step: int) -> torch.Tensor:
     """Some loss that depends on all weights."""
     generator = torch.Generator().manual_seed(step)
     rgb = torch.rand(2, 3, 32, 32, generator=generator) * 255
@@ -135,7 +118,7 @@ def loss_of(state: TrainState, step: int) -> torch.Tensor:
 
 
 def test_the_learning_rate_warms_up_and_falls_twice() -> None:
-    factors = [learning_rate_factor(step, PARAMS) for step in range(PARAMS.total_steps)]
+    factors = [trainer.learning_rate_factor(step, PARAMS) for step in range(PARAMS.total_steps)]
     assert factors[:10] == pytest.approx([0.1 * (i + 1) for i in range(10)])
     assert factors[10] == 1
     assert factors[55] == pytest.approx(0.5)
@@ -150,32 +133,32 @@ def test_the_average_is_a_moving_one_whose_decay_grows() -> None:
     average, slow = torch.zeros(1), 0.0
     for count in range(1, 30):
         value = torch.tensor([float(count)])
-        average = average_tensor(0.6, average, value, torch.tensor(count))
+        average = trainer.average_tensor(0.6, average, value, torch.tensor(count))
         decay = min(0.6, (1 + count) / (10 + count))
         slow = decay * slow + (1 - decay) * count
         assert average.item() == pytest.approx(slow, rel=1e-5)
-    counter = average_tensor(0.6, torch.tensor(3), torch.tensor(7), torch.tensor(5))
+    counter = trainer.average_tensor(0.6, torch.tensor(3), torch.tensor(7), torch.tensor(5))
     assert counter.item() == 7
 
 
 def test_a_checkpoint_that_does_not_fit_is_not_gone_on_with(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="holds no checkpoint: make one with"):
-        load_averaged_network(tmp_path)
-    TrainState(PARAMS, RECORD, CPU).save(tmp_path)
-    other = TrainState(PARAMS, replace(RECORD, steps=7, pictures=12), CPU)
+        trainer.load_averaged_network(tmp_path)
+    trainer.TrainState(PARAMS, RECORD, CPU).save(tmp_path)
+    other = trainer.TrainState(PARAMS, replace(RECORD, steps=7, pictures=12), CPU)
     with pytest.raises(ValueError, match=r"steps 100 rather than 7, pictures 6 rather than 12: re"):
         other.load(tmp_path)
-    tensors = load_file(tmp_path / CHECKPOINT)
-    save_file(tensors, tmp_path / CHECKPOINT, metadata={"step": "1", "steps": "2"})
+    tensors = load_file(tmp_path / trainer.CHECKPOINT)
+    save_file(tensors, tmp_path / trainer.CHECKPOINT, metadata={"step": "1", "steps": "2"})
     with pytest.raises(ValueError, match="another release of onemap train: move it away"):
         other.load(tmp_path)
-    (tmp_path / CHECKPOINT).write_bytes(b"half")
+    (tmp_path / trainer.CHECKPOINT).write_bytes(b"half")
     with pytest.raises(ValueError, match="is damaged"):
-        load_averaged_network(tmp_path)
+        trainer.load_averaged_network(tmp_path)
 
 
 def test_a_training_that_diverges_keeps_its_weights() -> None:
-    state = TrainState(PARAMS, RECORD, CPU)
+    state = trainer.TrainState(PARAMS, RECORD, CPU)
     before = {name: tensor.clone() for name, tensor in state.network.named_parameters()}
     with pytest.raises(ValueError, match="diverged in step 1, loss nan: try another --seed"):
         state.optimize(loss_of(state, 0) * math.nan)
@@ -184,19 +167,19 @@ def test_a_training_that_diverges_keeps_its_weights() -> None:
 
 
 def train(
-    folder: Path, params: TrainParams, *, stop_at: int = 0
-) -> tuple[MiniNetwork, list[TrainingProgress]]:
+    folder: Path, params: batches.TrainParams, *, stop_at: int = 0
+) -> tuple[MiniNetwork, list[trainer.TrainingProgress]]:
     """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
-    reports: list[TrainingProgress] = []
+    reports: list[trainer.TrainingProgress] = []
 
-    def report(progress: TrainingProgress) -> None:
+    def report(progress: trainer.TrainingProgress) -> None:
         reports.append(progress)
         if progress.step == stop_at:
             raise KeyboardInterrupt
 
-    bank = build_text_bank(VOCABULARY, embed)
+    bank = batches.build_text_bank(VOCABULARY, embed)
     frames = tiny_frames()
-    network = train_mini(frames, bank, folder, params=params, device=CPU, report=report)
+    network = trainer.train_mini(frames, bank, folder, params=params, device=CPU, report=report)
     return network, reports
 
 
@@ -207,12 +190,17 @@ def weights_of(network: MiniNetwork) -> torch.Tensor:
 def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     whole, reports = train(tmp_path / "whole", tiny_params())
     assert [report.step for report in reports] == [1, 2, 3, 4]
-    lines = [json.loads(line) for line in (tmp_path / "whole" / LOG_FILE).read_text().splitlines()]
+    lines = [
+        json.loads(line)
+        for line in (tmp_path / "whole" / trainer.LOG_FILE).read_text().splitlines()
+    ]
     assert all(line.pop("step_s") > 0 for line in lines)
     assert lines == [
         {"step": r.step, "steps": 4, "loss": round(r.loss, 4)} for r in reports if r.step % 2 == 0
     ]
-    assert torch.equal(weights_of(load_averaged_network(tmp_path / "whole")[0]), weights_of(whole))
+    assert torch.equal(
+        weights_of(trainer.load_averaged_network(tmp_path / "whole")[0]), weights_of(whole)
+    )
     other, _ = train(tmp_path / "other", tiny_params(seed=1))
     assert not torch.allclose(weights_of(other), weights_of(whole), rtol=1e-3, atol=1e-4)
     # Interrupted after step 3: what comes after the checkpoint of step 2 is repeated.
