@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64, U16, camera_mount, pose_2d
@@ -47,6 +48,14 @@ def slots_of(belief: BeliefMap, cells: I64) -> Tensor:
     """Slots (n,) of distinct world cells (n, 2), new where there were none."""
     rows = belief.grow(cells)
     return belief.slots_at(rows, torch.from_numpy(cells).to(rows.device))
+
+
+def mapped(*fields: FeatureField, params: MapParams | None = None) -> BeliefMap:
+    """The map of these fields."""
+    belief = BeliefMap(MapParams(feature_dtype="float32") if params is None else params)
+    for each in fields:
+        belief.fuse(compute_update(each, belief.params))
+    return belief
 
 
 def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: float = 1.0) -> F64:

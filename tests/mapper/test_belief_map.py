@@ -27,11 +27,7 @@ POSES = tuple(scenes.pose(0.4 * k - 0.8, 0.2 * k, 1.1 * k) for k in range(5))
 
 
 def mapped(fields: list[FeatureField], params: MapParams | None = None) -> BeliefMap:
-    params = params or scenes.params()
-    belief = BeliefMap(params)
-    for field in fields:
-        belief.fuse(compute_update(field, params))
-    return belief
+    return scenes.mapped(*fields, params=params)
 
 
 def fields() -> list[FeatureField]:
@@ -163,10 +159,7 @@ def drive(rate_hz: float, speed_mps: float, turn_radps: float) -> list[FeatureFi
 
 
 def driven(fields: list[FeatureField]) -> BeliefMap:
-    belief = BeliefMap(PARAMS)
-    for field in fields:
-        belief.fuse(compute_update(field, PARAMS))
-    return belief
+    return mapped(fields, PARAMS)
 
 
 def explored(belief: BeliefMap) -> set[tuple[int, int]]:

@@ -179,9 +179,7 @@ def test_a_full_disk_is_said_once_and_ends(
 
 @pytest.fixture(scope="module")
 def taken() -> MapSnapshot:
-    belief = BeliefMap(scenes.params())
-    belief.fuse(compute_update(scenes.field(0, scenes.pose()), scenes.params()))
-    return take(belief)
+    return take(scenes.mapped(scenes.field(0, scenes.pose())))
 
 
 def write(folder: Path, taken: MapSnapshot) -> Path:

@@ -27,9 +27,7 @@ PARAMS = scenes.params()
 
 @pytest.fixture(scope="module")
 def taken() -> MapSnapshot:
-    belief = BeliefMap(PARAMS)
-    belief.fuse(compute_update(scenes.field(0, scenes.pose(-0.5, 0.2)), PARAMS))
-    return take(belief)
+    return take(scenes.mapped(scenes.field(0, scenes.pose(-0.5, 0.2))))
 
 
 def rewritten(path: Path, **changes: Any) -> Path:
@@ -270,10 +268,7 @@ def test_leftovers_of_cut_off_writes_are_swept(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def belief() -> BeliefMap:
-    made = BeliefMap(PARAMS)
-    for k in range(3):
-        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), PARAMS))
-    return made
+    return scenes.mapped(*(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)) for k in range(3)))
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage import snapshot
 from onemap_mapper.storage.map_file import map_path, write
 from onemap_mapper.storage.map_folder import (
@@ -35,9 +34,7 @@ PARAMS = scenes.params()
 
 @pytest.fixture(scope="module")
 def taken() -> snapshot.MapSnapshot:
-    belief = BeliefMap(PARAMS)
-    belief.fuse(compute_update(scenes.field(0, scenes.pose(-0.5, 0.2)), PARAMS))
-    return snapshot.take(belief)
+    return snapshot.take(scenes.mapped(scenes.field(0, scenes.pose(-0.5, 0.2))))
 
 
 def aged(path: Path, saved_ns: int) -> None:
@@ -101,14 +98,8 @@ def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
     assert rig.mapper._map.store.confidence.numpy() == pytest.approx(2 * before)
 
 
-def mapped(*poses: tuple[float, float, float], seed: int = 0) -> BeliefMap:
-    belief = BeliefMap(PARAMS)
-    rng = np.random.default_rng(seed)
-    for sequence, (x_m, y_m, yaw_rad) in enumerate(poses):
-        features = rng.normal(size=(6, 8, 16)).astype(np.float32)
-        field = scenes.field(sequence, scenes.pose(x_m, y_m, yaw_rad), features=features)
-        belief.fuse(compute_update(field, PARAMS))
-    return belief
+def mapped(pose: tuple[float, float, float], seed: int) -> BeliefMap:
+    return scenes.mapped(scenes.field(0, scenes.pose(*pose), seed=seed))
 
 
 def merged(*maps: snapshot.MapSnapshot, moved: PlanarCorrection = NO_CORRECTION) -> BeliefMap:
@@ -150,17 +141,10 @@ def test_it_does_not_matter_which_map_came_first(seed: int, x_m: float, yaw_rad:
 
 def test_a_merged_map_is_that_of_all_frames() -> None:
     """The inverse-variance mean of two maps is that of their frames."""
-    poses = ((0.0, 0.0, 0.0), (0.4, 0.2, 0.5))
-    together = by_cell(mapped(*poses, seed=3))
-    rng = np.random.default_rng(3)
-    parts = []
-    for sequence, pose in enumerate(poses):
-        belief = BeliefMap(PARAMS)
-        features = rng.normal(size=(6, 8, 16)).astype(np.float32)
-        belief.fuse(
-            compute_update(scenes.field(sequence, scenes.pose(*pose), features=features), PARAMS)
-        )
-        parts.append(snapshot.take(belief))
+    at = ((0.0, 0.0, 0.0), (0.4, 0.2, 0.5))
+    fields = [scenes.field(k, scenes.pose(*pose)) for k, pose in enumerate(at)]
+    together = by_cell(scenes.mapped(*fields))
+    parts = [snapshot.take(scenes.mapped(field)) for field in fields]
     for cell, (feature, confidence) in by_cell(merged(*parts)).items():
         np.testing.assert_allclose(feature, together[cell][0], atol=1e-4)
         assert confidence == pytest.approx(together[cell][1], rel=1e-5)
@@ -187,7 +171,7 @@ def test_a_map_of_another_frame_lands_at_its_place() -> None:
 def test_what_does_not_fit_changes_nothing(
     changes: dict[str, object], error: type[Exception], reason: str
 ) -> None:
-    belief = mapped((0.0, 0.0, 0.0))
+    belief = mapped((0.0, 0.0, 0.0), seed=0)
     before, revision = snapshot.take(belief), belief.revision
     foreign = replace(before, header=replace(before.header, **changes))  # type: ignore[arg-type]
     with pytest.raises(error, match=reason):

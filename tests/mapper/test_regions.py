@@ -37,7 +37,7 @@ def flooded(scores: F32, limit: float) -> list[set[tuple[int, int]]]:
 
 
 @given(seed=st.integers(0, 2**16))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_agrees_with_the_flood_fill(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scores = rng.uniform(0, 1, GRID.shape).astype(np.float32)
@@ -101,7 +101,7 @@ def contains(corners: F32, point: np.ndarray) -> bool:
 
 
 @given(seed=st.integers(0, 2**16), density=st.floats(0.3, 0.9))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_the_polygon_contains_every_cell_and_few_others(seed: int, density: float) -> None:
     mask = np.random.default_rng(seed).random((12, 12)) < density
     parts, _ = ndimage.label(mask, np.ones((3, 3)))

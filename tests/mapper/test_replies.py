@@ -10,7 +10,6 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import PlanarCorrection
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import (
     judged,
@@ -39,11 +38,7 @@ def query(text: str, direction: np.ndarray, *, min_score: float = 0.0) -> TextQu
 def belief() -> BeliefMap:
     features = np.tile(WALL, (6, 8, 1))
     features[2:4, 3:5] = SOFA
-    made = BeliefMap(scenes.params())
-    for sequence in range(3):
-        field = scenes.field(sequence, scenes.pose(), features=features)
-        made.fuse(compute_update(field, made.params))
-    return made
+    return scenes.mapped(*(scenes.field(k, scenes.pose(), features=features) for k in range(3)))
 
 
 def replied(belief: BeliefMap, question: TextQuery, **request: object) -> m.SimilarityReply:
@@ -121,8 +116,7 @@ def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: Belie
 
 
 def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
-    blind = BeliefMap(scenes.params())
-    blind.fuse(compute_update(scenes.field(0, scenes.pose(), boxes=()), blind.params))
+    blind = scenes.mapped(scenes.field(0, scenes.pose(), boxes=()))
     view = search_view(MapScores(blind).of([]), text="sofa")
     assert view.similarity.shape == view.grid.shape
     assert np.isnan(view.similarity).all()

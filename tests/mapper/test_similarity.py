@@ -281,7 +281,7 @@ def test_negatives_compete_as_neutral_words_do(seed: int, temperature: float) ->
     count=st.one_of(st.integers(1, 600), st.sampled_from([4095, 4096, 8191, 8192, 20_000])),
     digits=st.integers(1, 7),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_limits_give_the_ranks(seed: int, count: int, digits: int) -> None:
     """Few digits make many values equal."""
     values = np.random.default_rng(seed).uniform(-1, 1, count).round(digits).astype(np.float32)

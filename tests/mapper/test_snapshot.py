@@ -29,12 +29,10 @@ PARAMS = scenes.params()
 
 @pytest.fixture(scope="module")
 def belief() -> BeliefMap:
-    made = BeliefMap(PARAMS)
-    for k in range(3):
-        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), PARAMS))
-    made.reset_searched()
-    made.fuse(compute_update(scenes.field(3, scenes.pose()), PARAMS))
-    return made
+    belief = made(PARAMS)
+    belief.reset_searched()
+    belief.fuse(compute_update(scenes.field(3, scenes.pose()), PARAMS))
+    return belief
 
 
 def restored(snapshot: MapSnapshot, encoder_id: str = "encoder-a", **changes: object) -> BeliefMap:
@@ -90,10 +88,8 @@ def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
 
 
 def made(config: MapParams, frames: int = 3) -> BeliefMap:
-    belief = BeliefMap(config)
-    for k in range(frames):
-        belief.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), config))
-    return belief
+    fields = (scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)) for k in range(frames))
+    return scenes.mapped(*fields, params=config)
 
 
 @pytest.fixture(scope="module")

@@ -141,7 +141,7 @@ def test_moved_is_as_if_seen_from_the_corrected_pose(seed: int) -> None:
 
 
 @given(st.integers(0, 1000))
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=2, deadline=None)
 def test_corrections_do_not_add_up(seed: int) -> None:
     fields = shown(seed)
     belief, submaps = made(fields)
