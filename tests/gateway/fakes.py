@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import Any
 
+import anyio
 import cv2
 import numpy as np
 from fastapi import FastAPI
+from fastapi.sse import ServerSentEvent
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
@@ -439,6 +442,19 @@ def state_reached(cache: StateCache, condition: Callable[[LiveState], bool]) -> 
             return False
         time.sleep(0.005)
     return True
+
+
+def refuse_constant(constant: str) -> None:
+    """For ``json.loads``, which takes NaN and infinity."""
+    raise AssertionError(f"{constant} is no JSON")
+
+
+async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[str, Any]]:
+    """Name and data of the next event."""
+    with anyio.fail_after(WAIT_S):
+        event = await events.__anext__()
+    assert event.event is not None
+    return event.event, event.data
 
 
 def code_at_the_end(socket: WebSocketTestSession) -> int:

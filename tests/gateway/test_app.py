@@ -104,13 +104,9 @@ def test_no_reply_holds_what_json_has_not(
                 answer = client.get(address)
                 assert answer.status_code < 500 or path in {"/readyz", "/v1/camera.jpg"}, path
                 if "json" in answer.headers["Content-Type"]:
-                    json.loads(answer.text, parse_constant=refuse)
+                    json.loads(answer.text, parse_constant=fakes.refuse_constant)
         with client.websocket_connect("ws://localhost:8080/v1/live") as socket:
-            json.loads(socket.receive_text(), parse_constant=refuse)
-
-
-def refuse(constant: str) -> None:
-    raise AssertionError(f"{constant} is no JSON")
+            json.loads(socket.receive_text(), parse_constant=fakes.refuse_constant)
 
 
 def test_the_document_is_whole(client: TestClient) -> None:

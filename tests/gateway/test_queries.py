@@ -21,11 +21,11 @@ from onemap_shared.messages import MAX_IMAGE_BYTES
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import (
     GRID,
-    WAIT_S,
     FakeMapper,
     client_of,
     client_on,
     gateway_on,
+    next_event,
     odometry,
     revision,
     state_reached,
@@ -143,13 +143,6 @@ class ChangingMapper(FakeMapper):
 
     def announce(self, number: int) -> None:
         self.bus.publish(keys.MAP_REVISION).put(revision(number))
-
-
-async def next_event(events: Events) -> tuple[str, dict[str, Any]]:
-    with anyio.fail_after(WAIT_S):
-        event = await events.__anext__()
-    assert event.event is not None
-    return event.event, event.data
 
 
 def listen(

@@ -21,35 +21,8 @@ from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.messages import Odometry
-from tests.gateway import fakes
-from tests.gateway.fakes import client_of, gateway_on, state_reached
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
-
-
-def test_the_robot_is_not_ready_until_a_frame_reached_the_map(router: MemoryRouter) -> None:
-    buses = {name: router.bus(name) for name in ("simulator", "perception", "mapper", "planner")}
-    with gateway_on(router) as gateway:
-        client = client_of(gateway)
-        answer = client.get("/readyz")
-        assert answer.status_code == 503
-        assert answer.json()["service"] == "robot"
-        for name, bus in buses.items():
-            bus.publish(keys.heartbeat(name)).put(fakes.heartbeat(name))
-        revisions = buses["mapper"].publish(keys.MAP_REVISION)
-        revisions.put(fakes.revision(1))
-        assert state_reached(
-            gateway.cache, lambda s: s.revision is not None and len(s.heartbeats) == 4
-        )
-        assert client.get("/readyz").status_code == 503
-        revisions.put(fakes.revision(2))
-        assert state_reached(gateway.cache, lambda s: s.last_fused_s is not None)
-        assert client.get("/readyz").status_code == 200
-        buses["planner"].close()
-        assert state_reached(gateway.cache, lambda s: "planner" not in s.alive)
-        answer = client.get("/readyz")
-        assert answer.status_code == 503
-        assert answer.json()["service"] == "planner"
 
 
 def test_the_status_names_every_service_and_stream(client: TestClient) -> None:

@@ -25,7 +25,7 @@ from onemap_gateway.http.schemas import (
 )
 from onemap_gateway.service import build
 from onemap_shared import messages as m
-from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, past_search, search
+from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, next_event, past_search, search
 from tests.memory_bus import MemoryRouter
 
 
@@ -111,14 +111,6 @@ def test_a_silent_stream_carries_comments(
             planner.move(m.SearchState.FOUND)
             after = list(lines)
     assert (before.count("event: status"), after.count("event: status")) == (1, 1)
-
-
-async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[str, Any]]:
-    """Name and data of the next event."""
-    with anyio.fail_after(WAIT_S):
-        event = await events.__anext__()
-    assert event.event is not None
-    return event.event, event.data
 
 
 async def is_over(events: AsyncIterator[ServerSentEvent]) -> bool:
