@@ -1,5 +1,7 @@
 """Exploration selects candidates, keeps or abandons its goal, and ends without one."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import replace
 
@@ -12,8 +14,9 @@ from onemap_planner.policy import explore as module
 from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.memory import SETTLE_S, PlannerState, TargetMemory
+from onemap_planner.policy.memory import MAX_LOOKS, SETTLE_S, PlannerState, TargetMemory
 from onemap_planner.policy.viewpoints import find_viewpoint
+from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
 from onemap_planner.sentences import DOUBTED, ONWARD
 from onemap_planner.world.candidates import ViewpointTally
@@ -21,7 +24,7 @@ from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
-from tests.planner.drawn_maps import drawn_map, search_view_of
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
     candidate,
@@ -308,3 +311,46 @@ def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
         across = across_gaps(halves)
         assert select_candidate(state, across) == CandidateSelected(there)
     assert across_gaps(halves).unreachable_m2() < 0.1
+
+
+NOWHERE = np.zeros((0, 2))
+
+
+def two_rooms(door: str, far: str = ".") -> PlanningContext:
+    """Two rooms of 4 x 4 m, the robot in the first; the door of 1 m shows this character."""
+    wall = "#" * 9
+    rows = [
+        wall,
+        *["#" + "." * 7 + "#"] * 7,
+        "#" + "##" + door * 2 + "#" * 4,
+        *["#" + far * 7 + "#"] * 7,
+        wall,
+    ]
+    return context_of(search_view_of(drawn_map(*rows, scale=5)), Pose2d(1.5, 2.0, 0.0))
+
+
+def test_somebody_in_the_only_door_is_looked_at() -> None:
+    here = two_rooms("g")
+    (goal,) = looks_at_closed_ways(here, NOWHERE)
+    assert goal.kind is GoalKind.LOOK_AT
+    assert goal.look_xy == pytest.approx((4.25, 2.0), abs=0.3)
+    away_m = np.hypot(*np.subtract(goal.viewpoint_xy, goal.look_xy))
+    assert PARAMS.costmap.escape_radius_m <= away_m <= PLACE_FARTHEST_M + 0.5
+    cell = here.costmap.grid.cells(np.array(goal.viewpoint_xy))
+    assert np.isfinite(here.cost_to_go.cost_m[tuple(cell)])
+
+
+def test_a_search_looks_there_before_it_gives_up() -> None:
+    here = two_rooms("g")
+    state, looks = PlannerState(SEARCH), []
+    for step in range(200):
+        state, _, event, _ = explored(state, here)
+        goal = state.memory.active_goal
+        if isinstance(event, Ending):
+            break
+        if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:
+            looks.append(goal.goal.viewpoint_xy)
+            state = without(state, goal.goal)  # seen, and still closed
+        state = replace(state, active_time_s=float(step))
+    assert isinstance(event, Ending)
+    assert len(set(looks)) == len(looks) == MAX_LOOKS

@@ -1,12 +1,15 @@
 """Whole searches in a simulated world of cells, with simulated time."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
-from onemap_shared.messages import Occupancy, SearchState
+from onemap_shared.messages import Detail, Occupancy, Relation, RelationKind, SearchState
 from tests.planner import grid_world
+from tests.planner.grid_world import in_plan, one_room, start, two_rooms
 
 
 def results(run: grid_world.SimulatedSearch) -> list[SearchState]:
@@ -116,3 +119,34 @@ def test_the_time_limit_of_an_object() -> None:
     run.until_over(60.0)
     assert results(run)[0] is SearchState.FAILED
     assert "limit" in run.state.search.results[0].reason
+
+
+RIGHT = (2.1, 7.0)  # 0.4 m from the bed in the other room; from the plan's corner
+WRONG = (4.3, 0.3)
+BESIDE = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
+
+
+def test_of_two_lamps_the_one_next_to_the_bed_is_found() -> None:
+    plan = two_rooms()
+    for x, y in (WRONG, RIGHT):
+        plan.put("lamp", x, y, 0.3)
+    world = in_plan(plan)
+    run = start(world, "lamp", detail=BESIDE)
+    search = run.until_over(300.0)
+    (result,) = search.results
+    ox, oy = world.floor_plan.grid.bounds_m[:2]
+    assert result.outcome is SearchState.FOUND
+    assert result.position_m[:2] == pytest.approx(
+        (ox + RIGHT[0] + 0.15, oy + RIGHT[1] + 0.15), abs=0.3
+    )
+    assert result.checks == ("0.3 m from the bed",)
+
+
+def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
+    plan = one_room()
+    plan.put("lamp", *WRONG, 0.3)
+    run = start(in_plan(plan), "lamp", detail=BESIDE)
+    search = run.until_over(300.0)
+    (result,) = search.results
+    assert result.outcome is SearchState.FOUND_OTHER
+    assert result.reason == "found a lamp, but not next to a bed"

@@ -44,13 +44,10 @@ def document_of(summary: DemoSummary) -> dict[str, Any]:
     return document
 
 
-def test_found_and_near_enough_is_success() -> None:
+def test_found_and_near_enough_is_success_and_spl_is_shortest_over_driven() -> None:
     assert replace(ITEM, goal_distance_m=SUCCESS_TOLERANCE_M).success
     assert not replace(ITEM, goal_distance_m=SUCCESS_TOLERANCE_M + 0.01).success
     assert not MISSED.success
-
-
-def test_spl_is_shortest_over_driven_for_successes_only() -> None:
     assert ITEM.spl == 0.5
     assert replace(ITEM, path_length_m=4.0).spl == 1.0
     assert MISSED.spl == 0.0
