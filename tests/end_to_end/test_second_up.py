@@ -174,7 +174,6 @@ def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
         ({"simulator": {"scene": "/no/such.glb"}}, "does not exist"),
         ({"replay": {"directory": "/no/such"}}, "cannot read /no/such/frames.json"),
         ({"simulator": {"sede": 1}}, "did you mean 'seed'"),
-        ({"gateway": {"prot": 1}}, "did you mean 'port'"),
     ],
     ids=str,
 )
