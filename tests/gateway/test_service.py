@@ -114,7 +114,7 @@ def test_it_ends_though_clients_hold_on(router: MemoryRouter) -> None:
         with pytest.raises(ConnectionClosed) as end:
             drain(live)
         assert end.value.rcvd is not None
-        assert end.value.rcvd.code == 1001
+        assert end.value.rcvd.code in {1001, 1012}  # ours, or the server's: whichever is first
     with pytest.raises(RuntimeError, match="ended by itself"):
         worker.step(0.0)
     with pytest.raises(ConnectionRefusedError):
