@@ -215,9 +215,9 @@ def _stack(places: list[F64]) -> F32:
     return np.array(places, dtype=np.float32).reshape(-1, 2)
 
 
-# By which a plan begins earlier if the map changes then: it rests on a frame that has just come,
-# not on one that has waited for as long as the next takes, at 15 Hz.
-EARLIER_S = 0.07
+# By which a plan begins earlier or later than its period says if the map changes then: it rests on
+# a frame that has just come. At 8 Hz and more one always does; slower ones fall into step.
+EARLIER_S, LATER_S = 0.07, 0.06
 VIEW_TIMEOUT_S = 1.0  # a view of a large flat takes under 0.1 s
 COLLISION_MEMORY_S = 0.3  # one planning period, so that no report in between is missed
 # A second request would fail too.
@@ -331,7 +331,8 @@ class PlanningThread:
             self.turns += 1
             self._stop.wait(max(began_s + self._period_s - EARLIER_S - time.monotonic(), 0.0))
             self.map_changed.clear()
-            self.map_changed.wait(max(began_s + self._period_s - time.monotonic(), 0.0))
+            latest_s = began_s + self._period_s + LATER_S
+            self.map_changed.wait(max(latest_s - time.monotonic(), 0.0))
 
     def _plan(self, state: PlannerState) -> None:
         """One planning step on a new view of the map."""
