@@ -54,17 +54,23 @@ def rotation(axis: str, degrees: float) -> F64:
     return R
 
 
+def _cross(a: F64, b: F64) -> F64:
+    """As ``np.cross`` of vectors (..., 3), several times faster for the few of one model."""
+    (x, y, z), (u, v, w) = ([each[..., k] for k in range(3)] for each in (a, b))
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+
+
 def from_faces(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     """A mesh with metric box-mapped uv: each face is projected along its dominant normal axis."""
     points = np.asarray(vertices, dtype=np.float64)
     index = np.asarray(faces, dtype=np.int64)
     corners = points[index]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     keep = np.linalg.norm(normals, axis=1) > 1e-12
     index, corners, normals = index[keep], corners[keep], normals[keep]
     axis = np.abs(normals).argmax(axis=1)
     along = np.array([[1, 2], [0, 2], [0, 1]])[axis]
-    uv = np.take_along_axis(corners, along[:, None, :].repeat(3, axis=1), axis=2)
+    uv = corners[np.arange(len(corners))[:, None, None], np.arange(3)[:, None], along[:, None]]
     upright = axis < 2
     uv[upright, :, 1] *= -1  # image rows run downwards
     return Mesh(points, index, uv)
@@ -153,9 +159,9 @@ def tube(points: ArrayLike, radius: float, segments: int = 6, closed: bool = Fal
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     # One reference for the whole tube: the axis least aligned with it, so that rings do not twist.
     reference = np.eye(3)[np.abs(tangents).max(axis=0).argmin()]
-    side = np.cross(tangents, reference)
+    side = _cross(tangents, reference)
     side /= np.linalg.norm(side, axis=1, keepdims=True)
-    other = np.cross(tangents, side)
+    other = _cross(tangents, side)
     angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.cos(angle)[:, None] * side[:, None] + np.sin(angle)[:, None] * other[:, None]
     rings = path[:, None] + radius * circle
@@ -236,7 +242,7 @@ class Top(NamedTuple):
     z: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """One object in its local frame; small objects may stand on its tops."""
 

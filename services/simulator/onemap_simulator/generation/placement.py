@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -60,12 +61,12 @@ def place(model: Model, position_m: Vec, yaw_deg: float, space: int) -> PlacedMo
     return PlacedModel(model, position_m, yaw_deg, space, _box(model, yaw_deg) + position_m)
 
 
+@lru_cache(maxsize=64)  # a model is tried along all walls
 def _box(model: Model, yaw_deg: float) -> F64:
-    """The model's box (2, 3) after rotation about its origin."""
+    """The model's box (2, 3) after rotation about its origin; not to be written."""
     R = rotation("z", yaw_deg)
-    points = [part.mesh.vertices @ R.T for part in model.parts]
-    lower = np.min([p.min(axis=0) for p in points], axis=0)
-    return np.stack([lower, np.max([p.max(axis=0) for p in points], axis=0)])
+    points = np.concatenate([part.mesh.vertices @ R.T for part in model.parts])
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _relative(support: PlacedModel, model: Model, offset: F64, yaw_deg: float) -> PlacedModel:
@@ -80,6 +81,7 @@ class RoomLayout:
     def __init__(self, plan: FloorPlan) -> None:
         self.plan = plan
         self.placed: list[PlacedModel] = []
+        self._cells: list[tuple[slice, slice]] = []  # of each of the placed
         reach = HALF_WALL_M + DOOR_CLEAR_M
         doors = [_around(door, reach, 0.0) for door in (*plan.doors, plan.entrance)]
         reach = HALF_WALL_M + WINDOW_CLEAR_M
@@ -109,10 +111,12 @@ class RoomLayout:
         """
         if not all(self._fits(item, ignoring) for item in group):
             return False
-        blocked, everything = self._with(group), [*self.placed, *group]
-        if not self._all_near(blocked, everything):
+        blocked = self._with(group)
+        cells = [*self._cells, *(self._cells_of(item.box) for item in group)]
+        if not self._all_near(blocked, cells):
             return False
-        self._blocked, self.placed = blocked, everything
+        self._blocked, self._cells = blocked, cells
+        self.placed = [*self.placed, *group]
         self._boxes = np.concatenate([self._boxes, [item.box for item in group]])
         return True
 
@@ -144,8 +148,8 @@ class RoomLayout:
             blocked[self._cells_of(item.box)] = True
         return blocked
 
-    def _all_near(self, blocked: Bool, items: Sequence[PlacedModel]) -> bool:
-        """Whether almost all floor stays reachable and every model approachable."""
+    def _all_near(self, blocked: Bool, cells: Sequence[tuple[slice, slice]]) -> bool:
+        """Whether almost all floor stays reachable and every model, by its cells, approachable."""
         roomy = clearance_m(blocked, CELL_SIZE_M) >= ROBOT_CLEARANCE_M
         reachable = connected_part(roomy, self._goals[0])
         if not reachable[self._goals[:, 0], self._goals[:, 1]].all():
@@ -153,7 +157,7 @@ class RoomLayout:
         if (roomy & ~reachable).sum() * CELL_SIZE_M**2 > MAX_CUT_OFF_M2:
             return False
         away = distance_m(reachable, CELL_SIZE_M, exact=False)
-        return all(away[self._cells_of(item.box)].min() <= MAX_APPROACH_M for item in items)
+        return all(away[each].min() <= MAX_APPROACH_M for each in cells)
 
     def _cells_of(self, box: F64) -> tuple[slice, slice]:
         low = np.maximum(self.grid.cells(box[0] + TOUCH_M), 0)
