@@ -86,6 +86,12 @@ def test_unknown_names_and_unreachable_objects_are_infinitely_far() -> None:
     assert found.shortest_path_m == np.inf
 
 
+def test_without_a_name_only_what_the_scene_has_is_told() -> None:
+    told = truth_of(divided_room()).reply(TruthRequest("", 1.0, 0.6))
+    assert "bed" in told.categories
+    assert (told.instances, told.shortest_path_m) == (0, np.inf)
+
+
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**16))
 def test_horizontal_distance_agrees_with_many_points_on_the_triangles(seed: int) -> None:

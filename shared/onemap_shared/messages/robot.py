@@ -196,7 +196,7 @@ class TruthRequest:
     """Simulator only: request for the true distance of a point to the nearest such object.
 
     Attributes:
-        name: category of the object.
+        name: category of the object; empty: only what the scene has is asked.
         x_m: of the point, in the map frame.
         y_m: of the point, in the map frame.
     """

@@ -5,6 +5,8 @@ The planner and the mapper never read it.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, Bool
@@ -33,13 +35,24 @@ class SceneTruth:
         self, scene: Scene, *, radius_m: float, height_m: float, eye_height_m: float
     ) -> None:
         self.scene = scene
-        collision = CollisionMap.of(scene, height_m, CELL_SIZE_M)
-        self._grid = collision.grid
-        floor = MissingFloor.of(scene, height_m, CELL_SIZE_M)
-        self._free: Bool = (collision.clearance >= radius_m) & (floor.distance >= radius_m)
-        self._eye_height_m = eye_height_m
+        self._radius_m, self._height_m, self._eye_height_m = radius_m, height_m, eye_height_m
         self._tracer = RayTracer(scene)
         self._paths: dict[str, ShortestPaths] = {}
+
+    @cached_property
+    def _collision(self) -> CollisionMap:
+        """Made when the first way is asked for: a robot's start need not wait for it."""
+        return CollisionMap.of(self.scene, self._height_m, CELL_SIZE_M)
+
+    @property
+    def _grid(self) -> GridSpec:
+        return self._collision.grid
+
+    @cached_property
+    def _free(self) -> Bool:
+        """Cells (nx, ny) of the grid on which the robot can stand."""
+        floor = MissingFloor.of(self.scene, self._height_m, CELL_SIZE_M)
+        return (self._collision.clearance >= self._radius_m) & (floor.distance >= self._radius_m)
 
     def reply(self, request: TruthRequest) -> Truth:
         """Distances from a place to a category, compared by normalised names.
@@ -49,13 +62,15 @@ class SceneTruth:
         place = np.array([request.x_m, request.y_m])
         if not np.isfinite(place).all():
             raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
-        objects = self._instances(normalised(request.name))
+        objects = self._instances(normalised(request.name)) if request.name else []
         mine = self._triangles(np.isin(self.scene.face_object, objects))
         return Truth(
             scene=self.scene.name,
             instances=len(objects),
             distance_m=float(horizontal_distances(mine, place).min(initial=np.inf)),
-            shortest_path_m=self.path_m(request.name, request.x_m, request.y_m),
+            shortest_path_m=self.path_m(request.name, request.x_m, request.y_m)
+            if objects
+            else np.inf,
             categories=self.scene.categories,
             nearest=self.nearest(request.x_m, request.y_m),
             names_complete=self.scene.names_complete,

@@ -25,10 +25,15 @@ def occupied_cells(
     spec = GridSpec.covering(
         cell_size_m, (float(lower[0]), float(lower[1])), (float(upper[0]), float(upper[1]))
     )
-    triangles = vertices[scene.faces]
-    heights = triangles[..., 2]
-    near = (heights.max(axis=1) >= z_min) & (heights.min(axis=1) <= z_max)
-    return spec, rasterise(triangles[near], spec, (z_min, z_max))
+    triangles = vertices[scene.faces[between(scene, z_min, z_max)]]
+    return spec, rasterise(triangles, spec, (z_min, z_max))
+
+
+def between(scene: Scene, z_min: float, z_max: float) -> Bool:
+    """Faces (F,) of which a part lies between the heights."""
+    heights = scene.vertices[:, 2].astype(np.float64)[scene.faces]
+    near: Bool = (heights.max(axis=1) >= z_min) & (heights.min(axis=1) <= z_max)
+    return near
 
 
 def outline_segments(scene: Scene, z_min: float, z_max: float) -> F64:
