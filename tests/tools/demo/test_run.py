@@ -24,6 +24,7 @@ from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.geometry import pose_2d
 from onemap_tools.demo import run as module
+from onemap_tools.demo import start
 from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m
 from onemap_tools.demo.setup import DemoRobot, DemoSetup
 from onemap_tools.demo.summary import DemoSummary
@@ -218,7 +219,7 @@ def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None
     demo, out = demo_of(tmp_path, alone), console()
     assert demo.choose_targets(out) == DemoTargets(("bed", "sofa"), {"bed": "bed", "sofa": "sofa"})
     assert demo.searches[0].truth("sofa", (1.0, 2.0)) is not None
-    assert asked == [m.TruthRequest("sofa", 0.0, 0.0), m.TruthRequest("sofa", 1.0, 2.0)]
+    assert asked == [m.TruthRequest("", 0.0, 0.0), m.TruthRequest("sofa", 1.0, 2.0)]
     demo.options = replace(demo.options, objects=("Elephant",))
     assert demo.choose_targets(out).objects == ("Elephant",)
     assert isinstance(out.file, io.StringIO)
@@ -258,8 +259,8 @@ def test_a_whole_run_ends_with_its_summary(
         setup = DemoSetup(
             router.endpoint, url, config, (sleeper,), dict(os.environ), (DemoRobot(),)
         )
-        monkeypatch.setattr(module, "set_up", lambda _: setup)
-        document = module.run(options(tmp_path, objects=("sofa",), time_limit_s=60.0), out)
+        monkeypatch.setattr(start, "set_up", lambda _: setup)
+        document = start.run(options(tmp_path, objects=("sofa",), time_limit_s=60.0), out)
     assert (document["worked"], document["judged"], document["seed"]) == (True, 0, 7)
     assert document["picture"] is None  # there is no map
     assert json.loads((tmp_path / "summary.json").read_text()) == document
@@ -288,9 +289,9 @@ def test_a_run_with_a_recording_searches_nothing(
     out, config, robot = console(), tmp_path / "config.yaml", DemoRobot(process="replay")
     with fake_gateway(routes) as url:
         setup = DemoSetup(router.endpoint, url, config, (sleeper,), dict(os.environ), (robot,))
-        monkeypatch.setattr(module, "set_up", lambda _: setup)
+        monkeypatch.setattr(start, "set_up", lambda _: setup)
         chosen = options(tmp_path, objects=("sofa",), recording=tmp_path, time_limit_s=0.3)
-        document = module.run(chosen, out)
+        document = start.run(chosen, out)
     assert json.loads((tmp_path / "summary.json").read_text()) == document
     assert (document["worked"], document["frames_fused"]) == (False, 3)
     assert document["trouble"] == "Only 0 of 9 frames were played within the time limit."

@@ -99,8 +99,8 @@ def demo(
     With --recording nothing moves: the frames are mapped, then the map is asked for --objects.
     Exit code 0 if all frames were played within --time-limit.
     """
-    from onemap_tools.demo.run import run
     from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
+    from onemap_tools.demo.start import run
 
     console = progress_console()
     stay = stays_up(headless)

@@ -1,4 +1,4 @@
-"""Runs the demo: starts all processes, lets the robots search, and writes a summary."""
+"""A demo whose processes were started: lets the robots search, and writes a summary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import psutil
 from rich.console import Console
 
 from onemap import Client
@@ -23,7 +22,7 @@ from onemap_gateway.present.canvas import Canvas, Viewport
 from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
 from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_shared.config import BusConfig, ConfigError, read
+from onemap_shared.config import BusConfig, read
 from onemap_shared.geometry import yaw_of
 from onemap_shared.keys import (
     MAP_REVISION,
@@ -55,7 +54,6 @@ from onemap_tools.demo.setup import (
     DemoRobot,
     DemoSetup,
     choose_objects,
-    set_up,
 )
 from onemap_tools.demo.summary import (
     DemoSummary,
@@ -66,9 +64,8 @@ from onemap_tools.demo.summary import (
     names_of_classes,
     scene_category,
 )
-from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
+from onemap_tools.errors import EXIT_INTERRUPTED, CliError
 from onemap_tools.gateway import SearchHandle, gateway_client
-from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
@@ -336,7 +333,7 @@ class DemoRun:
         says so when a search begins, which for some words is minutes later.
         """
         wanted, several = self.options.objects, len(self.searches) > 1
-        truth = self.searches[0].truth(wanted[0] if wanted else "sofa", ())
+        truth = self.searches[0].truth("", ())
         categories = truth.categories if truth else ()
         vocabulary = load_vocabulary(SHIPPED)
         known = {name for names in names_of_classes(vocabulary) for name in names}
@@ -429,6 +426,24 @@ class DemoRun:
         objects = self.options.objects
         return recorded.play(search.gateway, objects, pause, lambda: self.overdue)
 
+    def run(self, console: Console) -> dict[str, Any]:
+        """All of it; returns the document."""
+        with ExitStack() as stack:
+            self.join(stack)
+            lines = ProgressLines(console)
+            self.wait_until_ready(lines)
+            if self.options.recording is not None:
+                console.print(f"Mapping {self.options.recording}. {self.setup.pages}")
+                document = self.write_results(self.play())
+                console.print(*recorded.lines(document), sep="\n", soft_wrap=True)
+                return document
+            targets = self.choose_targets(console)
+            console.print(f"Searching for {', '.join(targets.objects)}. {self.setup.pages}")
+            summary = self.search(targets, lines)
+            document = self.write_results(summary.document(), summary.objects)
+            describe(summary, document["picture"], console)
+            return document
+
     def write_results(
         self, results: Mapping[str, Any], objects: Sequence[ObjectSummary] = ()
     ) -> dict[str, Any]:
@@ -483,56 +498,3 @@ def write_picture(
     for overlay in (*others, Overlay(found=found)):
         draw_overlay(Canvas(drawn.image, viewport), overlay)
     path.write_bytes(encode_png(drawn.image))
-
-
-def run(options: DemoOptions, console: Console) -> dict[str, Any]:
-    """Run the demo; returns the summary as JSON can hold it.
-
-    Unless it is headless, it keeps running with the live page until Ctrl-C. A CliError holds the
-    summary of the failed run as its document.
-    """
-    try:
-        return _run(options, console)
-    except (CliError, ConfigError) as cause:
-        error = to_cli_error(cause)
-        failed = {
-            "worked": False,
-            "seed": options.seed,
-            "objects": [],
-            "trouble": str(error),
-            "folder": str(options.folder),
-        }
-        raise CliError(str(error), error.exit_code, failed) from cause
-
-
-def _run(options: DemoOptions, console: Console) -> dict[str, Any]:
-    # With the imports of this process, which whoever types the command waits for as well.
-    began_s = time.monotonic() - (time.time() - psutil.Process().create_time())
-    setup = set_up(options)
-    with (
-        Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
-        interruptible(processes.kill) as stop,
-    ):
-        console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
-        processes.start()
-        demo = DemoRun(options, setup, processes, stop, began_s)
-        with ExitStack() as stack:
-            demo.join(stack)
-            lines = ProgressLines(console)
-            demo.wait_until_ready(lines)
-            if options.recording is None:
-                targets = demo.choose_targets(console)
-                console.print(f"Searching for {', '.join(targets.objects)}. {setup.pages}")
-                summary = demo.search(targets, lines)
-            else:
-                console.print(f"Mapping {options.recording}. {setup.pages}")
-                played = demo.play()
-            if options.recording is None:
-                document = demo.write_results(summary.document(), summary.objects)
-                describe(summary, document["picture"], console)
-            else:
-                document = demo.write_results(played)
-                console.print(*recorded.lines(document), sep="\n", soft_wrap=True)
-        if not options.headless:
-            demo.stay_up(console)
-    return document
