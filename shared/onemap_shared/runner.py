@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
+import gc
 import itertools
 import json
 import logging
@@ -114,6 +115,8 @@ def run_service(
     is waited for; it and ``build`` may raise StartError. ``section``: of the configuration, where
     it is not called as the service is.
     """
+    gc.freeze()  # what was imported stays: garbage is looked for among the rest only
+    gc.enable()
     parser = argparse.ArgumentParser(prog=f"onemap {service}")
     parser.add_argument("--config", type=Path, help="YAML file; defaults apply without it")
     options = parser.parse_args(arguments)
