@@ -114,7 +114,8 @@ def test_the_second_robot_profits_from_what_the_first_saw(fleet: System) -> None
     assert not ready(fleet, "r2")
     first = search(fleet, "r1")
     fleet.until(lambda: not fleet.http.get(first).json()["active"], "r1 has searched", SEARCH_S)
-    assert fleet.http.get(first).json()["state"] == "found"
+    status = fleet.http.get(first).json()
+    assert status["state"] == "found", status
     (found,) = get(fleet, "r1", "objects")["objects"]
     for service in ("simulator", "perception"):
         start(fleet, "r2", service)
