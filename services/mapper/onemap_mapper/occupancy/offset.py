@@ -2,7 +2,8 @@
 
 Matching a scan against a map: it is counted how many obstacle cells of the frame meet what stands
 on the map, as the pose has them and shifted by some cells. Where the pose is right no shift is much
-better, since people and moved chairs are a small part of what is in view.
+better, since people and moved chairs are a small part of what is in view. What stands where the
+map knows nothing yet does not count: a new wall would match the known one beside it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from onemap_shared.messages import Occupancy
 REACH_CELLS = 6  # of the shifts, to each side
 LEAST_CELLS = 3  # smaller ones are errors of a localisation that holds
 MIN_CELLS = 30  # of obstacles in view: fewer say nothing
-GAIN = 0.2  # more of them stand on the map when shifted
+GAIN = 0.1  # more of them, where the map is known, stand on it when shifted
 # Of those that do so only then, on floor that was free: a wall that is new to the map, beside one
 # that is not, has few: 4 in a run that was not pushed, 6 or more after a push.
 MIN_ON_FREE = 5
@@ -37,10 +38,11 @@ def offset_cells(cells: Tensor, lasting: Tensor) -> float:
     x, y = cells.T
     here, free = standing[x, y], lasting[x, y] == int(Occupancy.FREE)
     shifted = standing[x[:, None] + shifts[:, 0], y[:, None] + shifts[:, 1]]
+    shifted &= (here | free)[:, None]
     best = shifted.sum(dim=0).masked_fill(lengths < LEAST_CELLS, -1).argmax()
     there = shifted.index_select(1, best[None])[:, 0]
     gained = (there.sum() - here.sum()) / len(cells)
-    told = (gained >= GAIN) & ((there & ~here & free).sum() >= MIN_ON_FREE)
+    told = (gained >= GAIN) & ((there & ~here).sum() >= MIN_ON_FREE)
     return float(lengths[best] * told)
 
 
