@@ -163,7 +163,7 @@ def test_the_card_is_of_these_weights_and_ends_with_their_notes(encoder: Encoder
     card = (SHIPPED / "MODEL_CARD.md").read_text(encoding="utf-8")
     assert f"on encoder `{encoder.encoder_id}`" in card
     assert f"softmax of {load_calibration(SHIPPED).temperature:g} x cosine" in card
-    assert card.endswith((SHIPPED / "NOTES.md").read_text(encoding="utf-8"))
+    assert card.endswith((SHIPPED / "NOTES.txt").read_text(encoding="utf-8"))
     assert f"from a best score of {load_calibration(SHIPPED).floor:g} on" in card
 
 

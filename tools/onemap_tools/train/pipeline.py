@@ -59,7 +59,7 @@ from onemap_tools.train.trainer import (
 )
 
 TRAINING_FILE = "training.json"  # beside the weights: what they were trained with
-NOTES_FILE = "NOTES.md"  # on one particular training; the model card ends with it
+NOTES_FILE = "NOTES.txt"  # on one particular training; the model card ends with it
 TIMED_IMAGES = 50
 COMPARED_IMAGES = 5  # between torch and ONNX
 # Of glibc's malloc.h.
