@@ -9,7 +9,7 @@ import numpy as np
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.cell_masks import clearance_m, connected_part, distance_m
-from onemap_simulator.scene.occupancy_raster import between, occupied_cells, outline_segments
+from onemap_simulator.scene.occupancy_raster import faces_between, occupied_cells, outline_segments
 from onemap_simulator.scene.scene import Scene
 
 CELL_SIZE_M = 0.025  # an eighth of the robot's radius
@@ -123,7 +123,7 @@ class MissingFloor:
     def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> MissingFloor:
         """From a scene."""
         grid, solid = occupied_cells(scene, cell_size_m, -FLOOR_MARGIN_M, height_m)
-        has_floor = between(scene, -FLOOR_MARGIN_M, FLOOR_MARGIN_M).any()
+        has_floor = faces_between(scene, -FLOOR_MARGIN_M, FLOOR_MARGIN_M).any()
         missing = ~solid if has_floor else np.zeros_like(solid)
         core = distance_m(~missing, cell_size_m) >= MIN_RADIUS_M
         missing &= distance_m(core, cell_size_m) <= MIN_RADIUS_M + cell_size_m

@@ -25,11 +25,11 @@ def occupied_cells(
     spec = GridSpec.covering(
         cell_size_m, (float(lower[0]), float(lower[1])), (float(upper[0]), float(upper[1]))
     )
-    triangles = vertices[scene.faces[between(scene, z_min, z_max)]]
+    triangles = vertices[scene.faces[faces_between(scene, z_min, z_max)]]
     return spec, rasterise(triangles, spec, (z_min, z_max))
 
 
-def between(scene: Scene, z_min: float, z_max: float) -> Bool:
+def faces_between(scene: Scene, z_min: float, z_max: float) -> Bool:
     """Faces (F,) of which a part lies between the heights."""
     heights = scene.vertices[:, 2].astype(np.float64)[scene.faces]
     near: Bool = (heights.max(axis=1) >= z_min) & (heights.min(axis=1) <= z_max)
