@@ -12,12 +12,13 @@ import torch
 
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_tools.bench import clients, fusion, perception, query
+from onemap_tools.bench import clients, fusion, perception, planning, query
 from onemap_tools.bench.machine import clock_of, wall_clock
 from onemap_tools.bench.options import (
     ClientsBench,
     FusionBench,
     PerceptionBench,
+    PlanningBench,
     QueryBench,
 )
 from tests.perception.tiny import OPEN_CLIP_CONFIG, needs_open_clip
@@ -74,6 +75,13 @@ def test_all_times_of_a_query_are_measured(dtype: Any, value_bytes: int) -> None
     assert all(value > 0 for value in times)
     assert result["loaded_map_bytes"] > result["table_bytes"]
     assert result["table_bytes"] == 5000 * query.CHANNELS * value_bytes
+
+
+def test_all_times_of_planning_are_measured() -> None:
+    result = planning.run(PlanningBench(side=20, steps=2), untold)
+    assert result["comparing_steps"] > 0
+    assert min(result["frontiers"], result["regions"]) > 0
+    assert all(value > 0 for name, value in result.items() if name.endswith("_ms"))
 
 
 @needs_open_clip

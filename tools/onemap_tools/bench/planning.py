@@ -1,0 +1,142 @@
+"""Time of planning steps on a large drawn map, without a mapper and without a simulator."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from math import atan2
+from typing import Any
+
+import numpy as np
+
+from onemap_planner.motion.motions import Drive, Motion, Pose2d
+from onemap_planner.motion.path import cost_to_go_from
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.goals import frontier_goals
+from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.step import PlannerParams, step
+from onemap_planner.search.state_machine import EventStamp, Exploring, new_search
+from onemap_planner.world.costmap import build_costmap
+from onemap_planner.world.frontiers import find_frontiers
+from onemap_planner.world.map_view import map_view_around
+from onemap_planner.world.regions import find_regions
+from onemap_shared.geometry import I64, Velocity2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, Occupancy, SearchView
+from onemap_tools.bench.machine import best_ms, machine_facts, spread_ms
+from onemap_tools.bench.options import PlanningBench
+
+CELL_M = 0.1
+ROOM, DOOR = 50, 9  # cells from wall to wall, and of a door
+UNSEEN, FAR, SIMILAR = 0.25, 0.15, 0.5  # of the rooms: not seen, from afar, with the like
+PERIOD_S, SPEED_MPS = 0.4, 0.5  # of planning, and of the robot
+SIGHT = 20  # cells around the robot that it sees
+SEEN = Layer.OBSERVED | Layer.EXPLORED
+PARAMS = PlannerParams()
+
+
+def run(options: PlanningBench, _tell: Callable[[str], None]) -> dict[str, Any]:
+    """Milliseconds of processor time of steps that compare all goals, and of those between."""
+    world = DrawnMap(round(options.side / CELL_M), np.random.default_rng(options.seed))
+    pose, times_ms = world.middle, {True: [0.0][1:], False: [0.0][1:]}
+    search = new_search("bench", ("sofa",), EventStamp(0.0, 0.0, pose.xy, 0.0), 0)
+    state = PlannerState(replace(search, phase=Exploring()))
+    for number in range(1, options.steps + 1):
+        view, now_s = world.view(pose), PERIOD_S * number
+        seen = Observation(now_s, pose, 0.0, Velocity2d(), False, view, (), "")
+        started = time.process_time()
+        outcome = step(state, seen, PARAMS)
+        took_ms = (time.process_time() - started) * 1e3
+        state, active = outcome.state, outcome.state.memory.active_goal
+        made = active.comparison if active else None
+        times_ms[made is None or made.at_s == state.active_time_s].append(took_ms)
+        pose = _moved(pose, outcome.decision.motion) if outcome.decision else pose
+    nothing, params = np.zeros((0, 2)), PARAMS.costmap
+    context = build_context(pose, view, trail=state.trail, obstacles_xy=nothing, params=params)
+    return {
+        "benchmark": "planning",
+        "seed": options.seed,
+        "side_m": options.side,
+        "comparing_steps": len(times_ms[True]),
+        **spread_ms(times_ms[True], "comparing_"),
+        **spread_ms(times_ms[False] or times_ms[True], "following_"),
+        **_parts(context, view, state),
+        **machine_facts(),
+    }
+
+
+class DrawnMap:
+    """Square rooms with doors and furniture, some of them not seen yet."""
+
+    def __init__(self, side: int, rng: np.random.Generator) -> None:
+        rooms = max(side // ROOM, 1)
+        grid = self._grid = GridSpec(CELL_M, (0, 0), (rooms * ROOM + 1, rooms * ROOM + 1))
+        middle_m = (rooms // 2 + 0.5) * ROOM * CELL_M
+        self.middle = Pose2d(middle_m, middle_m, 0.0)
+        self._occupied = np.zeros(grid.shape, bool)
+        self._occupied[::ROOM] = self._occupied[:, ::ROOM] = True
+        self._layers = np.full(grid.shape, SEEN, np.uint8)
+        self._similarity = rng.uniform(0.0, 0.12, grid.shape).astype(np.float32)
+        for corner in np.argwhere(np.ones((rooms, rooms))) * ROOM:
+            self._draw(corner, rng)
+
+    def _draw(self, corner: I64, rng: np.random.Generator) -> None:
+        """A room: doors, furniture, what is like the object, and what was seen of it."""
+        x, y = corner.tolist()
+        along = rng.integers(5, ROOM - DOOR - 5, 2)
+        self._occupied[x, y + along[0] : y + along[0] + DOOR] &= x == 0
+        self._occupied[x + along[1] : x + along[1] + DOOR, y] &= y == 0
+        for low in rng.integers(3, ROOM - 20, (4, 2)):
+            (a, b), (c, d) = low + corner, low + corner + rng.integers(4, 16, 2)
+            self._occupied[a:c, b:d] = True
+        if rng.random() < SIMILAR:
+            self._similarity[a:c, b:d] = rng.uniform(0.3, 0.6)
+        seen, room = rng.random(), np.s_[x + 1 : x + ROOM, y + 1 : y + ROOM]
+        if seen < UNSEEN + FAR:
+            self._layers[room] = 0 if seen < UNSEEN else Layer.OBSERVED
+
+    def view(self, pose: Pose2d) -> SearchView:
+        """The map after the robot has looked around from here."""
+        x, y = np.maximum(self._grid.cells(np.array(pose.xy)), SIGHT)
+        self._layers[x - SIGHT : x + SIGHT, y - SIGHT : y + SIGHT] = SEEN
+        seen = self._layers > 0
+        known = np.where(self._occupied, Occupancy.OCCUPIED, Occupancy.FREE)
+        occupancy = np.where(seen, known, Occupancy.UNKNOWN).astype(np.uint8)
+        similarity = np.where(seen, self._similarity, np.float32(np.nan))
+        ranks = np.where(seen, 1 + 254 * self._similarity, 0).astype(np.uint8)
+        layers = self._layers.copy()
+        return SearchView(
+            "sofa", 1, 1, 0, self._grid, occupancy, layers, similarity, guidance=ranks
+        )
+
+
+def _moved(pose: Pose2d, motion: Motion) -> Pose2d:
+    """The pose a period later, on the way and facing what is to be seen at its end."""
+    if not isinstance(motion, Drive):
+        return pose
+    steps_m = np.hypot(*np.diff(motion.points_xy, axis=0).T)
+    way_m = np.cumsum([0.0, *steps_m.tolist()])
+    x, y = (float(np.interp(PERIOD_S * SPEED_MPS, way_m, axis)) for axis in motion.points_xy.T)
+    return Pose2d(x, y, atan2(motion.look_xy[1] - y, motion.look_xy[0] - x))
+
+
+def _parts(context: PlanningContext, view: SearchView, state: PlannerState) -> dict[str, float]:
+    """What there is to compare, and the least milliseconds of the parts of comparing."""
+    map_view, costmap, here = context.map_view, context.costmap, np.array(context.pose.xy)
+    trail_xy, nothing, params = np.array(state.trail), np.zeros((0, 2)), context.params
+    x, y = costmap.grid.cells(here).tolist()
+    frontiers, regions = find_frontiers(map_view, costmap), find_regions(map_view)
+    parts: dict[str, Callable[[], object]] = {
+        "map_view_ms": lambda: map_view_around(view, here),
+        "costmap_ms": lambda: build_costmap(
+            map_view, robot_xy=here, trail_xy=trail_xy, obstacles_xy=nothing, params=params
+        ),
+        "cost_to_go_ms": lambda: cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M),
+        "frontiers_ms": lambda: find_frontiers(map_view, costmap),
+        "frontier_goals_ms": lambda: frontier_goals(frontiers, context),
+        "regions_ms": lambda: find_regions(map_view),
+    }
+    counts = {"frontiers": len(frontiers), "regions": len(regions)}
+    return counts | {name: best_ms(part, time.process_time) for name, part in parts.items()}
