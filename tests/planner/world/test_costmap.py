@@ -36,7 +36,9 @@ def test_navigable_is_free_with_room_for_the_robot(occupancy: np.ndarray) -> Non
     expected = (occupancy == Occupancy.FREE) & (away >= 0.1)
     assert (costmap.navigable == expected).all()
     assert ((costmap.cost >= 1.0) == expected).all()
-    np.testing.assert_allclose(costmap.clearance_m, away, rtol=1e-6)
+    known = away <= params.clear_m
+    np.testing.assert_allclose(costmap.clearance_m[known], away[known], rtol=1e-6)
+    assert np.isposinf(costmap.clearance_m[away > params.clear_m + 0.1]).all()
 
 
 def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
-from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.costmap import CLEAR_M, Costmap
 from onemap_shared.geometry import F64, Velocity2d, wrap_angle
 from onemap_shared.params import Params
 
@@ -74,7 +74,7 @@ class DriveParams(Params):
     lookahead_m: ClassVar[float] = 0.4
     # Heading error in radians above which the robot turns before it drives.
     turn_in_place_rad: ClassVar[float] = 0.7
-    slow_clearance_m: ClassVar[float] = 0.5  # clearance in metres below which it slows down
+    slow_clearance_m: ClassVar[float] = CLEAR_M  # clearance in metres below which it slows down
     # Part of the top speed at which it passes the narrowest places.
     slow_fraction: ClassVar[float] = 0.4
 

@@ -13,6 +13,7 @@ from pydantic import Field, PositiveFloat
 from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
+from onemap_planner.world.distance import distances_m
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec, onto
@@ -27,6 +28,10 @@ LEAVE_FACTOR = (
 )
 HERE: I64 = np.zeros((1, 2), np.int64)
 NEIGHBOURHOOD: I64 = np.argwhere(CONNECTIVITY_8) - 1
+CLEAR_M = 0.5  # metres of clearance from which on a robot need not slow down
+# Metres around the robot's way within which unknown floor tells nothing: a camera at 1 m sees the
+# floor from 1.1 m on, but what stands there it saw above it.
+BLIND_RADIUS_M = 1.2
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 
 
@@ -79,6 +84,11 @@ class CostmapParams(Params):
         """Least distance from the robot's centre to an obstacle, metres."""
         return self.radius_m + self.margin_m
 
+    @property
+    def clear_m(self) -> float:
+        """Metres of clearance from which on more changes neither cost nor speed."""
+        return max(self.min_clearance_m + self.inflation_m, CLEAR_M)
+
 
 ROUNDING_M = 1e-6
 
@@ -129,12 +139,12 @@ class Costmap:
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
     of effort per metre driven, >= 1, negative where impassable (passable besides N: the
     robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
-    the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
-    the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
-    drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
-    unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; blind
-    bool: of these, assumed floor around the place where the search began, below the camera's image,
-    until the robot ran into something there;
+    the nearest obstacle's edge, infinity beyond ``clear_m``; near_trail bool: within
+    ``BLIND_RADIUS_M`` of where the robot's centre has been; returning bool: the robot's way until
+    a metre ago, which it may drive back slowly; crossable bool: unknown cells that a path may enter
+    all the same, slowly; unseen bool: neither occupied nor floor that a camera saw or the robot's
+    disc covered; blind bool: of these, assumed floor around the place where the search began, below
+    the camera's image, until the robot ran into something there;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
     size. keep_out: zones that no path enters and that hide nothing; None without any.
     drops bool: of the occupied, where there is no floor, or beside that none that was seen: no part
@@ -148,7 +158,7 @@ class Costmap:
     navigable: Bool
     cost: F64
     clearance_m: F32
-    trail_distance_m: F32
+    near_trail: Bool
     returning: Bool
     crossable: Bool
     unseen: Bool
@@ -176,30 +186,33 @@ def build_costmap(
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
     earlier_xy = trail_xy[:-RECENT_POINTS]
-    driven_m = _distance(_mark(grid, earlier_xy)) * size
+    driven_m = distances_m(_mark(grid, earlier_xy), size, params.radius_m)
     driven = driven_m <= params.radius_m
     covered = driven_m <= params.radius_m - size  # as a whole, wherever in its cell it drove
     seen_free = map_view.occupancy == Occupancy.FREE
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
-    drops = map_view.drops | (unseen & (_distance(map_view.drops) * size <= params.beside_drop_m))
+    beside_m = distances_m(map_view.drops, size, params.beside_drop_m)
+    drops = map_view.drops | (unseen & (beside_m <= params.beside_drop_m))
     occupied |= drops
     unseen &= ~drops
     free = (seen_free | driven) & ~occupied
     start_xy = np.vstack([trail_xy, robot_xy])[0]
     ran_into_m = np.hypot(*(obstacles_xy - start_xy).T).min(initial=np.inf)
     blind = unseen & seen_free & map_view.assumed
-    blind &= distance_cells(grid, grid.cells(start_xy)) * size <= params.blind_m
+    from_start = np.hypot(*(np.argwhere(blind) - grid.cells(start_xy)).T)
+    blind[blind] = from_start * size <= params.blind_m
     blind &= ran_into_m > params.blind_m + params.radius_m
-    clearance_m = _distance(occupied) * size - size / 2
-    unseen_m = _distance(unseen & ~blind) * size - size / 2
+    clearance_m = _clearance_m(occupied, size, params.clear_m)
+    unseen_m = _clearance_m(unseen & ~blind, size, params.min_clearance_m)
 
     navigable = free & (clearance_m >= params.min_clearance_m)
     navigable &= ~_near_unknown(free | occupied, size, params)
-    cost = np.where(navigable, _effort(clearance_m, unseen_m, params), IMPASSABLE)
+    cost = np.full(grid.shape, IMPASSABLE)
+    cost[navigable] = _effort(clearance_m[navigable], unseen_m[navigable], params)
     wide_enough = clearance_m >= params.radius_m / 2  # for the way that the robot came
     robot = grid.cells(robot_xy)
-    drop_m = _distance(drops) * size - size / 2
+    drop_m = _clearance_m(drops, size, params.radius_m)
     on_floor = drop_m >= min(params.radius_m, float(drop_m[tuple(robot)]))
     wide_enough &= on_floor
     cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
@@ -207,7 +220,7 @@ def build_costmap(
         way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0) & on_floor
         cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
 
-    trail_m = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
+    trail_m = distances_m(_mark(grid, np.vstack([trail_xy, robot_xy])), size, BLIND_RADIUS_M)
     return Costmap(
         grid=grid,
         occupied=occupied,
@@ -216,7 +229,7 @@ def build_costmap(
         navigable=navigable,
         cost=cost,
         clearance_m=clearance_m.astype(np.float32),
-        trail_distance_m=trail_m.astype(np.float32),
+        near_trail=trail_m <= BLIND_RADIUS_M + ROUNDING_M,
         returning=_beside(grid, earlier_xy) & wide_enough,
         crossable=(cost > 0) & ~free & ~occupied,
         unseen=unseen,
@@ -239,7 +252,8 @@ def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
     if not mask.any():
         return costmap
     cells_xy = grid.centres(np.argwhere(mask) - pad)
-    away_m = (_distance(mask) * size - size / 2)[pad:-pad, pad:-pad] - params.margin_m
+    away_m = _clearance_m(mask, size, params.clear_m + params.margin_m)[pad:-pad, pad:-pad]
+    away_m = away_m - params.margin_m
     closed = away_m < params.min_clearance_m
     cost = np.where(closed, IMPASSABLE, costmap.cost)
     way_out_m, robot_cell = np.where(closed, np.inf, 0.0), grid.cells(robot_xy)
@@ -283,7 +297,9 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     and another part of N, and nothing that was seen stands in it. It is as dear as the own trail.
     """
     params, size = costmap.params, costmap.grid.cell_size_m
-    across = _distance(reached) + _distance(costmap.navigable & ~reached)
+    within = params.gap_m / size + 1.0
+    across = distances_m(reached, 1.0, within)
+    across += distances_m(costmap.navigable & ~reached, 1.0, within)
     gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
     gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
@@ -301,7 +317,7 @@ def _escape_cells(
     grid, size = map_view.grid, map_view.grid.cell_size_m
     distance_m = distance_cells(grid, robot) * size
     body = distance_m <= params.radius_m
-    seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
+    seen_m = distances_m(map_view.occupancy == Occupancy.FREE, size, params.escape_unknown_m)
     enterable = (~occupied | body) & (free | body | (seen_m <= params.escape_unknown_m))
     cells: Bool = (distance_m <= params.escape_radius_m) & enterable
     return cells
@@ -317,7 +333,7 @@ def _escape_cost(clearance_m: F64, cell_size_m: float, params: CostmapParams) ->
 
 
 def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
-    """Metres of effort per metre (nx, ny), from the distances to obstacles and to unseen cells."""
+    """Metres of effort per metre (n,), from the distances (n,) to obstacles and unseen cells."""
     needed = params.min_clearance_m
     enough = needed + params.inflation_m
     proximity = np.clip((enough - clearance_m) / (enough - needed), 0.0, 1.0)
@@ -331,7 +347,7 @@ def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Boo
     keep = (params.radius_m - params.unknown_overlap_m) / cell_size_m + 0.5
     if keep <= 1:
         return np.zeros_like(known)
-    near: Bool = _distance(~known) < keep
+    near: Bool = distances_m(~known, 1.0, keep) < keep
     return near
 
 
@@ -351,12 +367,9 @@ def _beside(grid: GridSpec, points_xy: F64) -> Bool:
     return _mark(grid, points_xy, NEIGHBOURHOOD)
 
 
-def _distance(mask: Bool) -> F64:
-    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true."""
-    if not mask.any():
-        return np.full(mask.shape, np.inf)
-    distance: F64 = ndimage.distance_transform_edt(~mask)
-    return distance
+def _clearance_m(mask: Bool, cell_size_m: float, within_m: float) -> F64:
+    """(nx, ny): metres to the nearest true cell's edge, infinity if it is beyond ``within_m``."""
+    return distances_m(mask, cell_size_m, within_m, less_m=cell_size_m / 2)
 
 
 def distance_cells(grid: GridSpec, cell: I64) -> F64:

@@ -40,9 +40,6 @@ HINT_M = 2.5
 # Part of the prior that the surroundings may add or take: with 1, between nothing beside what is
 # least like the object and twice the prior beside what is most like it.
 HINT_WEIGHT = 1.0
-# Metres around the robot's way within which unknown floor tells nothing: a camera at 1 m sees the
-# floor from 1.1 m on, but what stands there it saw above it.
-BLIND_RADIUS_M = 1.2
 # Similarity that a cell beyond the border loses per metre of way from it: a certain match counts
 # for 2.7 m, one below the prior of the unknown sooner.
 DECAY_PER_M = 0.3
@@ -100,9 +97,7 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     )
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, MIN_BEYOND_M2, area_m2)
-    telling = (map_view.occupancy == Occupancy.UNKNOWN) & (
-        costmap.trail_distance_m > BLIND_RADIUS_M
-    )
+    telling = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.near_trail
     similarity_beyond = _similarity_beyond(map_view, unexplored, DECAY_PER_M)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
