@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.geometry import F32, F64, I64, Bool
 
 
 def dijkstra(cost: F64, start: tuple[int, int]) -> F64:
@@ -68,3 +68,29 @@ def clearances(occupied: Bool, cell_size_m: float) -> F64:
         for place in places:
             away[cell] = min(away[cell], math.dist(cell, place) * cell_size_m - cell_size_m / 2)
     return away
+
+
+def similarity_beyond(similarity: F32, unexplored: Bool, decay_per_cell: float) -> F64:
+    """The highest similarity of each unexplored cell, less the way to it through such cells."""
+    best = np.where(unexplored, np.nan_to_num(similarity).astype(np.float64), 0.0)
+    for start in map(tuple, np.argwhere(unexplored)):
+        ways = dijkstra(np.where(unexplored, 1.0, -1.0), start)
+        best[start] = max(0.0, float((best - decay_per_cell * ways)[unexplored].max()))
+    return best
+
+
+def area_in_view(occupied: Bool, wanted: Bool, viewpoint: I64, rays: int, steps: int) -> float:
+    """Wanted cells, and those outside the grid, in sight along rays; each counts for the part of
+    the ring, in cells, that its ray stands for."""
+    area = 0.0
+    for ray in range(rays):
+        angle = 2 * math.pi * ray / rays
+        for step in range(1, steps + 1):
+            x = int(viewpoint[0]) + round(step * math.cos(angle))
+            y = int(viewpoint[1]) + round(step * math.sin(angle))
+            inside = 0 <= x < occupied.shape[0] and 0 <= y < occupied.shape[1]
+            if inside and occupied[x, y]:
+                break
+            if not inside or wanted[x, y]:
+                area += 2 * math.pi / rays * step
+    return area

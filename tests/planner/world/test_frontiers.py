@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world import frontiers
 from onemap_planner.world.frontiers import (
@@ -12,10 +15,15 @@ from onemap_planner.world.frontiers import (
     MOST_EXPECTED,
     UNKNOWN_PRIOR,
     Frontier,
+    area_in_view,
     find_frontiers,
 )
 from onemap_shared.geometry import F32
+from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import costmap_of, drawn_map
+from tests.reference import planning as reference
+
+OPEN = drawn_map(*["." * 9] * 8)
 
 
 def frontiers_of(*rows: str, similarity: F32 | None = None) -> tuple[Frontier, ...]:
@@ -48,6 +56,36 @@ def test_similarity_beyond_counts_less_the_farther_the_way_to_it() -> None:
     similarity[7, 15 + 50] = 1.0  # 5 m beyond
     (found,) = frontiers_of(*rows, similarity=similarity)
     assert found.score == pytest.approx(0.9 - DECAY_PER_M * 1.0, abs=0.02)
+
+
+@settings(deadline=None)
+@given(
+    arrays(bool, (8, 9)),
+    arrays(np.float32, (8, 9), elements=st.floats(0, 1, width=32) | st.just(float("nan"))),
+)
+def test_similarity_beyond_is_that_of_the_slow_twin(beyond: np.ndarray, values: F32) -> None:
+    view = replace(OPEN, similarity=values, explored=~beyond)
+    found = frontiers._similarity_beyond(view, beyond, DECAY_PER_M)
+    expected = reference.similarity_beyond(values, beyond, DECAY_PER_M * 0.1)
+    expected[expected < frontiers.LEAST_SIMILARITY - 1e-9] = 0.0
+    at_limit = np.abs(expected - frontiers.LEAST_SIMILARITY) < 1e-6
+    np.testing.assert_allclose(found[~at_limit], expected[~at_limit], atol=1e-8)
+
+
+@settings(deadline=None)
+@given(
+    arrays(np.uint8, (8, 9), elements=st.sampled_from([0, 1, 2])),
+    arrays(bool, (8, 9)),
+    st.tuples(st.integers(0, 7), st.integers(0, 8)),
+)
+def test_the_area_in_view_is_that_of_the_slow_twin(
+    occupancy: np.ndarray, wanted: np.ndarray, cell: tuple[int, int]
+) -> None:
+    view = replace(OPEN, occupancy=occupancy)
+    (found,) = area_in_view(view, wanted, np.array([cell]), 0.55)
+    occupied = occupancy == Occupancy.OCCUPIED
+    expected = reference.area_in_view(occupied, wanted, np.array(cell), frontiers.RAYS, 5)
+    assert found == pytest.approx(expected * view.cell_area_m2)
 
 
 def test_the_way_to_what_is_similar_does_not_lead_through_walls() -> None:

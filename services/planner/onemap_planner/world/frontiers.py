@@ -10,8 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, sparse
-from scipy.sparse.csgraph import dijkstra
+from scipy import ndimage
 
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
@@ -70,23 +69,23 @@ def area_in_view(map_view: MapView, wanted: Bool, viewpoints: I64, range_m: floa
     wanted (nx, ny): cells that count; outside the grid all do. Rays run in all directions through
     free and unknown cells and end at occupied ones.
     """
-    steps = np.arange(1, int(range_m / map_view.grid.cell_size_m) + 1)
+    reach = int(range_m / map_view.grid.cell_size_m)
+    steps = np.arange(1, reach + 1)
     angles = 2 * np.pi * np.arange(RAYS) / RAYS
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     offsets = np.rint(directions[:, None] * steps[:, None]).astype(np.int64)
-    cells = viewpoints[:, None, None] + offsets  # (V, RAYS, steps, 2)
-    inside = map_view.grid.contains(cells)
-    limit = np.asarray(map_view.grid.shape) - 1
-    x, y = np.moveaxis(np.clip(cells, 0, limit), -1, 0)
-    occupied = inside & (map_view.occupancy[x, y] == Occupancy.OCCUPIED)
-    in_sight = ~np.maximum.accumulate(occupied, axis=-1)
+    counts = np.pad(wanted, reach, constant_values=True)
+    occupied = np.pad(map_view.occupancy == Occupancy.OCCUPIED, reach)
+    strides = np.array([counts.shape[1], 1])
+    cells = ((viewpoints + reach) @ strides)[:, None, None] + offsets @ strides
+    in_sight = ~np.logical_or.accumulate(occupied.ravel()[cells], axis=-1)  # (V, RAYS, steps)
     ring_m2 = 2 * np.pi / RAYS * steps * map_view.cell_area_m2  # of one ray's step
-    area: F64 = ((in_sight & (wanted[x, y] | ~inside)) * ring_m2).sum(axis=(-2, -1))
+    area: F64 = ((in_sight & counts.ravel()[cells]) * ring_m2).sum(axis=(-2, -1))
     return area
 
 
 LEAST_SIMILARITY = 0.05  # less is worth no metre of way
-CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)
+NEIGHBOURS: I64 = np.delete(np.argwhere(CONNECTIVITY_8) - 1, 4, axis=0)
 
 
 def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
@@ -105,7 +104,7 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
         (unknown, floor, True),
         (unexplored, floor & map_view.explored, False),
     ):
-        border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
+        border = on_this_side & _beside(beyond)
         segments = _segments(border, map_view.grid.cell_size_m)
         if not len(segments.first):
             continue
@@ -164,60 +163,50 @@ class _Segments:
         return middles
 
 
-def _parts(mask: Bool, cell_area_m2: float) -> tuple[I64, F64]:
-    """Numbers (nx, ny) of the 8-connected components of a mask, 0 outside, and their areas."""
-    parts, count = ndimage.label(mask, CONNECTIVITY_8)
-    cells = np.bincount(parts.ravel(), minlength=count + 1).astype(np.float64)
-    return parts, cells * cell_area_m2
-
-
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
-    """The mask without components smaller than ``least_m2``: they are noise."""
-    parts, area_m2 = _parts(mask, cell_area_m2)
-    kept: Bool = mask & (area_m2 >= least_m2)[parts]
+    """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
+    labels, _ = ndimage.label(mask, CONNECTIVITY_8)
+    part = labels[mask]
+    kept: Bool = mask.copy()
+    kept[mask] = (np.bincount(part) * cell_area_m2 >= least_m2)[part]
     return kept
 
 
 def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) -> F64:
     """(nx, ny): for cells of O - E the highest similarity, less the way to it; else 0.
 
-    The way runs through O - E alone. One run of Dijkstra from an additional node, whose edge to
-    each cell costs what the cell's similarity lacks to 1.
+    The way runs through O - E alone. What each cell lacks to 1 goes on to its neighbours, with the
+    step added, as long as any of them gets less by it: soon few do.
     """
-    value = np.zeros(map_view.grid.shape)
-    cells = np.argwhere(unexplored)
-    if len(cells) == 0:
-        return value
+    unpadded = np.s_[1:-1, 1:-1]
+    lacking = np.full(np.add(unexplored.shape, 2), -np.inf)  # nothing goes on into other cells
     similarity = np.nan_to_num(map_view.similarity[unexplored], nan=0.0).astype(np.float64)
-    lacking = np.maximum(1.0 - similarity, 1e-9)  # a sparse graph has no edges of length 0
-    start = len(cells)
-    a, b, steps = _adjacent(unexplored)
-    graph = sparse.csr_array(
-        (
-            np.concatenate([steps * decay_per_m * map_view.grid.cell_size_m, lacking]),
-            (np.append(a, np.full(start, start)), np.append(b, np.arange(start))),
-        ),
-        shape=(start + 1, start + 1),
-    )
-    lost = dijkstra(graph, directed=False, indices=start, limit=1.0 - LEAST_SIMILARITY)[:start]
-    value[unexplored] = np.clip(1.0 - lost, 0.0, 1.0)
-    return value
+    lacking[unpadded][unexplored] = np.maximum(1.0 - similarity, 1e-9)
+    flat, most = lacking.ravel(), 1.0 - LEAST_SIMILARITY
+    decays = np.hypot(*NEIGHBOURS.T) * decay_per_m * map_view.grid.cell_size_m
+    jumps = NEIGHBOURS @ np.array([unexplored.shape[1] + 2, 1])
+    less = np.isfinite(flat)
+    while less.any():
+        cells = np.flatnonzero(less)
+        cells = cells[flat[cells] <= most]
+        less = np.zeros(flat.shape, bool)
+        for jump, decay in zip(jumps, decays, strict=True):
+            there, left = cells + jump, flat[cells] + decay
+            better = left < flat[there]
+            flat[there[better]] = left[better]
+            less[there[better]] = True
+    lost = lacking[unpadded]
+    return np.where(unexplored & (lost <= most), np.clip(1.0 - lost, 0.0, 1.0), 0.0)
 
 
-def _adjacent(mask: Bool) -> tuple[I64, I64, F64]:
-    """Pairs of 8-connected true cells, numbered (P,) in row order, and their distance in cells."""
-    number = np.full(np.add(mask.shape, 2), -1)
-    number[1:-1, 1:-1][mask] = np.arange(mask.sum())
-    here = number[1:-1, 1:-1]
-    nx, ny = here.shape
-    first, second, steps = [], [], []
-    for dx, dy in ((0, 1), (1, -1), (1, 0), (1, 1)):
-        there = number[1 + dx : 1 + dx + nx, 1 + dy : 1 + dy + ny]
-        both = (here >= 0) & (there >= 0)
-        first.append(here[both])
-        second.append(there[both])
-        steps.append(np.full(len(first[-1]), float(np.hypot(dx, dy))))
-    return np.concatenate(first), np.concatenate(second), np.concatenate(steps)
+def _beside(mask: Bool) -> Bool:
+    """Mask (nx, ny) of the cells with a true one at one of their four sides."""
+    beside = np.zeros_like(mask)
+    beside[1:] |= mask[:-1]
+    beside[:-1] |= mask[1:]
+    beside[:, 1:] |= mask[:, :-1]
+    beside[:, :-1] |= mask[:, 1:]
+    return beside
 
 
 def _segments(border: Bool, cell_size_m: float) -> _Segments:
