@@ -94,3 +94,10 @@ def area_in_view(occupied: Bool, wanted: Bool, viewpoint: I64, rays: int, steps:
             if not inside or wanted[x, y]:
                 area += 2 * math.pi / rays * step
     return area
+
+
+def nearest_of(mask: Bool, cell: I64) -> tuple[float, tuple[int, int]]:
+    """Distance in cells to the nearest true cell, and that: of several the first by y, then x."""
+    away = ((math.dist(cell, (x, y)), y, x) for x, y in np.argwhere(mask).tolist())
+    distance, y, x = min(away, default=(math.inf, -1, -1))
+    return distance, (x, y)

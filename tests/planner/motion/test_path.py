@@ -32,6 +32,16 @@ def test_costs_are_optimal(cost: F64, start: tuple[int, int]) -> None:
 
 
 @settings(deadline=None, max_examples=60)
+@given(costs, st.tuples(st.integers(0, 11), st.integers(0, 12)))
+def test_one_path_is_as_long_as_among_many(cost: F64, start: tuple[int, int]) -> None:
+    cost[start] = 1.0
+    cost_to_go = cost_to_go_from(cost, start, cell_size_m=0.5)
+    ends = np.argwhere(np.isfinite(cost_to_go.cost_m))
+    one_by_one = [cost_to_go.length_m((x, y)) for x, y in ends.tolist()]
+    assert cost_to_go.lengths_m(ends).tolist() == one_by_one
+
+
+@settings(deadline=None, max_examples=60)
 @given(costs, st.tuples(st.integers(0, 11), st.integers(0, 12)), st.integers(0, 10**6))
 def test_smoothing_stays_passable_and_costs_no_more(
     cost: F64, start: tuple[int, int], pick: int

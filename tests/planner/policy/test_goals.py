@@ -2,11 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
+from onemap_planner.policy import goals as goals_module
 from onemap_planner.policy.goals import (
+    VIEWPOINT_WITHIN_M,
     Goal,
     GoalKind,
     GoalUtility,
@@ -21,6 +25,9 @@ from onemap_planner.policy.memory import (
     LeftGoal,
     TargetMemory,
 )
+from tests.planner import one_room
+from tests.planner.drawn_maps import CELL_M
+from tests.reference.planning import nearest_of
 
 
 def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
@@ -114,3 +121,18 @@ def test_a_goal_that_another_is_preferred_to_is_kept_once_with_its_seconds() -> 
 def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
     memory = TargetMemory(left=(LeftGoal(goal(0.2), 6.0),))
     assert memory.spent_before_s(wanted) == pytest.approx(spent_s)
+
+
+@settings(deadline=None)
+@given(arrays(bool, (12, 11), elements=st.booleans() | st.just(value=False)))
+def test_the_nearest_reachable_cell_is_that_of_the_slow_twin(reachable: np.ndarray) -> None:
+    room = one_room.context()
+    cost_m = np.where(reachable, 1.0, np.inf)
+    costmap = replace(room.costmap, navigable=reachable)
+    here = replace(room, costmap=costmap, cost_to_go=replace(room.cost_to_go, cost_m=cost_m))
+    cells = np.argwhere(np.ones_like(reachable))
+    near, nearest = goals_module._nearest_reachable(cells, here)
+    for cell, is_near, found in zip(cells, near, nearest.tolist(), strict=True):
+        away, expected = nearest_of(reachable, cell)
+        assert is_near == (away * CELL_M <= VIEWPOINT_WITHIN_M)
+        assert not is_near or tuple(found) == expected

@@ -36,6 +36,11 @@ class CostToGo:
         """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""
         return np.asarray(self._paths.traceback(cell), dtype=np.int64)
 
+    def length_m(self, cell: tuple[int, int]) -> float:
+        """Length in metres of the cheapest path to ``cell``, which must be reachable."""
+        steps = np.diff(self.path_to(cell)[::-1], axis=0)  # summed as by ``lengths_m``
+        return float(np.cumsum([0.0, *(self.cell_size_m * np.hypot(*steps.T))])[-1])
+
     def lengths_m(self, cells: I64) -> F64:
         """Lengths (N,) in metres of the cheapest paths to ``cells`` (N, 2), all reachable.
 

@@ -8,7 +8,6 @@ from enum import Enum
 from math import isfinite
 
 import numpy as np
-from scipy import ndimage
 
 from onemap_planner.motion.path import lengths_over
 from onemap_planner.policy.context import PlanningContext
@@ -37,7 +36,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
-from onemap_shared.geometry import F64, I64
+from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
 
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
@@ -246,30 +245,41 @@ def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> t
 
     It is the reachable cell nearest to the middle of the segment and in sight of it.
     """
-    reachable, occupied = context.reachable, context.costmap.occupied
-    away, nearest = ndimage.distance_transform_edt(~reachable, return_indices=True)
-    cells, owner = (
-        np.concatenate(segments),
-        np.repeat(np.arange(len(segments)), [*map(len, segments)]),
-    )
-    near = away[cells[:, 0], cells[:, 1]] * context.costmap.grid.cell_size_m <= VIEWPOINT_WITHIN_M
-    cells, owner = cells[near], owner[near]
+    cells = np.concatenate(segments)
+    owner = np.repeat(np.arange(len(segments)), [*map(len, segments)])
+    near, nearest = _nearest_reachable(cells, context)
+    cells, owner, nearest = cells[near], owner[near], nearest[near]
     sizes = np.bincount(owner, minlength=len(segments))
     middles = np.stack([np.bincount(owner, axis, len(segments)) for axis in cells.T], axis=-1)
     off = np.hypot(*(cells - (middles / np.maximum(sizes, 1)[:, None])[owner]).T)
     order = np.lexsort((off, owner))
-    cells, owner = cells[order], owner[order]
+    cells, owner, nearest = cells[order], owner[order], nearest[order]
     tried = np.arange(len(owner)) - (np.cumsum(sizes) - sizes)[owner] < MAX_FRONTIER_CELLS
-    cells, owner = cells[tried], owner[tried]
-    viewpoints: I64 = nearest[:, cells[:, 0], cells[:, 1]].T.astype(np.int64)
-    in_sight = lengths_over(occupied, viewpoints, cells) == 0
+    cells, owner, viewpoints = cells[tried], owner[tried], nearest[tried]
+    in_sight = lengths_over(context.costmap.occupied, viewpoints, cells) == 0
     chosen, first = np.unique(owner[in_sight], return_index=True)
     return chosen, viewpoints[in_sight][first]
 
 
+def _nearest_reachable(cells: I64, context: PlanningContext) -> tuple[Bool, I64]:
+    """Which of the cells (N, 2) have a reachable one within ``VIEWPOINT_WITHIN_M``, (N,), and the
+    nearest (N, 2), the first by y of several."""
+    size_m = context.costmap.grid.cell_size_m
+    reach = int(VIEWPOINT_WITHIN_M / size_m + 1e-9)
+    around = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
+    away = np.hypot(*around.T)
+    order = np.lexsort((*around.T, away))
+    around = around[order[away[order] * size_m <= VIEWPOINT_WITHIN_M]]
+    reachable = np.pad(context.reachable, reach)
+    strides = np.array([reachable.shape[1], 1])
+    found = reachable.ravel()[((cells + reach) @ strides)[:, None] + around @ strides]
+    first = found.argmax(axis=1)
+    return found[np.arange(len(cells)), first], cells + around[first]
+
+
 def _travel_m(cell: I64, context: PlanningContext) -> float:
     """Metres of path: its cost would make a way along a wall count up to fourfold."""
-    return float(context.cost_to_go.lengths_m(cell[None])[0])
+    return context.cost_to_go.length_m((int(cell[0]), int(cell[1])))
 
 
 def _pair(xy: F64) -> tuple[float, float]:
