@@ -81,6 +81,8 @@ class DrawnMap:
         self._similarity = rng.uniform(0.0, 0.12, grid.shape).astype(np.float32)
         for corner in np.argwhere(np.ones((rooms, rooms))) * ROOM:
             self._draw(corner, rng)
+        free = slice(rooms // 2 * ROOM + 15, rooms // 2 * ROOM + 35)  # where the robot begins
+        self._occupied[free, free] = False
 
     def _draw(self, corner: I64, rng: np.random.Generator) -> None:
         """A room: doors, furniture, what is like the object, and what was seen of it."""
