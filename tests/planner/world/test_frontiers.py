@@ -18,7 +18,7 @@ from onemap_planner.world.frontiers import (
     area_in_view,
     find_frontiers,
 )
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import costmap_of, drawn_map
 from tests.reference import planning as reference
@@ -70,6 +70,14 @@ def test_similarity_beyond_is_that_of_the_slow_twin(beyond: np.ndarray, values: 
     expected[expected < frontiers.LEAST_SIMILARITY - 1e-9] = 0.0
     at_limit = np.abs(expected - frontiers.LEAST_SIMILARITY) < 1e-6
     np.testing.assert_allclose(found[~at_limit], expected[~at_limit], atol=1e-8)
+
+
+@settings(deadline=None)
+@given(arrays(np.float64, (8, 9), elements=st.floats(0, 1)), st.integers(1, 9))
+def test_sums_around_are_those_of_the_slow_twin(layer: F64, reach: int) -> None:
+    cells = np.argwhere(np.ones_like(layer))
+    expected = [reference.sum_around(layer, (x, y), reach) for x, y in cells.tolist()]
+    np.testing.assert_allclose(frontiers._sums_around(layer, cells, reach), expected, atol=1e-9)
 
 
 @settings(deadline=None)

@@ -21,8 +21,11 @@ def distances_m(mask: Bool, cell_size_m: float, within_m: float, *, less_m: floa
     box = _box_around(mask, reach)
     squares = np.where(mask[box], 0, none).astype(np.uint16 if 2 * none < 2**16 else np.int64)
     squares = _least_around(_least_around(squares, reach).T, reach).T
+    around_m: F64 = table_m.take(squares, mode="clip")
+    if around_m.shape == mask.shape:
+        return around_m
     away_m = np.full(mask.shape, np.inf)
-    away_m[box] = table_m.take(squares, mode="clip")
+    away_m[box] = around_m
     return away_m
 
 

@@ -195,8 +195,10 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) 
             better = left < flat[there]
             flat[there[better]] = left[better]
             less[there[better]] = True
-    lost = lacking[unpadded]
-    return np.where(unexplored & (lost <= most), np.clip(1.0 - lost, 0.0, 1.0), 0.0)
+    lost = lacking[unpadded][unexplored]
+    value = np.zeros(unexplored.shape)
+    value[unexplored] = np.where(lost <= most, np.clip(1.0 - lost, 0.0, 1.0), 0.0)
+    return value
 
 
 def _beside(mask: Bool) -> Bool:
@@ -213,8 +215,10 @@ def _segments(border: Bool, cell_size_m: float) -> _Segments:
     """Each component that is long enough, along its principal axis, cut to the longest allowed."""
     labels, count = ndimage.label(border, CONNECTIVITY_8)
     cells, number = np.argwhere(border), labels[border] - 1
-    bounds = ndimage.find_objects(labels)
-    extent = np.array([[s.stop - s.start for s in box] for box in bounds]).reshape(count, 2)
+    low, high = np.full((count, 2), max(border.shape)), np.full((count, 2), -1)
+    np.minimum.at(low, number, cells)
+    np.maximum.at(high, number, cells)
+    extent = high - low + 1
     kept = (extent.max(axis=1, initial=0) * cell_size_m >= MIN_LENGTH_M)[number]
     cells, number = cells[kept], number[kept]
     if not len(cells):
@@ -260,20 +264,30 @@ def _middles_beyond(segments: _Segments, beyond: Bool, grid: GridSpec) -> F64:
     return middles
 
 
-def _hints(map_view: MapView) -> F64:
-    """(nx, ny): factor of the prior, by how much the surroundings are like the object.
+def _hints(map_view: MapView, cells: I64) -> F64:
+    """Factors (N,) of the prior at cells (N, 2), by how much the surroundings are like the object.
 
     The mean rank of the observed cells around, 0.5 where there are none: what stands near is
     often of the same room.
     """
     known = np.isfinite(map_view.guidance)
-    reach = 2 * int(HINT_M / map_view.grid.cell_size_m) + 1
-    rank = np.where(known, map_view.guidance, 0.0).astype(np.float64)
-    total = ndimage.uniform_filter(rank, reach, mode="constant")
-    share = ndimage.uniform_filter(known.astype(np.float64), reach, mode="constant")
-    mean = np.where(share > 1e-9, total / np.maximum(share, 1e-9), 0.5)
+    reach = int(HINT_M / map_view.grid.cell_size_m)
+    count = _sums_around(known.astype(np.float64), cells, reach)
+    total = _sums_around(np.where(known, map_view.guidance, 0.0), cells, reach)
+    mean = np.where(count > 0, total / np.maximum(count, 1), 0.5)
     factor: F64 = 1.0 + HINT_WEIGHT * (2.0 * mean - 1.0)
     return factor
+
+
+def _sums_around(layer: F64, cells: I64, reach: int) -> F64:
+    """Sums (N,) of a layer (nx, ny) over the squares of ``reach`` cells to all sides of cells."""
+    table = np.zeros(np.add(layer.shape, 1))  # of each corner, the sum over all cells before it
+    np.cumsum(layer, axis=0, out=table[1:, 1:])
+    np.cumsum(table[1:, 1:], axis=1, out=table[1:, 1:])
+    x0, y0 = np.maximum(cells - reach, 0).T
+    x1, y1 = np.minimum(cells + reach + 1, layer.shape).T
+    sums: F64 = table[x1, y1] - table[x0, y1] - table[x1, y0] + table[x0, y0]
+    return sums
 
 
 def _expected(segments: _Segments, map_view: MapView, telling: Bool) -> F64:
@@ -283,7 +297,6 @@ def _expected(segments: _Segments, map_view: MapView, telling: Bool) -> F64:
     that the object is in it, and by the surroundings.
     """
     area_m2 = area_in_view(map_view, telling, segments.middles, VIEW_M)
-    x, y = segments.cells.T
-    near = segments.means(_hints(map_view)[x, y])
+    near = segments.means(_hints(map_view, segments.cells))
     expected = UNKNOWN_PRIOR * near * area_m2 / VIEW_SCALE_M2
     return np.minimum(expected, MOST_EXPECTED)
