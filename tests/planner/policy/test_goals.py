@@ -10,7 +10,6 @@ from hypothesis.extra.numpy import arrays
 
 from onemap_planner.policy import goals as goals_module
 from onemap_planner.policy.goals import (
-    VIEWPOINT_WITHIN_M,
     Goal,
     GoalKind,
     GoalUtility,
@@ -25,8 +24,6 @@ from onemap_planner.policy.memory import (
     LeftGoal,
     TargetMemory,
 )
-from tests.planner import one_room
-from tests.planner.drawn_maps import CELL_M
 from tests.reference.planning import nearest_of
 
 
@@ -125,14 +122,10 @@ def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s:
 
 @settings(deadline=None)
 @given(arrays(bool, (12, 11), elements=st.booleans() | st.just(value=False)))
-def test_the_nearest_reachable_cell_is_that_of_the_slow_twin(reachable: np.ndarray) -> None:
-    room = one_room.context()
-    cost_m = np.where(reachable, 1.0, np.inf)
-    costmap = replace(room.costmap, navigable=reachable)
-    here = replace(room, costmap=costmap, cost_to_go=replace(room.cost_to_go, cost_m=cost_m))
-    cells = np.argwhere(np.ones_like(reachable))
-    near, nearest = goals_module._nearest_reachable(cells, here)
+def test_the_nearest_cell_is_that_of_the_slow_twin(mask: np.ndarray) -> None:
+    cells = np.argwhere(np.ones_like(mask))
+    near, nearest = goals_module._nearest(mask, cells, 8.0)
     for cell, is_near, found in zip(cells, near, nearest.tolist(), strict=True):
-        away, expected = nearest_of(reachable, cell)
-        assert is_near == (away * CELL_M <= VIEWPOINT_WITHIN_M)
+        away, expected = nearest_of(mask, cell)
+        assert is_near == (away <= 8.0)
         assert not is_near or tuple(found) == expected

@@ -6,6 +6,7 @@ Costs (nx, ny) are per cell of path, >= 1; negative cells are impassable.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,22 +20,34 @@ TOUCH = 1e-9  # cells: a line that is shorter inside a cell meets its corner onl
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class CostToGo:
-    """Cheapest paths from one cell to all others: one run of Dijkstra serves all goals.
+    """Cheapest paths from the nearest of some cells to all others: one run of Dijkstra for all.
 
-    cost_m (nx, ny) float64: effort in metres (a metre in the open costs one), infinity where
-    no path leads.
+    It runs when it is first asked for. cost (nx, ny) float64 and cells (N, 2), N >= 1, which have
+    positive costs: see ``cost_to_go_from``.
     """
 
-    cost_m: F64
+    cost: F64
+    cells: I64
     cell_size_m: float
-    _paths: Any  # the MCP_Geometric that holds the predecessors
-    _back: I16  # (nx, ny) number of the step that leads to a cell
+
+    @cached_property
+    def _found(self) -> tuple[Any, F64, I16]:
+        """The MCP_Geometric that holds the predecessors; costs (nx, ny) in metres; and (nx, ny) the
+        number of the step that leads to a cell."""
+        paths = MCP_Geometric(self.cost, fully_connected=True)
+        cost_cells, back = paths.find_costs(self.cells.tolist())
+        return paths, self.cell_size_m * cost_cells, back
+
+    @property
+    def cost_m(self) -> F64:
+        """Effort (nx, ny) in metres (a metre in the open costs one), infinity without a path."""
+        return self._found[1]
 
     def path_to(self, cell: tuple[int, int]) -> I64:
         """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""
-        return np.asarray(self._paths.traceback(cell), dtype=np.int64)
+        return np.asarray(self._found[0].traceback(cell), dtype=np.int64)
 
     def length_m(self, cell: tuple[int, int]) -> float:
         """Length in metres of the cheapest path to ``cell``, which must be reachable."""
@@ -46,11 +59,12 @@ class CostToGo:
 
         All paths are walked back at the same time: one by one it took most of the planning time.
         """
-        steps = np.vstack([self._paths.offsets, (0, 0), (0, 0)])  # -1: the start, -2: no path
+        paths, _, back = self._found
+        steps = np.vstack([paths.offsets, (0, 0), (0, 0)])  # -1: the start, -2: no path
         metres = self.cell_size_m * np.hypot(*steps.T)
         at, lengths = np.array(cells, np.int64), np.zeros(len(cells))
         while True:
-            step = self._back[at[:, 0], at[:, 1]]
+            step = back[at[:, 0], at[:, 1]]
             if (step < 0).all():
                 return lengths
             at -= steps[step]
@@ -67,9 +81,7 @@ def cost_to_go_from(cost: F64, cell: tuple[int, int], *, cell_size_m: float) -> 
 
 def cost_to_go_from_any(cost: F64, cells: I64, *, cell_size_m: float) -> CostToGo:
     """Costs and paths from the nearest of ``cells`` (N, 2), N >= 1, all with positive costs."""
-    paths = MCP_Geometric(cost, fully_connected=True)
-    cost_cells, back = paths.find_costs(cells.tolist())
-    return CostToGo(cell_size_m * cost_cells, cell_size_m, paths, back)
+    return CostToGo(cost, cells, cell_size_m)
 
 
 def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:

@@ -65,6 +65,7 @@ HYSTERESIS = 0.3
 GIVEN_UP_RADIUS_M = 0.5  # metres around a goal viewed without result in which no other is taken
 SAME_GOAL_M = 0.8  # metres a goal may shift between two maps and still be the same
 VIEWPOINT_WITHIN_M = 0.8  # metres from which a frontier counts as reached
+ROUNDING = 1e-9  # of a distance in cells
 VIEW_NEAREST_M = 0.8  # nearer, the camera looks over low things
 VIEW_FARTHEST_M = 1.5  # farther, small things are too few pixels
 VIEW_BAND_M = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
@@ -247,7 +248,8 @@ def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> t
     """
     cells = np.concatenate(segments)
     owner = np.repeat(np.arange(len(segments)), [*map(len, segments)])
-    near, nearest = _nearest_reachable(cells, context)
+    within = VIEWPOINT_WITHIN_M / context.costmap.grid.cell_size_m + ROUNDING
+    near, nearest = _nearest(context.reachable, cells, within)
     cells, owner, nearest = cells[near], owner[near], nearest[near]
     sizes = np.bincount(owner, minlength=len(segments))
     middles = np.stack([np.bincount(owner, axis, len(segments)) for axis in cells.T], axis=-1)
@@ -261,18 +263,16 @@ def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> t
     return chosen, viewpoints[in_sight][first]
 
 
-def _nearest_reachable(cells: I64, context: PlanningContext) -> tuple[Bool, I64]:
-    """Which of the cells (N, 2) have a reachable one within ``VIEWPOINT_WITHIN_M``, (N,), and the
-    nearest (N, 2), the first by y of several."""
-    size_m = context.costmap.grid.cell_size_m
-    reach = int(VIEWPOINT_WITHIN_M / size_m + 1e-9)
+def _nearest(mask: Bool, cells: I64, within: float) -> tuple[Bool, I64]:
+    """Which of the cells (N, 2) have a true one of the mask ``within`` that many cells, (N,), and
+    the nearest (N, 2), the first by y of several."""
+    reach = int(within)
     around = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
     away = np.hypot(*around.T)
-    order = np.lexsort((*around.T, away))
-    around = around[order[away[order] * size_m <= VIEWPOINT_WITHIN_M]]
-    reachable = np.pad(context.reachable, reach)
-    strides = np.array([reachable.shape[1], 1])
-    found = reachable.ravel()[((cells + reach) @ strides)[:, None] + around @ strides]
+    around = around[np.lexsort((*around.T, away))][: np.count_nonzero(away <= within)]
+    padded = np.pad(mask, reach)
+    strides = np.array([padded.shape[1], 1])
+    found = padded.ravel()[((cells + reach) @ strides)[:, None] + around @ strides]
     first = found.argmax(axis=1)
     return found[np.arange(len(cells)), first], cells + around[first]
 
