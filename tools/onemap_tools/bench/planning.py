@@ -135,7 +135,7 @@ def _parts(context: PlanningContext, view: SearchView, state: PlannerState) -> d
         "costmap_ms": lambda: build_costmap(
             map_view, robot_xy=here, trail_xy=trail_xy, obstacles_xy=nothing, params=params
         ),
-        "cost_to_go_ms": lambda: cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M),
+        "cost_to_go_ms": lambda: cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M).cost_m,
         "frontiers_ms": lambda: find_frontiers(map_view, costmap),
         "frontier_goals_ms": lambda: frontier_goals(frontiers, context),
         "regions_ms": lambda: find_regions(map_view),

@@ -62,12 +62,13 @@ class CostToGo:
         paths, _, back = self._found
         steps = np.vstack([paths.offsets, (0, 0), (0, 0)])  # -1: the start, -2: no path
         metres = self.cell_size_m * np.hypot(*steps.T)
-        at, lengths = np.array(cells, np.int64), np.zeros(len(cells))
+        flat, strides = back.T.ravel(), np.array([1, len(back)])
+        at, jumps, lengths = cells @ strides, steps @ strides, np.zeros(len(cells))
         while True:
-            step = back[at[:, 0], at[:, 1]]
-            if (step < 0).all():
+            step = flat[at]
+            if step.max(initial=-1) < 0:
                 return lengths
-            at -= steps[step]
+            at -= jumps[step]
             lengths += metres[step]
 
 

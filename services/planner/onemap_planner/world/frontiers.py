@@ -189,9 +189,9 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) 
     while less.any():
         cells = np.flatnonzero(less)
         cells = cells[flat[cells] <= most]
-        less = np.zeros(flat.shape, bool)
+        passed_on, less = flat[cells], np.zeros(flat.shape, bool)
         for jump, decay in zip(jumps, decays, strict=True):
-            there, left = cells + jump, flat[cells] + decay
+            there, left = cells + jump, passed_on + decay
             better = left < flat[there]
             flat[there[better]] = left[better]
             less[there[better]] = True
