@@ -41,6 +41,21 @@ def test_one_path_is_as_long_as_among_many(cost: F64, start: tuple[int, int]) ->
     assert cost_to_go.lengths_m(ends).tolist() == one_by_one
 
 
+def test_known_paths_serve_the_same_costs_from_the_same_cell_only() -> None:
+    cost = np.ones((5, 5))
+    known, dearer = cost_to_go_from(cost, (1, 2), cell_size_m=0.5), cost.copy()
+    dearer[4, 4] = 2.0
+    assert cost_to_go_from(cost.copy(), (1, 2), cell_size_m=0.5).or_same(known) is known
+    others = (
+        cost_to_go_from(dearer, (1, 2), cell_size_m=0.5),
+        cost_to_go_from(cost, (2, 2), cell_size_m=0.5),
+        cost_to_go_from(cost, (1, 2), cell_size_m=0.1),
+        cost_to_go_from(cost[:4], (1, 2), cell_size_m=0.5),
+    )
+    assert all(other.or_same(known) is other for other in others)
+    assert known.or_same(None) is known
+
+
 @settings(deadline=None, max_examples=60)
 @given(costs, st.tuples(st.integers(0, 11), st.integers(0, 12)), st.integers(0, 10**6))
 def test_smoothing_stays_passable_and_costs_no_more(

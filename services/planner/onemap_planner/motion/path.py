@@ -20,7 +20,7 @@ TOUCH = 1e-9  # cells: a line that is shorter inside a cell meets its corner onl
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CostToGo:
     """Cheapest paths from the nearest of some cells to all others: one run of Dijkstra for all.
 
@@ -44,6 +44,13 @@ class CostToGo:
     def cost_m(self) -> F64:
         """Effort (nx, ny) in metres (a metre in the open costs one), infinity without a path."""
         return self._found[1]
+
+    def or_same(self, earlier: CostToGo | None) -> CostToGo:
+        """The earlier one if it is of the same cells and costs: it may know the paths already."""
+        if earlier is None or earlier.cell_size_m != self.cell_size_m:
+            return self
+        same = np.array_equal(earlier.cells, self.cells) and np.array_equal(earlier.cost, self.cost)
+        return earlier if same else self
 
     def path_to(self, cell: tuple[int, int]) -> I64:
         """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""

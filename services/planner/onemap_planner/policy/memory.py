@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
+from onemap_planner.motion.path import CostToGo
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import (
@@ -353,7 +354,8 @@ class PlannerState:
     what was around them. other_memories: what is known of objects, by their indices, that wait
     while others are sought, and places: where the map may show them; asked_turn: the last turn of
     asking it; ordered_s: active time of the last revision of their order. appeared: what has just
-    appeared on the map. displacement: while the robot stands because it was moved.
+    appeared on the map. cost_to_go: of the last step, for one on the same map from the same place.
+    displacement: while the robot stands because it was moved.
     """
 
     search: Search
@@ -377,6 +379,7 @@ class PlannerState:
     asked_turn: int = -1
     ordered_s: float | None = None
     appeared: Appeared = NOTHING
+    cost_to_go: CostToGo | None = None
     displacement: Displacement | None = None
 
     def copy(self) -> PlannerState:

@@ -160,7 +160,7 @@ def step(
         reached=observation.reached,
         description=_description(state.search.detail, observation, context),
     )
-    state.appeared = context.appeared
+    state.appeared, state.cost_to_go = context.appeared, context.cost_to_go
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
     state.search = replace(state.search, slow=slow)
     _take_in_map(state, observation, context)
@@ -235,7 +235,8 @@ def _context(
     )
     context = keeping_out(context, Zones(observation.places, state.search.stay_out))
     context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
-    return across_gaps(context) if state.crosses_gaps else context
+    context = across_gaps(context) if state.crosses_gaps else context
+    return replace(context, cost_to_go=context.cost_to_go.or_same(state.cost_to_go))
 
 
 def _description(
