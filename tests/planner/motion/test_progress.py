@@ -10,9 +10,11 @@ from onemap_planner.motion.progress import (
     VIRTUAL_OBSTACLE_S,
     MotionSample,
     ProgressMonitor,
+    met_at,
 )
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import Velocity2d
-from tests.planner.drawn_maps import PARAMS
+from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
 AHEAD = Velocity2d(0.5, 0.0)
 HERE = Pose2d(1.0, 2.0, math.pi / 2)
@@ -27,7 +29,7 @@ def updated(
     collided: bool = False,
 ) -> ProgressMonitor:
     sample = MotionSample(pose, command, collided, now_s)
-    return progress.update(sample, PARAMS.recovery, front_m=0.25)
+    return progress.update(sample, PARAMS.recovery)
 
 
 def test_a_robot_that_stands_still_on_command_is_not_stuck() -> None:
@@ -40,16 +42,30 @@ def test_a_moving_or_turning_robot_is_not_stuck() -> None:
     assert turning.backing_from is None
 
 
-def test_commanded_without_moving_it_backs_up_and_adds_an_obstacle() -> None:
+def test_commanded_without_moving_it_backs_up() -> None:
     assert updated(START, 2.9).backing_from is None
-    stuck = updated(START, 3.1)
-    assert stuck.backing_from == HERE
-    assert stuck.obstacles_xy.tolist() == [[pytest.approx(1.0), pytest.approx(2.25)]]
+    assert updated(START, 3.1).backing_from == HERE
 
 
-def test_a_robot_that_is_stuck_sideways_adds_an_obstacle_there() -> None:
-    stuck = updated(START, 3.1, command=Velocity2d(0.0, 0.0, -0.3))
-    assert stuck.obstacles_xy.tolist() == [[pytest.approx(1.25), pytest.approx(2.0)]]
+OPEN = drawn_map(*["." * 40] * 20)
+BESIDE = drawn_map(*["." * 40] * 7, "." * 18 + "####" + "." * 18, *["." * 40] * 12)
+
+
+@pytest.mark.parametrize(
+    ("shown", "command", "met_xy"),
+    [
+        (OPEN, AHEAD, (1.0, 2.25)),
+        (OPEN, Velocity2d(0.0, 0.0, -0.3), (1.25, 2.0)),
+        (OPEN, Velocity2d(-0.1, 0.0), (1.0, 1.75)),
+        (BESIDE, AHEAD, (0.754, 2.05)),  # to the left, a cell farther than its edge
+        (BESIDE, Velocity2d(0.0, 0.0, -0.3), (1.25, 2.0)),  # it was left behind
+    ],
+)
+def test_a_robot_met_the_obstacle_that_the_map_shows_on_its_side_or_what_is_ahead(
+    shown: MapView, command: Velocity2d, met_xy: tuple[float, float]
+) -> None:
+    costmap = costmap_of(shown, HERE.xy, PARAMS.costmap)
+    assert met_at(HERE, command, costmap) == pytest.approx(met_xy, abs=0.01)
 
 
 def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
@@ -57,10 +73,9 @@ def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
     assert updated(START, 0.1, collided=True, command=STOP).stuck_count == 0
 
 
-def test_stuck_while_turning_adds_no_obstacle() -> None:
+def test_stuck_while_turning_backs_up_too() -> None:
     stuck = updated(START, 3.1, command=Velocity2d(0.0, 1.0))
     assert stuck.backing_from == HERE
-    assert stuck.virtual_obstacles == ()
 
 
 def test_what_the_map_shows_in_the_way_gives_up_goals_but_no_search() -> None:
@@ -68,19 +83,11 @@ def test_what_the_map_shows_in_the_way_gives_up_goals_but_no_search() -> None:
     for k in range(8):
         at_s = 10.0 * (k + 1)
         stuck = MotionSample(HERE, AHEAD, False, at_s, blocked=True)
-        monitor = monitor.update(stuck, PARAMS.recovery, front_m=0.25)
+        monitor = monitor.update(stuck, PARAMS.recovery)
         counts.append(monitor.stuck_count)
         done = MotionSample(HERE, AHEAD, False, at_s + BACK_UP_S)
-        monitor = monitor.update(done, PARAMS.recovery, front_m=0.25)
+        monitor = monitor.update(done, PARAMS.recovery)
     assert counts == [1, 2, 3, 1, 2, 3, 1, 2]
-
-
-def test_blocked_by_the_costmap_it_backs_up_without_a_new_obstacle() -> None:
-    blocked = START.update(
-        MotionSample(HERE, AHEAD, False, 3.1, blocked=True), PARAMS.recovery, front_m=0.25
-    )
-    assert blocked.backing_from == HERE
-    assert blocked.virtual_obstacles == ()
 
 
 def test_backing_ends_by_way_or_by_time() -> None:
@@ -100,5 +107,6 @@ def test_getting_stuck_is_counted_per_place() -> None:
 
 
 def test_virtual_obstacles_expire() -> None:
-    stuck = updated(START, 3.1)
-    assert updated(stuck, 3.2 + VIRTUAL_OBSTACLE_S, command=STOP).virtual_obstacles == ()
+    met = START.ran_into((1.0, 2.25), 3.1)
+    assert updated(met, 3.2, command=STOP).obstacles_xy.tolist() == [[1.0, 2.25]]
+    assert updated(met, 3.2 + VIRTUAL_OBSTACLE_S, command=STOP).virtual_obstacles == ()

@@ -101,6 +101,36 @@ def stuck_state(phase: Phase, stuck_count: int) -> PlannerState:
     return state
 
 
+@pytest.mark.parametrize(
+    ("command", "blocked", "met"),
+    [
+        (Velocity2d(0.3, 0.0), False, 1),
+        (Velocity2d(0.0, 1.0), False, 0),
+        (Velocity2d(0.3, 0.0), True, 0),  # the costmap has what is in the way
+    ],
+)
+def test_what_a_robot_got_stuck_at_by_driving_is_remembered(
+    command: Velocity2d, blocked: bool, met: int
+) -> None:
+    state = replace(planner_state(candidate(2.5, 2.5)), search=SEARCH)
+    for number in range(8):
+        observation = Observation(
+            now_s=0.7 * number,
+            pose=POSE,
+            odometer_m=0.0,
+            command=command,
+            collided=False,
+            view=ROOM,
+            detections=(),
+            stale_reason="",
+            blocked=blocked,
+        )
+        state = step(state, observation, PARAMS).state
+    assert state.progress is not None
+    assert state.progress.stuck_count == 1
+    assert len(state.obstacles_xy) == met
+
+
 def monitored(stuck_count: int, phase: Phase) -> PlannerState:
     """A state whose robot got stuck this often at its pose."""
     progress = ProgressMonitor(POSE, 0.0, stuck_count=stuck_count, stuck_at=POSE)

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Velocity2d, wrap_angle
 from onemap_shared.params import Params
 
@@ -22,6 +23,8 @@ BACK_UP_S = 2.5  # seconds after which backing up ends anyway
 # Seconds that an obstacle which the robot ran into, but no map shows, stays on the costmap:
 # long enough to take another way, short enough for a door that opens.
 VIRTUAL_OBSTACLE_S = 60.0
+# Metres by which the map may show an obstacle too far away: a cell and an error of the depth.
+MAP_ERROR_M = 0.15
 # Times stuck in one place after which the goal is given up; after twice as many the search
 # fails, unless the map shows what is in the way.
 MAX_STUCK_COUNT = 3
@@ -82,13 +85,8 @@ class ProgressMonitor:
         points = [obstacle.xy for obstacle in self.virtual_obstacles]
         return np.array(points, dtype=np.float64).reshape(-1, 2)
 
-    def update(
-        self, sample: MotionSample, params: RecoveryParams, *, front_m: float
-    ) -> ProgressMonitor:
-        """The monitor after one sample: getting stuck starts backing up, distance or time ends it.
-
-        front_m: from the robot's centre to where its front hits an obstacle.
-        """
+    def update(self, sample: MotionSample, params: RecoveryParams) -> ProgressMonitor:
+        """The monitor after one sample: stuck, it starts to back up; distance or time ends that."""
         pose, now_s = sample.pose, sample.now_s
         valid = tuple(o for o in self.virtual_obstacles if o.until_s > now_s)
         monitor = replace(self, virtual_obstacles=valid)
@@ -102,10 +100,13 @@ class ProgressMonitor:
         if not commanded or _moved(monitor.moved_at, pose):
             monitor = replace(monitor, moved_at=pose, moved_s=now_s)
         if (sample.collided and driving) or now_s - monitor.moved_s > params.stuck_s:
-            if driving and not sample.blocked:
-                monitor = _with_obstacle(monitor, sample, front_m)
             return _backing_up(monitor, sample)
         return monitor
+
+    def ran_into(self, xy: tuple[float, float], now_s: float) -> ProgressMonitor:
+        """The monitor with a virtual obstacle at this point, metres."""
+        obstacle = VirtualObstacle(xy, now_s + VIRTUAL_OBSTACLE_S)
+        return replace(self, virtual_obstacles=(*self.virtual_obstacles, obstacle))
 
 
 def _moved(before: Pose2d, pose: Pose2d) -> bool:
@@ -113,16 +114,23 @@ def _moved(before: Pose2d, pose: Pose2d) -> bool:
     return pose.distance_to(before.xy) > MOVED_M or turned > MOVED_RAD
 
 
-def _with_obstacle(
-    monitor: ProgressMonitor, sample: MotionSample, front_m: float
-) -> ProgressMonitor:
-    """The monitor with a virtual obstacle ``front_m`` ahead, or to where the robot drove."""
-    command = sample.command
-    towards = sample.pose.yaw_rad + float(np.arctan2(command.lateral_mps, abs(command.linear_mps)))
-    x = sample.pose.x_m + front_m * float(np.cos(towards))
-    y = sample.pose.y_m + front_m * float(np.sin(towards))
-    obstacle = VirtualObstacle((x, y), sample.now_s + VIRTUAL_OBSTACLE_S)
-    return replace(monitor, virtual_obstacles=(*monitor.virtual_obstacles, obstacle))
+def met_at(pose: Pose2d, command: Velocity2d, costmap: Costmap) -> tuple[float, float]:
+    """Where (metres) a robot that drove by this command ran into something.
+
+    A contact does not tell its direction. It is that of the nearest obstacle of the costmap on the
+    side that the robot drove to, if the map may show it ``MAP_ERROR_M`` too far away; else it is
+    straight ahead, since the map shows nothing.
+    """
+    front_m, size_m = costmap.params.min_clearance_m, costmap.grid.cell_size_m
+    towards = pose.yaw_rad + float(np.arctan2(command.lateral_mps, command.linear_mps))
+    away = costmap.grid.centres(np.argwhere(costmap.occupied)) - pose.xy
+    away_m = np.hypot(*away.T) - size_m / 2
+    beside = away @ (np.cos(towards), np.sin(towards)) < 0
+    away_m[beside] = np.inf
+    if away_m.min(initial=np.inf) <= front_m + MAP_ERROR_M:
+        x, y = away[away_m.argmin()]
+        towards = float(np.arctan2(y, x))
+    return pose.x_m + front_m * float(np.cos(towards)), pose.y_m + front_m * float(np.sin(towards))
 
 
 def _backing_up(monitor: ProgressMonitor, sample: MotionSample) -> ProgressMonitor:

@@ -15,11 +15,13 @@ from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import Pose2d, Reverse, Rotate
 from onemap_planner.motion.progress import (
+    COMMANDED_MPS,
     MAX_STUCK_COUNT,
     STUCK_RADIUS_M,
     MotionSample,
     ProgressMonitor,
     RecoveryParams,
+    met_at,
 )
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
@@ -172,6 +174,7 @@ def step(
     active = state.memory.active_goal
     goal = active.goal if active else None
     if stuck:
+        note_contact(state, observation, context)
         events = (*handle_stuck(state), *events)
     limit = limit_reached(state, observation, params.explore.object_limit_s)
     if limit is not None:
@@ -324,9 +327,17 @@ def check_progress(state: PlannerState, observation: Observation, params: Planne
     sample = MotionSample(
         observation.pose, observation.command, observation.collided, now_s, observation.blocked
     )
-    front_m = params.costmap.min_clearance_m
-    state.progress = before.update(sample, params.recovery, front_m=front_m)
+    state.progress = before.update(sample, params.recovery)
     return state.progress.backing_from is not None and before.backing_from is None
+
+
+def note_contact(state: PlannerState, observation: Observation, context: PlanningContext) -> None:
+    """Put what the robot got stuck at by driving on the next costmaps, unless this one has it."""
+    command = observation.command
+    if state.progress is None or observation.blocked or command.speed_mps <= COMMANDED_MPS:
+        return
+    met_xy = met_at(context.pose, command, context.costmap)
+    state.progress = state.progress.ran_into(met_xy, state.active_time_s)
 
 
 def handle_stuck(state: PlannerState) -> tuple[Event, ...]:
