@@ -41,6 +41,7 @@ from onemap_tools.bench.lockstep import (
 )
 from onemap_tools.bench.navigation.described import DescribedObject, cells_of, merged, painted
 from onemap_tools.bench.navigation.drawing import (
+    GOALS,
     NavigationEpisode,
     deepest_m,
     draw_described,
@@ -54,6 +55,7 @@ from onemap_tools.bench.navigation.results import (
     STARTED_S,
     EpisodeRecord,
     Failure,
+    FirstView,
     ObjectRecord,
 )
 from onemap_tools.bench.navigation.rules import without
@@ -72,6 +74,7 @@ SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320
 VIEW_PX = (80, 60)  # of the labels by which it is decided what is in view
 IN_VIEW_SHARE = 0.004  # of the image: what the simulated detector can detect
 POINT_EVERY = 4  # cells of 5 cm between two points of the oracle's trajectory
+ABSENT = "airplane"  # no apartment has one, and each encoder knows the word
 OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limit ends them
 
 
@@ -87,10 +90,12 @@ class EpisodeSetup:
 @dataclass(slots=True)
 class FrameCounts:
     """In how many frames each object was in view and detected while it was sought, where the
-    robot was in every frame, and the metres driven in the first ``STARTED_S``."""
+    robot was in every frame, and the metres driven in the first ``STARTED_S``; after how many
+    metres and seconds each kind of object was first in view."""
 
     in_view: Counter[str] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
+    first_views: dict[str, tuple[float, float]] = field(default_factory=dict)
     trajectory: list[tuple[float, float]] = field(default_factory=list)
     start_m: float = 0.0
 
@@ -104,9 +109,11 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     """Run the episode in simulated time; ``wall_s`` stays 0."""
     simulator, options = setup.config.simulator, setup.options
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
-    if options.goals == "names":
+    if options.goals in ("names", "absent"):
         truth = scene_truth(scene, simulator)
         episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
+        if options.goals == "absent":
+            episode = replace(episode, objects=(ABSENT,))
     else:
         if options.goals == "colours":
             scene = painted(scene, simulator.seed)
@@ -158,6 +165,10 @@ def _search(
             return
         pixels = pixels_in_view(labels, frame, robot.truth_of(frame), len(categories))
         shown = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
+        for index in shown:
+            counts.first_views.setdefault(
+                categories[index], (simulation.odometer_m, simulation.now_s)
+            )
         name = described.phrase if described else target
         if normalised(name) in {categories[index] for index in shown}:
             counts.add(name, target in found.names)
@@ -201,7 +212,21 @@ def _search(
         simulated_s=round(simulation.now_s, 3),
         trajectory=tuple(counts.trajectory),
         start_m=counts.start_m,
+        first_views=first_views(truth, episode, counts) if options.goals == "absent" else (),
     )
+
+
+def first_views(
+    truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
+) -> tuple[FirstView, ...]:
+    """When each kind of object that can be reached was first in view."""
+    views = []
+    for name in sorted(GOALS.intersection(truth.scene.categories)):
+        path_m = truth.path_m(name, *episode.start[:2])
+        if isfinite(path_m):
+            driven_m, time_s = counts.first_views.get(name, (None, None))
+            views.append(FirstView(name, path_m, driven_m, time_s))
+    return tuple(views)
 
 
 def zone_places(zones: Sequence[Opening]) -> tuple[Place, ...]:

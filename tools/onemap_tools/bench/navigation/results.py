@@ -37,8 +37,9 @@ DIGITS, TRAJECTORY_DIGITS = 4, 2
 STARTED_S = 15.0  # seconds in which a look around takes half: a robot that sets out has driven 3 m
 RESAMPLES = 2000  # the ends of a 95 % interval are then known to a tenth of its width
 COVERAGE = (2.5, 97.5)  # percentiles
-RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m")  # compared by quotients
-DIFFERENCES = ("sr", "wrong_claims")
+# Compared by quotients:
+RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m", "view_spl", "view_s")
+DIFFERENCES = ("sr", "wrong_claims", "in_view")
 
 
 class Failure(str, Enum):
@@ -79,6 +80,17 @@ class ObjectRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class FirstView:
+    """When a kind of object was first in view while another was sought: metres driven and seconds,
+    None if never; path_m: the shortest to where it counts as reached."""
+
+    name: str
+    path_m: float
+    driven_m: float | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class EpisodeRecord:
     """One episode. start: x, y, yaw; trajectory: true positions in metres, one per frame;
     contacts: above 0.05 m/s, counted by the simulator, people_touched of them with people;
@@ -88,7 +100,8 @@ class EpisodeRecord:
     one; start_m: metres driven in the first ``STARTED_S``; phrase: of the object that is meant
     where others are of its kind; plain: of the plain search, whose object goes on until it is the
     right one, what it claimed first; zones: keep-out rectangles, as stairwells; in_zone_m: how
-    far the robot's disc reached into one at most."""
+    far the robot's disc reached into one at most; first_views: of all kinds of object, if something
+    absent was sought."""
 
     index: int
     seed: int
@@ -110,6 +123,7 @@ class EpisodeRecord:
     plain: tuple[ObjectRecord, ...] = ()
     zones: tuple[tuple[float, float, float, float], ...] = ()
     in_zone_m: float = 0.0
+    first_views: tuple[FirstView, ...] = ()
 
     @property
     def progress(self) -> int:
@@ -195,12 +209,35 @@ def metrics_of(episodes: Sequence[EpisodeRecord], weights: F64) -> dict[str, F64
         "contacts": (column(lambda e: e.contacts), once),
         "start_m": (column(lambda e: e.start_m), once),
     }
+    if any(episode.first_views for episode in episodes):
+        kinds = column(lambda e: len(e.first_views))
+        shown = {"in_view": _kinds_in_view, "view_spl": _view_spl, "view_s": _view_s}
+        kept = ("wrong_claims", "path_m", "time_s", "contacts", "start_m")
+        sums = {name: sums[name] for name in kept}
+        sums |= {name: (column(value), kinds) for name, value in shown.items()}
+        return {name: _quotient(weights @ a, weights @ b) for name, (a, b) in sums.items()}
     for k in range(max(len(episode.objects) for episode in episodes)):
         sums[f"spl_{k + 1}"] = of_position(k)
     found = {name: _quotient(weights @ a, weights @ b) for name, (a, b) in sums.items()}
     if "spl_3" in found:
         found["spl_third_over_first"] = _quotient(found["spl_3"], found["spl_1"])
     return found
+
+
+def _kinds_in_view(episode: EpisodeRecord) -> float:
+    return sum(view.time_s is not None for view in episode.first_views)
+
+
+def _view_spl(episode: EpisodeRecord) -> float:
+    """Summed over the kinds: what of the way until one was in view was needed to reach it."""
+    ways = [(view.path_m, view.driven_m) for view in episode.first_views]
+    return sum(path_efficiency(m, driven_m) for m, driven_m in ways if driven_m is not None)
+
+
+def _view_s(episode: EpisodeRecord) -> float:
+    """Summed over the kinds: seconds until one was in view, at last those of the search."""
+    times = (view.time_s for view in episode.first_views)
+    return sum(episode.simulated_s if time_s is None else time_s for time_s in times)
 
 
 def _quotient(above: F64, below: F64) -> F64:
@@ -298,6 +335,9 @@ TITLES = {
     "path_m": "path per object, m",
     "time_s": "time per object, s",
     "start_m": "driven in the first 15 s, m",
+    "in_view": "kinds that were in view",
+    "view_spl": "SPL until in view, per kind",
+    "view_s": "time until in view, per kind, s",
 }
 COUNTS = {
     "people_touched": "contacts with people, all episodes",
