@@ -1,5 +1,6 @@
 """The goal of the highest utility is selected; the current one is kept within hysteresis."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from onemap_planner.policy.goals import (
     Goal,
     GoalKind,
     GoalUtility,
+    frontier_goals,
     select_goal,
     successor,
 )
@@ -24,6 +26,9 @@ from onemap_planner.policy.memory import (
     LeftGoal,
     TargetMemory,
 )
+from onemap_planner.world.frontiers import find_frontiers
+from tests.planner.drawn_maps import drawn_map
+from tests.planner.one_room import standing
 from tests.reference.planning import nearest_of
 
 
@@ -129,3 +134,15 @@ def test_the_nearest_cell_is_that_of_the_slow_twin(mask: np.ndarray) -> None:
         away, expected = nearest_of(mask, cell)
         assert is_near == (away <= 8.0)
         assert not is_near or tuple(found) == expected
+
+
+@pytest.mark.parametrize(("width", "creeps"), [(20, False), (4, True)])
+def test_a_border_is_viewed_from_where_the_robot_need_not_creep(width: int, creeps: bool) -> None:
+    """4 cells: what lies beside the corridor was not seen either."""
+    beside = [" " * 40] * ((20 - width) // 2)
+    here = standing(drawn_map(*beside, *["." * 30 + " " * 10] * width, *beside), (0.95, 1.0))
+    borders = frontier_goals(find_frontiers(here.map_view, here.costmap), here)
+    assert borders
+    for goal in borders:
+        assert here.costmap.creeping[tuple(here.cell_at(goal.viewpoint_xy))] == creeps
+        assert math.dist(goal.viewpoint_xy, goal.look_xy) < 0.6

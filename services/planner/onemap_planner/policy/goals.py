@@ -244,12 +244,15 @@ def detection_goals(
 def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> tuple[I64, I64]:
     """Which segments (K_i, 2) have a viewpoint (V,), and those (V, 2).
 
-    It is the reachable cell nearest to the middle of the segment and in sight of it.
+    It is the reachable cell nearest to the middle of the segment and in sight of it, if there is
+    one where the robot does not creep: the last steps to a border took longer than the way to it.
     """
     cells = np.concatenate(segments)
     owner = np.repeat(np.arange(len(segments)), [*map(len, segments)])
     within = VIEWPOINT_WITHIN_M / context.costmap.grid.cell_size_m + ROUNDING
     near, nearest = _nearest(context.reachable, cells, within)
+    free, at_speed = _nearest(context.reachable & ~context.costmap.creeping, cells, within)
+    nearest = np.where(free[:, None], at_speed, nearest)
     cells, owner, nearest = cells[near], owner[near], nearest[near]
     sizes = np.bincount(owner, minlength=len(segments))
     middles = np.stack([np.bincount(owner, axis, len(segments)) for axis in cells.T], axis=-1)

@@ -144,7 +144,8 @@ class Costmap:
     a metre ago, which it may drive back slowly; crossable bool: unknown cells that a path may enter
     all the same, slowly; unseen bool: neither occupied nor floor that a camera saw or the robot's
     disc covered; blind bool: of these, assumed floor around the place where the search began, below
-    the camera's image, until the robot ran into something there;
+    the camera's image, until the robot ran into something there; creeping bool: the robot's disc
+    there comes over unseen floor that is not blind, so that it creeps;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
     size. keep_out: zones that no path enters and that hide nothing; None without any.
     drops bool: of the occupied, where there is no floor, or beside that none that was seen: no part
@@ -163,6 +164,7 @@ class Costmap:
     crossable: Bool
     unseen: Bool
     blind: Bool
+    creeping: Bool
     appeared: Bool
     params: CostmapParams
     keep_out: KeepOut | None = None
@@ -234,6 +236,7 @@ def build_costmap(
         crossable=(cost > 0) & ~free & ~occupied,
         unseen=unseen,
         blind=blind,
+        creeping=unseen_m < params.radius_m,
         appeared=np.zeros(grid.shape, bool),
         params=params,
     )
