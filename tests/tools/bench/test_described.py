@@ -122,7 +122,9 @@ def test_a_plain_search_that_goes_on_adds_up_and_is_compared_as_two(tmp_path: Pa
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"method": "plain"}, "choose other --goals than names"),
+        ({"method": "plain"}, "not with --goals names"),
+        ({"method": "plain", "goals": "absent"}, "not with --goals absent"),
+        ({"method": "oracle", "goals": "absent"}, "drives to what is there"),
         ({"goals": "colours"}, "--goals colours is for --features mini"),
         ({"method": "vlfm", "goals": "rooms"}, "--goals rooms is for onemap, plain, oracle"),
     ],

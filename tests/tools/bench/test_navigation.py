@@ -241,6 +241,18 @@ def test_every_method_and_kind_of_features_runs_an_episode(
 
 
 @pytest.mark.slow
+def test_what_is_absent_is_sought_and_what_came_into_view_is_told() -> None:
+    record = run_episode(setup("onemap", 8.0, goals="absent"))
+    assert [item.success for item in record.objects] == [False]
+    seen = [view for view in record.first_views if view.time_s is not None]
+    assert 0 < len(seen) < len(record.first_views)
+    for view in seen:
+        assert view.driven_m is not None
+        assert 0 <= view.driven_m <= record.objects[0].path_length_m + 0.5
+        assert 0 <= (view.time_s or 0) <= record.simulated_s
+
+
+@pytest.mark.slow
 def test_stairwells_are_away_from_the_start_and_leave_a_way_to_every_object() -> None:
     opened, plain = (run_episode(setup("oracle", stairwells=wells)) for wells in (2, 0))
     assert len(opened.stairwells) > len(plain.stairwells) == 0

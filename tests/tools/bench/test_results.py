@@ -92,6 +92,26 @@ def test_metrics_are_those_of_habitat_and_of_the_paper() -> None:
     assert str(results.Estimate(**nothing["spl_2"])) == "-"
 
 
+def test_of_a_search_for_what_is_absent_the_first_views_are_measured() -> None:
+    nothing = failed("airplane", 20.0, results.Failure.NEVER_IN_VIEW)
+    views = tuple(
+        results.FirstView(*each)
+        for each in (("bed", 4.0, 2.0, 5.0), ("sofa", 3.0, 6.0, 15.0), ("fan", 9.0))
+    )
+    sought = replace(episode(0, nothing), first_views=views, simulated_s=40.0)
+    document = {**OPTIONS, "features": "mini", "compared_with": {}}
+    document |= results.summary([sought], seed=1)
+    values = {name: each["value"] for name, each in document["metrics"].items()}
+    assert (values["in_view"], values["view_s"]) == pytest.approx((2 / 3, 20.0), abs=1e-3)
+    assert values["view_spl"] == pytest.approx((1.0 + 0.5) / 3, abs=1e-3)
+    assert not {"sr", "spl"} & values.keys()
+    assert not any("failed" in line for line in results.table_lines(document))
+    slower = replace(sought, first_views=(*views[:2], results.FirstView("fan", 9.0, 18.0, 35.0)))
+    compared = results.comparison([slower], [sought], seed=1)
+    assert compared["in_view"]["value"] == pytest.approx(1 / 3, abs=1e-3)
+    assert compared["view_spl"]["value"] == pytest.approx(4 / 3, abs=1e-3)
+
+
 def test_intervals_cover_the_truth_about_as_often_as_they_say() -> None:
     rng, covered = np.random.default_rng(3), 0
     for trial in range(200):

@@ -45,9 +45,12 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
             f"method {options.method} knows nothing of the objects that wait: --order any "
             f"is for {' and '.join(ORDERING)}"
         )
-    if options.goals == "names" and options.method == "plain":
-        raise ValueError("method plain finds one of several: choose other --goals than names")
-    if options.goals != "names" and options.method not in DESCRIBED:
+    named = options.goals in ("names", "absent")
+    if named and options.method == "plain":
+        raise ValueError(f"method plain finds one of several: not with --goals {options.goals}")
+    if options.goals == "absent" and options.method == "oracle":
+        raise ValueError("method oracle drives to what is there: not with --goals absent")
+    if not named and options.method not in DESCRIBED:
         raise ValueError(
             f"method {options.method} knows names only: --goals {options.goals} is for "
             f"{', '.join(DESCRIBED)}"

@@ -371,8 +371,9 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
     if wells := result.get("stairwells_per_episode"):
         told += f", {wells} stairwells"
     rows = {_title(name): Estimate(**values) for name, values in result["metrics"].items()}
-    rows |= {f"failed: {name}": count for name, count in result["failures"].items()}
-    rows["of these, by the time limit"] = result["timed_out"]
+    if "sr" in result["metrics"]:
+        rows |= {f"failed: {name}": count for name, count in result["failures"].items()}
+        rows["of these, by the time limit"] = result["timed_out"]
     shown = {key for key in COUNTS if result.get(key)}
     shown |= {"edges_crossed"} if "stairwells" in shown else set()
     shown |= {"in_zone_m"} if "zones" in shown else set()
