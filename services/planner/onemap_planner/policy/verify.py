@@ -137,7 +137,8 @@ def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -
     motion = Drive(np.array([context.pose.xy]), candidate.xyz[:2])
     if not candidate.supported:
         return Move(motion, _weigh(memory, phase.candidate, candidate, context, waited_s))
-    agreeing = candidate.sightings - phase.candidate.sightings
+    before = phase.candidate
+    agreeing = candidate.sightings + candidate.beside - before.sightings - before.beside
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= CONFIRM_SIGHTINGS and agreeing > contradictions:
         return Move(event=_sure(memory, candidate, context))
