@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
@@ -52,20 +53,25 @@ BESIDE = drawn_map(*["." * 40] * 7, "." * 18 + "####" + "." * 18, *["." * 40] * 
 
 
 @pytest.mark.parametrize(
-    ("shown", "command", "met_xy"),
+    ("shown", "command", "before", "met_xy"),
     [
-        (OPEN, AHEAD, (1.0, 2.25)),
-        (OPEN, Velocity2d(0.0, 0.0, -0.3), (1.25, 2.0)),
-        (OPEN, Velocity2d(-0.1, 0.0), (1.0, 1.75)),
-        (BESIDE, AHEAD, (0.754, 2.05)),  # to the left, a cell farther than its edge
-        (BESIDE, Velocity2d(0.0, 0.0, -0.3), (1.25, 2.0)),  # it was left behind
+        (OPEN, AHEAD, [], (1.0, 2.25)),
+        (OPEN, Velocity2d(0.0, 0.0, -0.3), [], (1.25, 2.0)),
+        (OPEN, Velocity2d(-0.1, 0.0), [], (1.0, 1.75)),
+        (BESIDE, AHEAD, [], (0.754, 2.05)),  # to the left, a cell farther than its edge
+        (BESIDE, AHEAD, [(1.0, 2.25)], (0.754, 2.05)),
+        (BESIDE, AHEAD, [(0.75, 2.1)], (1.0, 2.25)),  # from there it kept away
+        (BESIDE, Velocity2d(0.0, 0.0, -0.3), [], (1.25, 2.0)),  # it was left behind
     ],
 )
 def test_a_robot_met_the_obstacle_that_the_map_shows_on_its_side_or_what_is_ahead(
-    shown: MapView, command: Velocity2d, met_xy: tuple[float, float]
+    shown: MapView,
+    command: Velocity2d,
+    before: list[tuple[float, float]],
+    met_xy: tuple[float, float],
 ) -> None:
-    costmap = costmap_of(shown, HERE.xy, PARAMS.costmap)
-    assert met_at(HERE, command, costmap) == pytest.approx(met_xy, abs=0.01)
+    costmap, before_xy = costmap_of(shown, HERE.xy, PARAMS.costmap), np.reshape(before, (-1, 2))
+    assert met_at(HERE, command, costmap, before_xy) == pytest.approx(met_xy, abs=0.01)
 
 
 def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:

@@ -114,23 +114,29 @@ def _moved(before: Pose2d, pose: Pose2d) -> bool:
     return pose.distance_to(before.xy) > MOVED_M or turned > MOVED_RAD
 
 
-def met_at(pose: Pose2d, command: Velocity2d, costmap: Costmap) -> tuple[float, float]:
+def met_at(
+    pose: Pose2d, command: Velocity2d, costmap: Costmap, before_xy: F64
+) -> tuple[float, float]:
     """Where (metres) a robot that drove by this command ran into something.
 
     A contact does not tell its direction. It is that of the nearest obstacle of the costmap on the
     side that the robot drove to, if the map may show it ``MAP_ERROR_M`` too far away; else it is
-    straight ahead, since the map shows nothing.
+    straight ahead, since the map shows nothing. before_xy (B, 2): where it met something before,
+    metres: from there it keeps away by now, so it was not that again.
     """
     front_m, size_m = costmap.params.min_clearance_m, costmap.grid.cell_size_m
     towards = pose.yaw_rad + float(np.arctan2(command.lateral_mps, command.linear_mps))
+    ahead = front_m * np.array([np.cos(towards), np.sin(towards)])
     away = costmap.grid.centres(np.argwhere(costmap.occupied)) - pose.xy
     away_m = np.hypot(*away.T) - size_m / 2
-    beside = away @ (np.cos(towards), np.sin(towards)) < 0
-    away_m[beside] = np.inf
+    away_m[away @ ahead < 0] = np.inf
+    met = ahead
     if away_m.min(initial=np.inf) <= front_m + MAP_ERROR_M:
-        x, y = away[away_m.argmin()]
-        towards = float(np.arctan2(y, x))
-    return pose.x_m + front_m * float(np.cos(towards)), pose.y_m + front_m * float(np.sin(towards))
+        nearest = away[away_m.argmin()]
+        met = front_m * nearest / np.hypot(*nearest)
+        if (np.hypot(*(before_xy - pose.xy - met).T) <= MAP_ERROR_M).any():
+            met = ahead
+    return float(pose.x_m + met[0]), float(pose.y_m + met[1])
 
 
 def _backing_up(monitor: ProgressMonitor, sample: MotionSample) -> ProgressMonitor:

@@ -336,7 +336,7 @@ def note_contact(state: PlannerState, observation: Observation, context: Plannin
     command = observation.command
     if state.progress is None or observation.blocked or command.speed_mps <= COMMANDED_MPS:
         return
-    met_xy = met_at(context.pose, command, context.costmap)
+    met_xy = met_at(context.pose, command, context.costmap, state.obstacles_xy)
     state.progress = state.progress.ran_into(met_xy, state.active_time_s)
 
 
