@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import reduce
 from math import inf, isfinite
@@ -99,6 +99,11 @@ class FrameCounts:
     trajectory: list[tuple[float, float]] = field(default_factory=list)
     start_m: float = 0.0
 
+    def first_seen(self, names: Iterable[str], driven_m: float, now_s: float) -> None:
+        """Keep when each of the names was in view if it was not before."""
+        for name in names:
+            self.first_views.setdefault(name, (driven_m, now_s))
+
     def add(self, name: str, detected: bool) -> None:
         """Count a frame that shows the object that is sought."""
         self.in_view[name] += 1
@@ -163,14 +168,10 @@ def _search(
         target = simulation.state.search.target
         if not target:
             return
-        pixels = pixels_in_view(labels, frame, robot.truth_of(frame), len(categories))
-        shown = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
-        for index in shown:
-            counts.first_views.setdefault(
-                categories[index], (simulation.odometer_m, simulation.now_s)
-            )
+        shown = names_in_view(labels, frame, robot.truth_of(frame), categories)
+        counts.first_seen(shown, simulation.odometer_m, simulation.now_s)
         name = described.phrase if described else target
-        if normalised(name) in {categories[index] for index in shown}:
+        if normalised(name) in shown:
             counts.add(name, target in found.names)
 
     simulation = LockstepSimulation(
@@ -309,6 +310,15 @@ def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> Perce
     encoder = SimulatedEncoder(scene, SHIPPED, params, np.random.default_rng((seed, 1)))
     detector = SimulatedDetector(scene, SimulatedDetectorParams(), seed)
     return PerceptionPipeline(config.perception, encoder=encoder, detector=detector)
+
+
+def names_in_view(
+    labels: LabelRenderer, frame: RgbdFrame, truth: FrameTruth, categories: Sequence[str]
+) -> set[str]:
+    """The categories, one of each object, that are large enough in the frame to be detected."""
+    pixels = pixels_in_view(labels, frame, truth, len(categories))
+    large = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
+    return {categories[index] for index in large}
 
 
 def pixels_in_view(
