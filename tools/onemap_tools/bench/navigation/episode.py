@@ -318,7 +318,7 @@ def names_in_view(
     """The categories, one of each object, that are large enough in the frame to be detected."""
     pixels = pixels_in_view(labels, frame, truth, len(categories))
     large = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
-    return {categories[index] for index in large}
+    return {categories[index] for index in large.tolist()}
 
 
 def pixels_in_view(
