@@ -83,30 +83,29 @@ def test_a_search_over_its_budget_has_failed_with_the_code() -> None:
 LIMIT = MAX_STUCK_COUNT
 
 
+AHEAD = Velocity2d(0.3, 0.0)
+
+
+def standing_at(now_s: float, command: Velocity2d) -> Observation:
+    """What a robot sees that stays where it is while it is commanded."""
+    return Observation(now_s, POSE, 0.0, command, False, ROOM, (), "")
+
+
 def stuck_state(phase: Phase, stuck_count: int) -> PlannerState:
     """The state after this many collisions in one place, about six seconds apart."""
     state = replace(planner_state(candidate(2.5, 2.5)), search=replace(SEARCH, phase=phase))
     for number in range(8 * stuck_count + 5):
-        observation = Observation(
-            now_s=0.7 * number,
-            pose=POSE,
-            odometer_m=0.0,
-            command=Velocity2d(0.3, 0.0),
-            collided=number % 8 == 7,
-            view=ROOM,
-            detections=(),
-            stale_reason="",
-        )
-        state = step(state, observation, PARAMS).state
+        standing = standing_at(0.7 * number, AHEAD)
+        state = step(state, replace(standing, collided=number % 8 == 7), PARAMS).state
     return state
 
 
 @pytest.mark.parametrize(
     ("command", "blocked", "met"),
     [
-        (Velocity2d(0.3, 0.0), False, 1),
+        (AHEAD, False, 1),
         (Velocity2d(0.0, 1.0), False, 0),
-        (Velocity2d(0.3, 0.0), True, 0),  # the costmap has what is in the way
+        (AHEAD, True, 0),  # the costmap has what is in the way
     ],
 )
 def test_what_a_robot_got_stuck_at_by_driving_is_remembered(
@@ -114,18 +113,8 @@ def test_what_a_robot_got_stuck_at_by_driving_is_remembered(
 ) -> None:
     state = replace(planner_state(candidate(2.5, 2.5)), search=SEARCH)
     for number in range(8):
-        observation = Observation(
-            now_s=0.7 * number,
-            pose=POSE,
-            odometer_m=0.0,
-            command=command,
-            collided=False,
-            view=ROOM,
-            detections=(),
-            stale_reason="",
-            blocked=blocked,
-        )
-        state = step(state, observation, PARAMS).state
+        standing = standing_at(0.7 * number, command)
+        state = step(state, replace(standing, blocked=blocked), PARAMS).state
     assert state.progress is not None
     assert state.progress.stuck_count == 1
     assert len(state.obstacles_xy) == met
