@@ -43,7 +43,8 @@ class CommandGate:
         """The gate after a command that arrived at ``now_s``, and what the robot does.
 
         None: the command counts for nothing. A late command becomes a stop: the planner does not
-        see what happens now. ``stamp_ns``: the time now, as odometry would be stamped with it.
+        see what happens now. So does one made on odometry of the future: the clock was set back.
+        ``stamp_ns``: the time now, as odometry would be stamped with it.
         """
         if self.holds(now_s):
             if command.planner != self.planner:
@@ -54,7 +55,8 @@ class CommandGate:
             self, planner=command.planner, sequence=max(command.sequence, 0), heard_s=now_s
         )
         age_s = (stamp_ns - command.odometry_stamp_ns) * 1e-9
-        if command.odometry_stamp_ns == 0 or age_s <= self.max_age_s or not command.moves:
+        fresh = command.odometry_stamp_ns == 0 or 0.0 <= age_s <= self.max_age_s
+        if fresh or not command.moves:
             return gate, command
         stop = replace(command, linear_mps=0.0, angular_radps=0.0, lateral_mps=0.0)
         return replace(gate, late=self.late + 1), stop

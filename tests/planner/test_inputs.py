@@ -58,9 +58,9 @@ def test_the_stale_reason_names_the_age() -> None:
 
 
 def test_a_robot_that_may_not_obey_holds_the_planner_as_long_as_it_says_so() -> None:
-    held = with_odometry(inputs(), replace(odometry(2, 0), hold="it may drive"), 10.1)
+    held = with_odometry(inputs(), replace(odometry(2, 10 * SECOND), hold="it may drive"), 10.1)
     assert held.stale_reason(10.1, FRESH) == "it may drive"
-    there = with_odometry(held, replace(odometry(3, 0), reached=(1.0, 2.0, 0.5)), 10.2)
+    there = with_odometry(held, replace(odometry(3, 10 * SECOND), reached=(1.0, 2.0, 0.5)), 10.2)
     assert there.stale_reason(10.2, FRESH) == ""
     assert (there.reached, held.reached) == (Pose2d(1.0, 2.0, 0.5), None)
 

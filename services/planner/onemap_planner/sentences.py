@@ -242,6 +242,9 @@ def no_way(zones: Sequence[str]) -> str:
     return f"no way leads there{kept}"
 
 
+CLOCK_SET_S = 5.0  # links and encoders are rarely that late: a clock may be the reason
+
+
 def waiting_for(what: str, how: str) -> str:
     """Why the robot waits."""
     return f"waiting for {what}: {how}"
@@ -253,5 +256,12 @@ def late(what: str, age_s: float) -> str:
 
 
 def behind(what: str, lag_s: float) -> str:
-    """That something comes this many seconds late."""
-    return waiting_for(what, f"{lag_s:.1f} s behind")
+    """That something comes this many seconds late, or that a clock was set."""
+    set_forward = ", or the robot's clock was set" if lag_s > CLOCK_SET_S else ""
+    return waiting_for(what, f"{lag_s:.1f} s behind{set_forward}")
+
+
+def ahead(what: str, ahead_s: float) -> str:
+    """That something is stamped later than the robot's position: a clock was set back."""
+    how = f"its stamps are {ahead_s:.1f} s ahead of the robot's position: was a clock set?"
+    return waiting_for(what, how)

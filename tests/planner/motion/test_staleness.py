@@ -47,10 +47,27 @@ def test_a_repeated_message_is_not_fresh() -> None:
     assert newest(None, known) is known
 
 
-def test_stamps_that_cannot_be_compared_are_left_alone() -> None:
-    wild = ages(Arrival(1, 5 * SECOND, 1.0), Arrival(1, 900 * SECOND, 1.0), 1.0)
-    assert wild.map_lag_s == 0.0
-    assert stale_reason(wild, LIMITS) == ""
+@given(lag_s=st.floats(-1e4, 1e4), period_s=st.floats(0.05, 9.0))
+def test_no_lag_of_the_map_is_too_large_to_count(lag_s: float, period_s: float) -> None:
+    odometry = Arrival(1, 10**6 * SECOND, 5.0)
+    shown = Arrival(1, odometry.stamp_ns - round(lag_s * SECOND), 5.0)
+    age = ages(odometry, shown, 5.0, period_s)
+    longest_s = LIMITS.map_lag_factor * LIMITS.max_map_age_s
+    if not -LIMITS.max_odometry_age_s - 1e-6 <= lag_s <= longest_s + 1e-6:
+        assert stale_reason(age, LIMITS)
+
+
+def test_a_clock_that_was_set_is_told() -> None:
+    def reason(odometry_s: int) -> str:
+        odometry = Arrival(1, odometry_s * SECOND, 1.0)
+        return stale_reason(ages(odometry, Arrival(1, 900 * SECOND, 1.0), 1.0), LIMITS)
+
+    assert reason(905) == "waiting for the camera: 5.0 s behind"
+    assert reason(930) == "waiting for the camera: 30.0 s behind, or the robot's clock was set"
+    assert reason(880) == (
+        "waiting for the camera: its stamps are 20.0 s ahead of the robot's position: "
+        "was a clock set?"
+    )
 
 
 @given(st.one_of(st.just(inf), st.floats(0.01, 100)))

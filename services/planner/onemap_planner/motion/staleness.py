@@ -18,12 +18,10 @@ from typing import ClassVar
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import STOP, Pose2d, moved
-from onemap_planner.sentences import behind, late, waiting_for
+from onemap_planner.sentences import ahead, behind, late, waiting_for
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import Odometry
 from onemap_shared.params import Params
-
-MAX_COMPARABLE_LAG_S = 5.0  # more lag on fresh arrivals means a wrong stamp, not a slow map
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +68,8 @@ class StalenessParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class InputAges:
-    """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp;
+    """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp,
+    below 0 where a clock was set;
     map_period_s: between new frames in the map, infinity before it was measured."""
 
     odometry_s: float
@@ -93,15 +92,13 @@ def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
 def ages(
     odometry: Arrival | None, revision: Arrival | None, now_s: float, map_period_s: float = math.inf
 ) -> InputAges:
-    """Ages at ``now_s``. The lag is 0 where stamps cannot be compared."""
+    """Ages at ``now_s``. A lag below 0: the map's frame is stamped after the newest odometry."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
     lag_s = 0.0
     if odometry and revision:
         # Both ages count from now: what is late in coming is not held against the map twice.
         lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
-        if not 0.0 <= lag_s <= MAX_COMPARABLE_LAG_S:
-            lag_s = 0.0
     return InputAges(odometry_s, map_s, lag_s, map_period_s)
 
 
@@ -120,13 +117,14 @@ def stale_reason(age: InputAges, params: StalenessParams) -> str:
         return late("the map", age.map_s)
     if age.map_lag_s > params.map_lag_factor * limit_s:
         return behind("the camera", age.map_lag_s)
+    if age.map_lag_s < -params.max_odometry_age_s:
+        return ahead("the camera", -age.map_lag_s)
     return ""
 
 
 FRESH_S = 1.0  # a measured loop of longer ago says nothing about now
 MAX_SENT = 200  # commands that are remembered: 10 s at 20 Hz, far above any limit
 WINDOW_S = 60.0  # the least delay is that of the last one or two of these: clocks drift apart
-CLOCK_STEP_S = 5.0  # a change by more is a clock that was set, as no link holds messages back
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,9 +209,12 @@ class OdometryDelay:
     """Arrival less stamp of the newest odometry, and the least of it, in seconds.
 
     On two clocks: only differences mean something. least_s: of this and of the last window.
+    stamp_ns: the newest. A link keeps the order: a stamp before it is of a clock that was set back,
+    and the delay is measured anew. The map's lag stops the robot until both agree again.
     """
 
     newest_s: float = math.nan
+    stamp_ns: int = 0
     least_s: tuple[float, float] = (math.inf, math.inf)
     window_s: float = -math.inf
 
@@ -221,11 +222,11 @@ class OdometryDelay:
         """The delay after odometry with this stamp arrived."""
         delay_s = now_s - stamp_ns * 1e-9
         this_s, last_s = self.least_s
-        if not abs(delay_s - self.newest_s) <= CLOCK_STEP_S:  # also the first
-            return OdometryDelay(delay_s, (delay_s, math.inf), now_s)
+        if stamp_ns < self.stamp_ns or math.isnan(self.newest_s):
+            return OdometryDelay(delay_s, stamp_ns, (delay_s, math.inf), now_s)
         if now_s - self.window_s > WINDOW_S:
-            return OdometryDelay(delay_s, (delay_s, this_s), now_s)
-        return OdometryDelay(delay_s, (min(this_s, delay_s), last_s), self.window_s)
+            return OdometryDelay(delay_s, stamp_ns, (delay_s, this_s), now_s)
+        return OdometryDelay(delay_s, stamp_ns, (min(this_s, delay_s), last_s), self.window_s)
 
     @property
     def excess_s(self) -> float:
