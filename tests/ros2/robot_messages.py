@@ -28,15 +28,26 @@ def image(stamp_ns: int, pixels: NDArray, encoding: str, frame: str = "camera") 
     return encode(new(kind, header(stamp_ns, frame), height, width, encoding, 0, step, data), kind)
 
 
-def camera_info(stamp_ns: int, width: int = WIDTH, height: int = HEIGHT, fx: float = FX) -> bytes:
+def camera_info(
+    stamp_ns: int,
+    width: int = WIDTH,
+    height: int = HEIGHT,
+    fx: float = FX,
+    *,
+    binning: tuple[int, int] = (0, 0),
+    roi: tuple[int, int, int, int] = (0, 0, 0, 0),
+) -> bytes:
+    """roi: left, top, width and height."""
     kind = "sensor_msgs/msg/CameraInfo"
     cx, cy = width / 2 - 0.5, height / 2 - 0.5
     K = np.array([fx, 0, cx, 0, fx, cy, 0, 0, 1.0])
     P = np.array([2 * fx, 0, cx, 0, 0, 2 * fx, cy, 0, 0, 0, 1.0, 0])
-    roi = new("sensor_msgs/msg/RegionOfInterest", 0, 0, 0, 0, False)
+    left, top, across, down = roi
+    part = new("sensor_msgs/msg/RegionOfInterest", left, top, down, across, False)
     R, D = np.eye(3).ravel(), np.zeros(5)
     head = header(stamp_ns, "camera")
-    return encode(new(kind, head, height, width, "plumb_bob", D, K, R, P, 0, 0, roi), kind)
+    info = new(kind, head, height, width, "plumb_bob", D, K, R, P, *binning, part)
+    return encode(info, kind)
 
 
 def odometry(

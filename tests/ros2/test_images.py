@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from onemap_ros2 import images
-from onemap_ros2.cdr import FormatError, decode, header, new
+from onemap_ros2.cdr import CAMERA_INFO, FormatError, decode, header, new
 from onemap_shared.camera import Intrinsics
 from tests.reference.depth_registration import register_depth as obvious
 from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, compressed, image
@@ -64,13 +64,68 @@ def test_what_is_not_supported_or_does_not_fit_is_refused() -> None:
 
 
 def test_pixel_centres_move_by_half_a_pixel() -> None:
-    info = decode(camera_info(1), "sensor_msgs/msg/CameraInfo")
-    camera = images.intrinsics(info, rectified=False)
-    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (FX, FX, WIDTH / 2, HEIGHT / 2)
-    assert images.intrinsics(info, rectified=True).fx == 2 * FX
-    uncalibrated = decode(camera_info(1, fx=0.0), "sensor_msgs/msg/CameraInfo")
-    with pytest.raises(FormatError, match="no usable camera"):
-        images.intrinsics(uncalibrated, rectified=False)
+    camera = camera_of(camera_info(1), WIDTH, HEIGHT)
+    assert camera == Intrinsics(FX, FX, WIDTH / 2, HEIGHT / 2)
+    rectified = images.calibrated_camera(decode(camera_info(1), CAMERA_INFO), rectified=True)
+    assert rectified.of_image(WIDTH, HEIGHT).fx == 2 * FX
+
+
+def camera_of(info: bytes, width: int, height: int) -> Intrinsics:
+    """The camera of an image of this size, by its camera information."""
+    made = images.calibrated_camera(decode(info, CAMERA_INFO), rectified=False)
+    return made.of_image(width, height)
+
+
+HD = 1280, 720, 600.0
+
+
+@pytest.mark.parametrize(
+    ("info", "size", "scale", "corner"),
+    [
+        (camera_info(1, *HD), (1280, 720), (1.0, 1.0), (0, 0)),
+        (camera_info(1, *HD), (640, 360), (0.5, 0.5), (0, 0)),  # resized
+        (camera_info(1, 640, 360, 300.0), (1280, 720), (2.0, 2.0), (0, 0)),
+        (camera_info(1, *HD, binning=(2, 2)), (640, 360), (0.5, 0.5), (0, 0)),
+        (camera_info(1, *HD, binning=(2, 2)), (320, 180), (0.25, 0.25), (0, 0)),  # and resized
+        (camera_info(1, *HD, binning=(2, 2)), (1280, 720), (1.0, 1.0), (0, 0)),  # not binned
+        (camera_info(1, *HD, binning=(2, 1)), (640, 720), (0.5, 1.0), (0, 0)),
+        (camera_info(1, 1281, 721, 600.0, binning=(2, 2)), (640, 360), (0.5, 0.5), (0, 0)),
+        (camera_info(1, *HD, roi=(300, 100, 640, 480)), (640, 480), (1.0, 1.0), (300, 100)),
+        (
+            camera_info(1, *HD, binning=(2, 2), roi=(300, 100, 640, 480)),
+            (320, 240),
+            (0.5, 0.5),
+            (300, 100),
+        ),
+    ],
+)
+def test_each_pixel_keeps_its_ray_through_binning_resizing_and_roi(
+    info: bytes, size: tuple[int, int], scale: tuple[float, float], corner: tuple[int, int]
+) -> None:
+    camera, decoded = camera_of(info, *size), decode(info, CAMERA_INFO)
+    for edge in (0.0, 0.25, 1.0):  # of the image, from its corner; in pixels of the calibration:
+        u, v = (edge * size[k] / scale[k] + corner[k] for k in range(2))
+        x, y = (u - 0.5 - decoded.k[2]) / decoded.k[0], (v - 0.5 - decoded.k[5]) / decoded.k[4]
+        assert (edge * size[0] - camera.cx) / camera.fx == pytest.approx(x, abs=1e-9)
+        assert (edge * size[1] - camera.cy) / camera.fy == pytest.approx(y, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("info", "size", "reason"),
+    [
+        (camera_info(1, *HD), (640, 480), "is for 1280 x 720 pixels, and the image has 640 x 480"),
+        (camera_info(1, *HD, binning=(2, 1)), (640, 360), "binned by 2 x 1, and the image"),
+        (camera_info(1, *HD, roi=(0, 0, 640, 360)), (1280, 720), "interest of 640 x 360 pixels,"),
+        (camera_info(1, *HD, roi=(700, 0, 640, 360)), (640, 360), r"\(700, 0\), outside of its"),
+        (camera_info(1, 0, 0), (640, 360), "must set width and height"),
+        (camera_info(1, fx=0.0), (WIDTH, HEIGHT), "no usable camera"),
+    ],
+)
+def test_camera_information_of_another_image_is_refused(
+    info: bytes, size: tuple[int, int], reason: str
+) -> None:
+    with pytest.raises(FormatError, match=reason):
+        camera_of(info, *size)
 
 
 COMPRESSED = "sensor_msgs/msg/CompressedImage"

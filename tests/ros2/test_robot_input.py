@@ -152,7 +152,7 @@ def test_separate_depth_is_registered_and_the_pose_is_that_of_the_color_camera()
     made.add("depth", image(T0 + 50 * MS, small, "16UC1", "depth_camera"), 0.0)
     assert made.take_frame(0.0) is None  # the depth camera is not known yet
     assert not made.has_camera("depth_camera_info")
-    made.add("depth_camera_info", camera_info(T0, WIDTH // 2, HEIGHT // 2, 2.0), 0.0)
+    made.add("depth_camera_info", camera_info(T0, WIDTH, HEIGHT), 0.0)  # before it was halved
     frame = made.take_frame(0.0)
     assert frame is not None, made.problem
     assert frame.depth_mm.shape == RGB.shape[:2]

@@ -21,12 +21,14 @@ from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
 from onemap_ros2.topic_list import TopicNeed, needs
 from onemap_shared import keys
+from onemap_shared.camera import Intrinsics
 from onemap_shared.messages import Heartbeat, VelocityCommand
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
 from tests.ros2.robot_messages import (
+    FX,
     HEIGHT,
     WIDTH,
     camera_info,
@@ -144,6 +146,27 @@ def test_frames_and_odometry_reach_the_bus_with_an_echo_of_the_command(clock: Cl
     message = made.odometry.take(0.0)
     assert message is not None
     assert (message.planner, message.command_sequence) == ("p1", 1)
+
+
+def test_the_camera_is_that_of_the_image_or_no_frame_is_made(clock: Clock) -> None:
+    """Camera information of twice the size would put things aside by half the image."""
+    made = System(clock, *(endpoint_of(need) for need in needs(CONFIG)))
+    for number, (width, height) in enumerate(((WIDTH, HEIGHT), (2 * WIDTH, 2 * HEIGHT))):
+        stamp_ns = T0 + number * 100_000_000
+        fx = FX * width / WIDTH
+        made.network.say(TOPICS.camera_info, camera_info(stamp_ns, width, height, fx))
+        made.robot_says(stamp_ns, silent=TOPICS.camera_info)
+        frame = made.frames.take(0.0)
+        assert frame is not None
+        assert frame.intrinsics == Intrinsics(FX, FX, WIDTH / 2, HEIGHT / 2)
+    made.network.say(TOPICS.camera_info, camera_info(T0, 2 * WIDTH, 3 * HEIGHT))
+    made.robot_says(T0 + 200_000_000, silent=TOPICS.camera_info)
+    assert made.frames.take(0.0) is None
+    assert made.worker.health().problem == (
+        "/camera/camera/color/camera_info (ros2.topics.camera_info): the camera information is for "
+        "16 x 18 pixels, and the image has 8 x 6, which is no resizing of it: publish the camera "
+        "information of this image"
+    )
 
 
 @pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])

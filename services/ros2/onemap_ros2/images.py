@@ -128,18 +128,77 @@ def _decompressed(data: Any, mode: int, name: str) -> NDArray:
     return pixels
 
 
-def intrinsics(info: Any, *, rectified: bool) -> Intrinsics:
+@dataclass(frozen=True, slots=True)
+class CalibratedCamera:
+    """What a ``sensor_msgs/CameraInfo`` says of its images.
+
+    window: width and height of the part of the sensor that they show, in the pixels of the
+    calibration. binning: how many of these become one pixel, across and down. camera: of the
+    window without binning. is_part: the window is not the whole sensor.
+    """
+
+    window: tuple[int, int]
+    binning: tuple[int, int]
+    camera: Intrinsics
+    is_part: bool
+
+    def of_image(self, width: int, height: int) -> Intrinsics:
+        """The camera of an image of this size, binned as announced or resized.
+
+        FormatError for another aspect, and for an image larger than a region of interest: it
+        shows something else.
+        """
+        expected = [side / joined for side, joined in zip(self.window, self.binning, strict=True)]
+        resized = width / expected[0], height / expected[1]
+        if abs(width - expected[0]) < 1 and abs(height - expected[1]) < 1:
+            resized = 1.0, 1.0  # binning leaves out what fills no whole pixel
+        off_px = max(abs(height - expected[1] * resized[0]), abs(width - expected[0] * resized[1]))
+        if off_px >= 1 or (self.is_part and max(resized) > 1):
+            raise FormatError(
+                f"the camera information is for {self._window()}, and the image has {width} x "
+                f"{height}, which is no resizing of it: publish the camera information of this "
+                "image"
+            )
+        scales = (scale / joined for scale, joined in zip(resized, self.binning, strict=True))
+        return self.camera.scaled(*scales)
+
+    def _window(self) -> str:
+        part = "a region of interest of " if self.is_part else ""
+        binned = f", binned by {self.binning[0]} x {self.binning[1]}"
+        shown = f"{part}{self.window[0]} x {self.window[1]} pixels"
+        return shown + binned * (max(self.binning) > 1)
+
+
+def calibrated_camera(info: Any, *, rectified: bool) -> CalibratedCamera:
     """The pinhole camera of a ``sensor_msgs/CameraInfo``.
 
     ROS 2 has pixel centres at integers, OneMap at half-integers, which is half a pixel more.
-    ``rectified``: the image is, so that P holds, not K.
+    ``rectified``: the image is, so that P holds, not K. Both are of the whole sensor, of which
+    ``roi`` names the part that is published, and ``binning`` the pixels that are joined; 0: all of
+    it, and none.
     """
     values = np.asarray(info.p if rectified else info.k, np.float64)
     fx, fy, cx, cy = (values[i] for i in ((0, 5, 2, 6) if rectified else (0, 4, 2, 5)))
+    size, roi = (int(info.width), int(info.height)), info.roi
+    if min(size) < 1:
+        raise FormatError(
+            f"the camera information is for {size[0]} x {size[1]} pixels: its publisher must set "
+            "width and height, those of the image that was calibrated"
+        )
+    part = int(roi.width) or size[0], int(roi.height) or size[1]
+    if roi.x_offset + part[0] > size[0] or roi.y_offset + part[1] > size[1]:
+        raise FormatError(
+            f"the camera information has a region of interest of {part[0]} x {part[1]} pixels at "
+            f"({roi.x_offset}, {roi.y_offset}), outside of its {size[0]} x {size[1]}"
+        )
     try:
-        return Intrinsics(float(fx), float(fy), float(cx) + 0.5, float(cy) + 0.5)
+        camera = Intrinsics(
+            float(fx), float(fy), float(cx) + 0.5 - roi.x_offset, float(cy) + 0.5 - roi.y_offset
+        )
     except ValueError as problem:
         raise FormatError(f"the camera information has no usable camera: {problem}") from problem
+    binning = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
+    return CalibratedCamera(part, binning, camera, is_part=part != size)
 
 
 NOTHING = 65535  # mm; further than any measurement

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onemap_ros2.cdr import (
     CAMERA_INFO,
@@ -23,12 +25,13 @@ from onemap_ros2.cdr import (
 )
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.images import (
+    CalibratedCamera,
     CameraPair,
+    calibrated_camera,
     color_image,
     compressed_color,
     compressed_depth_mm,
     depth_image_mm,
-    intrinsics,
     register_depth,
 )
 from onemap_ros2.transform_buffer import TransformBuffer, TransformError, TransformLate, rigid
@@ -126,7 +129,7 @@ class RobotInput:
         self._config = config
         self._transforms = TransformBuffer()
         self._pairs = PairBuffer(PAIR_TOLERANCE_NS)
-        self._cameras: dict[str, Intrinsics] = {}
+        self._cameras: dict[str, CalibratedCamera] = {}
         self._image_types = image_type(config.topics.color), image_type(config.topics.depth)
         self._registers = config.topics.depth_camera_info is not None
         self._odometry: deque[_Waiting] = deque(maxlen=MAX_WAITING)
@@ -205,7 +208,9 @@ class RobotInput:
             self._pairs.add(kind, peek_stamp_ns(data), data)
         elif kind in ("camera_info", "depth_camera_info"):
             info = decode(data, CAMERA_INFO)
-            self._cameras[kind] = intrinsics(info, rectified=self._config.rectified)
+            with self._naming(kind):
+                camera = calibrated_camera(info, rectified=self._config.rectified)
+            self._cameras[kind] = camera
         elif kind == "clock":
             self._set_clock(stamp_ns(decode(data, CLOCK).clock))
         elif kind == "odometry":
@@ -271,11 +276,11 @@ class RobotInput:
         raw_color, raw_depth = (each == IMAGE for each in self._image_types)
         depth_mm = (depth_image_mm if raw_depth else compressed_depth_mm)(images.message)
         rgb = (color_image if raw_color else compressed_color)(images.color)
+        camera = self._camera("camera_info", rgb)
         if self._registers:
             between = replace(images, frame=_frame(images.message.header.frame_id))
             T_color_depth = self._lookup(between, now_s, target=images.frame)
-            depth_camera, camera = self._cameras["depth_camera_info"], self._cameras["camera_info"]
-            pair = CameraPair(depth_camera, camera, T_color_depth)
+            pair = CameraPair(self._camera("depth_camera_info", depth_mm), camera, T_color_depth)
             depth_mm = register_depth(depth_mm, pair, rgb.shape[:2])
         if rgb.shape[:2] != depth_mm.shape:
             raise FormatError(
@@ -283,11 +288,25 @@ class RobotInput:
                 f"color image {rgb.shape[1]} x {rgb.shape[0]}: choose a depth topic that is "
                 "registered to the color image, or set ros2.topics.depth_camera_info"
             )
-        camera = self._cameras["camera_info"]
         world = f"frame {self._config.map_frame[:50]}"  # of the 64 characters of a name
         return RgbdFrame(
             self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera, world
         )
+
+    def _camera(self, kind: str, image: NDArray) -> Intrinsics:
+        """The camera of an image (H, W, ...), by the camera information of this setting."""
+        height, width = image.shape[:2]
+        with self._naming(kind):
+            return self._cameras[kind].of_image(width, height)
+
+    @contextmanager
+    def _naming(self, kind: str) -> Iterator[None]:
+        """What is wrong inside names the topic of this setting."""
+        try:
+            yield
+        except ValueError as problem:
+            topic = getattr(self._config.names, kind)
+            raise FormatError(f"{topic} (ros2.topics.{kind}): {problem}") from problem
 
     def _make_odometry(self, waiting: _Waiting, T_map_odom: F64, _: float) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist
