@@ -67,7 +67,7 @@ def main(router: str) -> None:
         return
     frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
     commands = bus.subscribe(keys.ROBOT_CMD_VEL)
-    robot, gate, sequence, received_s = Robot(), CommandGate(), 0, time.monotonic()
+    robot, gate, sequence, received_s = Robot(), CommandGate(bus.instance), 0, time.monotonic()
     try:
         while not stop.is_set():
             command = commands.take(PERIOD_S)  # waits up to one period
@@ -77,7 +77,9 @@ def main(router: str) -> None:
             follow(robot, command, time.monotonic() - received_s)
             stamp_ns, pose = time.time_ns(), robot.pose()
             echo = gate.echo(time.monotonic())  # by this the planner measures its delay
-            odometry.put(Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo))
+            odometry.put(
+                Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo, driver=gate.driver)
+            )
             if sequence % FRAME_EVERY == 0:
                 rgb, depth_mm = robot.image()
                 T_map_camera = pose @ T_BODY_CAMERA

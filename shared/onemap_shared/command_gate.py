@@ -23,12 +23,14 @@ RELEASE_S = 1.0
 class CommandGate:
     """The planner that the robot follows, and its newest command; for the next odometry.
 
-    planner: its instance; empty before the first command, or if it does not say. sequence: of
-    its newest command, at least 0. heard_s: when that arrived. late, foreign and
-    disordered: counts of commands that were made on old odometry, came from another planner, or
-    were not newer than the newest.
+    driver: the instance of the driver's own process, as its odometry names it: a command for
+    another one was made before its start. planner: its instance; empty before the first command, or
+    if it does not say. sequence: of its newest command, at least 0. heard_s: when that arrived.
+    late, foreign and disordered: counts of commands that were made on old odometry, came from
+    another planner or for another driver, or were not newer than the newest.
     """
 
+    driver: str = ""
     max_age_s: float = MAX_COMMAND_AGE_S
     planner: str = ""
     sequence: int = 0
@@ -46,6 +48,8 @@ class CommandGate:
         see what happens now. So does one made on odometry of the future: the clock was set back.
         ``stamp_ns``: the time now, as odometry would be stamped with it.
         """
+        if command.driver not in ("", self.driver):
+            return replace(self, foreign=self.foreign + 1), None
         if self.holds(now_s):
             if command.planner != self.planner:
                 return replace(self, foreign=self.foreign + 1), None

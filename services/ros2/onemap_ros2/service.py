@@ -78,7 +78,7 @@ class Ros2Worker:
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
-        self._gate = CommandGate()
+        self._gate = CommandGate(bus.instance)
         self._paths = bus.subscribe(SEARCH_PATH)
         self._states = bus.subscribe(SEARCH_STATE)
         self._revisions = bus.subscribe(MAP_REVISION)
@@ -143,7 +143,9 @@ class Ros2Worker:
         reached: tuple[float, ...] = ()
         if report.reached is not None:
             reached = (report.reached.x_m, report.reached.y_m, report.reached.yaw_rad)
-        known = replace(odometry, planner=planner, command_sequence=sequence)
+        known = replace(
+            odometry, planner=planner, command_sequence=sequence, driver=self._gate.driver
+        )
         self._odometry.put(replace(known, reached=reached, hold=report.hold))
 
     def _drive(self, now_s: float) -> None:

@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from onemap_shared.command_gate import MAX_COMMAND_AGE_S, CommandGate
+from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest, VelocityCommand
@@ -134,7 +134,7 @@ class SimulatorWorker:
         self._config = config
         self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
-        self._gate = CommandGate(MAX_COMMAND_AGE_S)
+        self._gate = CommandGate(bus.instance)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._camera = CameraThread(bus, parts.camera, parts.link, world_of(scene))
         bus.serve(ROBOT_TRUTH, partial(self._truth_reply, scene_truth(scene, config)))
@@ -208,6 +208,7 @@ class SimulatorWorker:
                 planner=planner,
                 command_sequence=command_sequence,
                 lateral_mps=velocity.lateral_mps,
+                driver=self._gate.driver,
             )
         )
         self._sequence += 1

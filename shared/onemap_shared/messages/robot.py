@@ -61,6 +61,8 @@ class Odometry(Message):
         reached: x, y in metres and yaw in radians of the last goal that the robot's own navigation
             says it has reached, while it stands there; empty without one.
         hold: why the planner must wait: the robot may not do what it is told; empty if it does.
+        driver: the instance of the process that drives the robot, as it joined the bus: a search
+            ends with the driver that it was accepted for; empty: it does not say.
     """
 
     sequence: int
@@ -74,6 +76,7 @@ class Odometry(Message):
     lateral_mps: float = 0.0
     reached: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
     hold: str = ""
+    driver: Name = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +133,8 @@ class VelocityCommand(Message):
             on none, as a stop on stale inputs.
         lateral_mps: speed to the left, in metres per second; 0 unless the planner is set to a
             holonomic robot.
+        driver: the instance of the driver that it is for, as that one's odometry names it: another
+            one does not obey; empty: the driver does not say.
     """
 
     sequence: int
@@ -141,6 +146,7 @@ class VelocityCommand(Message):
     odometry_stamp_ns: int = 0
     frame_ns: int = 0
     lateral_mps: Finite = 0.0
+    driver: Name = ""
 
     @property
     def velocity(self) -> Velocity2d:

@@ -145,7 +145,8 @@ class SearchOrder(Word):
 class SearchState(Word):
     """States of a search; the last seven are final.
 
-    ``arrived``: only of a drive to a place; ``interrupted``: the planner was stopped or restarted;
+    ``arrived``: only of a drive to a place; ``interrupted``: the planner that accepted it, or the
+    driver that it was accepted for, has ended;
     ``found_other``: not what was described, but another object of its name.
     """
 
@@ -260,6 +261,7 @@ class ObjectResult:
         box_px: x_min, y_min, x_max, y_max of it in that frame, empty if not found.
         cells: number of map cells that support it; its picture is in the list of objects.
         checks: which part of its description holds and which was not checked, a sentence each.
+        index: of the object in the request, as two may have one name; -1: not known.
     """
 
     name: str
@@ -277,6 +279,7 @@ class ObjectResult:
     box_px: tuple[float, ...] = ()
     cells: int = 0
     checks: tuple[str, ...] = ()
+    index: int = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,6 +301,9 @@ class SearchStatus(Message):
         choice: where the robot drives now, and why.
         details: of the objects, as requested.
         stay_out: as requested.
+        max_distance_m: as requested.
+        max_time_s: as requested.
+        elapsed_s: seconds that it has run, by the planner's monotonic clock.
     """
 
     search_id: str
@@ -315,6 +321,9 @@ class SearchStatus(Message):
     choice: GoalChoice = NO_CHOICE
     details: Details = ()
     stay_out: StayOut = ()
+    max_distance_m: Limit = 0.0
+    max_time_s: Limit = 0.0
+    elapsed_s: Limit = 0.0
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
@@ -329,6 +338,33 @@ class SearchStatus(Message):
     def target(self) -> str:
         """The object now searched for, empty when the search is over or for a place."""
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
+
+    @property
+    def left(self) -> tuple[int, ...]:
+        """Indices of the objects that were not found."""
+        found = {
+            self.objects.index(each.name) if each.index < 0 else each.index
+            for each in self.results
+            if each.outcome is SearchState.FOUND and each.name in self.objects
+        }
+        return tuple(index for index in range(len(self.objects)) if index not in found)
+
+    def again(self, patience_s: float) -> SearchRequest:
+        """The request for what is left of it, or for its place; ValueError if all was found.
+
+        Its limits count anew.
+        """
+        return SearchRequest(
+            tuple(self.objects[index] for index in self.left),
+            patience_s,
+            kind=self.kind,
+            place_m=self.place_m,
+            order=self.order,
+            max_distance_m=self.max_distance_m,
+            max_time_s=self.max_time_s,
+            details=tuple(self.details[index] for index in self.left) if self.details else (),
+            stay_out=self.stay_out,
+        )
 
     @property
     def named(self) -> tuple[str, ...]:
