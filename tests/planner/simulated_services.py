@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -52,6 +53,7 @@ class SimulatedServices:
         self.revisions = self.mapper.publish(keys.MAP_REVISION)
         self.commands = self.robot.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
         self.driver, self.gate = self.robot.subscribe(keys.ROBOT_CMD_VEL), CommandGate()
+        self.numbers = itertools.count()  # of odometry
         self.states = self.caller.subscribe(keys.SEARCH_STATE, capacity=1000)
         self.paths = self.caller.subscribe(keys.SEARCH_PATH, capacity=1000)
         self.resets: list[str] = []
@@ -69,11 +71,18 @@ class SimulatedServices:
         self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
         self.start_planner()
 
-    def start_planner(self, map_id: str = "m1") -> None:
-        """A planner that is told this id of the map, which this mapper does not say."""
+    def start_planner(self) -> None:
         self.planner_bus = self.router.bus("planner")
         self.planner = Planner(self.planner_bus, self.config)
-        self.planner._planning_thread._views.map_id = map_id
+
+    def restart_driver(self, *, named: bool, joined: bool) -> None:
+        """Another process drives the robot; its odometry names it, or it joins the bus, or both."""
+        if joined:
+            self.robot.close()
+            self.robot = self.router.bus("robot")
+        name = self.robot.instance if joined else "another"
+        self.gate = CommandGate(name if named else "")
+        self.numbers = itertools.count()
 
     def kill_planner(self) -> None:
         """Nothing is tidied up."""
@@ -116,11 +125,15 @@ class SimulatedServices:
         stamp_ns = self.count * 50_000_000
         if odometry:
             echo = self._obey(stamp_ns)
-            self.odometry.put(Odometry(self.count, stamp_ns, self.pose, 0.0, 0.0, False, *echo))
+            known = Odometry(next(self.numbers), stamp_ns, self.pose, 0.0, 0.0, False, *echo)
+            self.odometry.put(replace(known, driver=self.gate.driver))
         if revision:
-            known = MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
-            known = replace(known, places_version=self.places_version, offset_m=self.offset_m)
-            self.revisions.put(known)
+            map_now = MapRevision(
+                self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0
+            )
+            self.revisions.put(
+                replace(map_now, places_version=self.places_version, offset_m=self.offset_m)
+            )
         self.planner.step(0.0)
         self.planner.step(0.05)
 

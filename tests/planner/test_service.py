@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import time
+import os
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.search.journal import FILE_NAME, SET_ASIDE
+from onemap_planner.search import decision_log
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
@@ -222,47 +223,83 @@ def test_garbage_on_its_topics_is_counted_and_passed_over(
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 
-@pytest.mark.parametrize(
-    ("end", "other"),
-    [("told", ""), ("killed", ""), ("crashed", ""), ("killed", "robot"), ("crashed", "map")],
-)
-def test_only_a_planner_that_was_away_alone_moves_the_robot_again(
-    tmp_path: Path, end: str, other: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("end", ["told", "killed", "crashed"])
+def test_no_planner_goes_on_with_the_search_of_another(
+    tmp_path: Path, end: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
     started = services.start("sofa", "bed")
     services.until(lambda: any(map(moves, services.sent_commands())))
-    services.frame()
+    services.until(lambda: bool(decision_log.past(tmp_path)))
     if end == "crashed":
         monkeypatch.setattr(services.planner, "_control", lambda _: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             services.until(lambda: False)
     if end != "killed":
+        services.sent_commands()
         services.planner.close()
-    services.kill_planner()
-    if other == "robot":
-        services.robot.close()
-        services.router.bus("robot")
-    services.sent_commands()
-    services.start_planner("m2" if other == "map" else "m1")
-    goes_on = end != "told" and not other
-    if goes_on:
-        services.until(lambda: any(map(moves, services.sent_commands())))
-        assert services.resets == [started.search_id]  # what was searched stays searched
-    else:
-        services.until(lambda: not services.get().active)
-        for _ in range(20):
-            services.frame()
         assert not any(map(moves, services.sent_commands()))
+    services.kill_planner()
+    while services.states.take(0.0) is not None:
+        pass
+    services.start_planner()
+    for _ in range(20):
+        services.frame()
+    assert not any(map(moves, services.sent_commands()))
     status = services.get()
-    assert (status.search_id, status.active) == (started.search_id, goes_on)
-    if not goes_on:
-        assert [each.outcome for each in status.results] == [SearchState.INTERRUPTED]
-        assert status.reason.startswith("interrupted at 20")
-        assert (tmp_path / FILE_NAME).exists()  # shown until another search begins
-        services.start("bed")
-        services.until(lambda: any(map(moves, services.sent_commands())))
+    assert services.states.take(0.0) == status  # who looks is told, and may ask again
+    assert (status.search_id, status.state) == (started.search_id, SearchState.INTERRUPTED)
+    assert [(each.name, each.outcome) for each in status.results] == [
+        ("sofa", SearchState.INTERRUPTED)
+    ]
+    assert status.reason.startswith("interrupted at 20")
+    assert status.again(2.0).objects == ("sofa", "bed")
+    again = services.caller.call(keys.SEARCH_START, status.again(2.0))
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert (services.get().search_id, services.get().active) == (again.search_id, True)
     services.planner.close()
+
+
+@pytest.mark.parametrize(
+    ("named", "joined", "away"),
+    [(True, True, 0), (True, False, 0), (False, True, 0), (False, False, 0), (True, True, 30)],
+)
+def test_a_search_ends_with_the_driver_that_it_was_accepted_for(
+    services: SimulatedServices, named: bool, joined: bool, away: int
+) -> None:
+    """However soon another one is there, and wherever the robot stands then."""
+    services.restart_driver(named=named, joined=joined)
+    services.frame()
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    for _ in range(away):
+        services.frame(odometry=False)
+    services.sent_commands()
+    services.restart_driver(named=named, joined=joined)
+    services.until(lambda: not services.get().active)
+    for _ in range(20):
+        services.frame()
+    driven = [command for command in services.sent_commands() if moves(command)]
+    assert all(command.driver not in ("", services.gate.driver) for command in driven) or not named
+    assert len(driven) <= 1  # until its first odometry: made for the driver before
+    status = services.get()
+    assert status.state is SearchState.INTERRUPTED
+    assert "driver was started anew" in status.reason
+    services.caller.call(keys.SEARCH_START, status.again(2.0))
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+
+def test_a_driver_that_lost_the_router_is_no_other(services: SimulatedServices) -> None:
+    services.restart_driver(named=False, joined=True)
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    (joined,) = [each for each in services.router.services if each is services.robot]
+    del services.router.services[joined]
+    services.frame(odometry=False)
+    services.router.services[joined] = "robot"
+    services.sent_commands()
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert services.get().active
 
 
 @pytest.mark.parametrize(("away_s", "goes_on"), [(50.0, True), (70.0, False)])
@@ -272,8 +309,8 @@ def test_a_search_does_not_outlive_a_long_suspend(
     services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
-    clock, asleep_s = time.clock_gettime, [0.0]
-    monkeypatch.setattr(time, "clock_gettime", lambda which: clock(which) + asleep_s[0])
+    asleep_s = [0.0]
+    monkeypatch.setattr("onemap_planner.service.suspended_s", lambda: asleep_s[0])
     services.frame()
     services.sent_commands()
     asleep_s[0] = away_s
@@ -281,7 +318,7 @@ def test_a_search_does_not_outlive_a_long_suspend(
         services.frame()
     assert any(map(moves, services.sent_commands())) is goes_on
     assert services.get().active is goes_on
-    assert goes_on or "suspended for 70 s" in services.get().reason
+    assert goes_on or "the planner stood still for 70 s" in services.get().reason
     services.planner.close()
 
 
@@ -291,14 +328,13 @@ def test_every_decision_is_recorded_in_a_file_of_the_search(
     services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
     started = services.start("sofa")
     services.until(lambda: bool(services.get().choice.options))
-    services.frame()
+    services.until(lambda: bool(list((tmp_path / "decisions").glob("*"))))
     (path,) = (tmp_path / "decisions").iterdir()
-    before = path.read_text()
     services.until(lambda: "waiting for" in services.get().reason, odometry=False)
     services.frame(odometry=False)
-    assert path.read_text() == before  # waiting is no decision
     services.caller.call(keys.SEARCH_CANCEL, SearchId())
-    services.until(lambda: not (tmp_path / FILE_NAME).exists())
+    services.until(lambda: "cancelled" in path.read_text())
+    assert "waiting for" not in path.read_text()  # which is no decision
     assert path.stem.endswith(started.search_id)
     steps = [json.loads(line) for line in path.read_text().splitlines()]
     assert steps[-1]["state"] == "cancelled"
@@ -318,18 +354,36 @@ def test_every_decision_is_recorded_in_a_file_of_the_search(
     path.parent.rmdir()
     path.parent.write_text("no folder")
     services.start("sofa")
-    services.until(lambda: "cannot record the decisions" in caplog.text)
+    services.until(lambda: "cannot record the search" in caplog.text)
     services.planner.close()
 
 
-def test_a_broken_journal_does_not_keep_the_planner_from_starting(tmp_path: Path) -> None:
-    (tmp_path / FILE_NAME).write_text(json.dumps({"schema": 99}))
+def test_a_disk_that_stands_still_costs_no_command_and_no_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes_on, loop = threading.Event(), threading.current_thread()
+
+    def stands_still(_: int) -> None:
+        assert threading.current_thread() is not loop
+        goes_on.wait()
+
+    monkeypatch.setattr(os, "fsync", stands_still)
     services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
-    services.frame()
-    with pytest.raises(RemoteError):
-        services.get()
-    assert (tmp_path / SET_ASIDE).exists()
+    started = services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    sent: list[VelocityCommand] = []
+
+    def goes_on_sending() -> bool:
+        sent.extend(services.sent_commands())
+        return len(sent) > 20
+
+    services.until(goes_on_sending)
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
+    goes_on.set()
     services.planner.close()
+    (recorded,) = decision_log.past(tmp_path)
+    assert (recorded.search_id, recorded.state) == (started.search_id, SearchState.CANCELLED)
 
 
 def test_a_folder_that_cannot_be_written_is_said_once(
@@ -340,6 +394,8 @@ def test_a_folder_that_cannot_be_written_is_said_once(
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     services.until(lambda: services.get().choice.number > 0)
+    services.until(lambda: "cannot record the search" in caplog.text)
+    services.frame()
     assert caplog.text.count("cannot record the search") == 1
     services.planner.close()
 

@@ -12,7 +12,7 @@ from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.planning_thread import planned_path
 from onemap_planner.policy.outcome import Decision
-from onemap_planner.search.state_machine import status
+from onemap_planner.search.state_machine import EventStamp, status
 from onemap_ros2.cdr import decode, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive.driver import GOAL_CHANGE_M, GoalPose, PlannerVoice, RobotNow
@@ -53,7 +53,7 @@ class Nav2Search(SimulatedSearch):
         now_s, params = self.now_s, self.config.drive
         self.world.wanted = STOP
         search = self.state.search
-        message = status(search, odometer_m=0.0, now_ns=0)
+        message = status(search, EventStamp(now_s, 0.0, None, 0.0), now_ns=0)
         self.voice = self.voice.with_status(message).with_command(now_s)
         if self.decision is not None and self.decision is not self._spoken:
             self._spoken = self.decision

@@ -15,9 +15,8 @@ class PlannerConfig(PlannerParams):
 
     state_dir: Path | None = Field(
         default=Path("searches"),
-        description="Folder for the journal of the active search, with which a planner that was "
-        "away alone goes on, and for the decisions of the last 50 searches, which 'onemap search "
-        "replay' shows. None: the search is lost, and nothing is recorded.",
+        description="Folder for the last 50 searches, step by step, which 'onemap search replay' "
+        "shows and 'onemap search --again' goes on with. None: nothing is recorded.",
     )
 
     plan_hz: ClassVar[float] = 4.0  # plans per second: as often as the map changes

@@ -23,13 +23,47 @@ from onemap_planner.sentences import waiting_for
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import CameraView, Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
-from onemap_shared.services import DRIVER, doubled, doubled_sentence
+from onemap_shared.services import DRIVER, doubled, doubled_sentence, role_of
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
 STAGES = ("perception", "mapper")  # starts that a search waits for; no robot drives off at boot
 START_TOLD_S = 3.0  # a stage that starts says so once a second
 USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
+
+
+@dataclass(frozen=True, slots=True)
+class DriverLife:
+    """Which process drives the robot, and how many have so far: a search ends with its driver.
+
+    count: of different ones, 0 before the first. named: by its odometry, empty if it does not say;
+    member: as it joined the bus, empty if it did not; sequence: of its newest odometry, which
+    another process counts anew.
+    """
+
+    count: int = 0
+    named: str = ""
+    member: str = ""
+    sequence: int = -1
+
+    def with_odometry(self, message: Odometry) -> DriverLife:
+        """After odometry arrived: it names another driver, or counts anew."""
+        same = message.driver == self.named and message.sequence >= self.sequence
+        count = self.count if same and self.count else self.count + 1
+        return DriverLife(count, message.driver, self.member, message.sequence)
+
+    def with_members(self, drivers: frozenset[str]) -> DriverLife:
+        """With the instances of all drivers on the bus; one that only lost the router is no other.
+
+        Two at a time are none, since nobody can tell which one drives.
+        """
+        if len(drivers) != 1 or self.member in drivers:
+            return self
+        (member,) = drivers
+        if self.member == "" or member == self.named:
+            return replace(self, member=member)
+        named = member if self.named else ""
+        return DriverLife(self.count + 1, named, member)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +77,9 @@ class LatestInputs:
     another in a running mapper; stages: the processes of perception and mapper, and
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
-    robots or mappers come, empty if they do not; held: why a search of before the planner's restart
-    does not go on yet; camera: of the robot, and offset_m, see ``MapRevision``, as the mapper last
-    told them; reached and hold: what the robot's own navigation says, see ``Odometry``.
+    robots or mappers come, empty if they do not; driver: who drives the robot; camera: of the
+    robot, and offset_m, see ``MapRevision``, as the mapper last told them; reached and hold: what
+    the robot's own navigation says, see ``Odometry``.
     """
 
     pose: Pose2d | None = None
@@ -63,7 +97,7 @@ class LatestInputs:
     loop: LoopMonitor = field(default_factory=LoopMonitor)
     delay: OdometryDelay = field(default_factory=OdometryDelay)
     mixed: str = ""
-    held: str = ""
+    driver: DriverLife = DriverLife()
     stages: frozenset[tuple[str, str]] = frozenset()
     stages_at_s: float = float("-inf")
     start: str = ""
@@ -83,7 +117,7 @@ class LatestInputs:
         """Why the robot must stop; empty if it may move."""
         stale = stale_reason(self.ages(now_s), params)
         stale = stale and (self.starts(now_s) or stale)
-        return self.mixed or self.held or self.hold or stale or self._late_reason(now_s, params)
+        return self.mixed or self.hold or stale or self._late_reason(now_s, params)
 
     def patience_from_s(self, now_s: float) -> float:
         """Since when a map can be expected: it was heard once, and no stage starts."""
@@ -132,6 +166,7 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
         odometer_m=inputs.odometer_m + (driven_m if driven_m < MAX_ODOMETRY_STEP_M else 0.0),
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
         loop=inputs.loop.with_odometry(message, now_s),
+        driver=inputs.driver.with_odometry(message),
         delay=inputs.delay.with_odometry(message.stamp_ns, now_s),
     )
 
@@ -151,7 +186,11 @@ def with_members(
     twice = doubled(members)
     roles = [role for role in (DRIVER, "mapper") if role in twice]
     mixed = "; ".join(doubled_sentence(role, twice[role]) for role in roles)
-    return inputs if mixed == inputs.mixed else replace(inputs, mixed=mixed)
+    drivers = frozenset(instance for service, instance in members if role_of(service) == DRIVER)
+    driver = inputs.driver.with_members(drivers)
+    if (mixed, driver) == (inputs.mixed, inputs.driver):
+        return inputs
+    return replace(inputs, mixed=mixed, driver=driver)
 
 
 def with_sent(inputs: LatestInputs, command: SentCommand) -> LatestInputs:

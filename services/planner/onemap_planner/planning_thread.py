@@ -72,7 +72,6 @@ class ViewRequests:
     def __init__(self, bus: Bus, timeout_s: float) -> None:
         self._bus, self._timeout_s = bus, timeout_s
         self.whole = self.changed = 0  # views that came as a whole, and as what changed
-        self.map_id = ""  # of the newest view's map; empty before the first, and if no mapper says
         self._kept: dict[SearchViewRequest, AssembledView] = {}  # the newest last
 
     def view(self, request: SearchViewRequest) -> PlanningView:
@@ -111,7 +110,6 @@ class ViewRequests:
         have: ViewKey = NO_VIEW if kept is None else kept.key
         question = ViewChangesRequest(request.text, request.rivals, have)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
-        self.map_id = changes.key.map_id
         try:
             made = after(kept, changes)
         except ChangesDoNotFit as problem:
@@ -279,8 +277,6 @@ class PlanningThread:
         self._places = FollowedPlaces(bus)
         self._finds = FindOutbox(bus)
         self._reset_target: tuple[str, int] | None = None
-        if registry.state is not None:  # a restart does not reset the searched layer
-            self._reset_target = _target_key(registry.state.search)
         self.result = PlanningResult()
         self.turns = 0  # of the thread, also without a search
         self._stop = threading.Event()
@@ -291,11 +287,6 @@ class PlanningThread:
     def alive(self) -> bool:
         """Whether the thread still runs."""
         return self._thread.is_alive()
-
-    @property
-    def map_id(self) -> str:
-        """Id of the map that the newest view is of; empty before the first."""
-        return self._views.map_id
 
     @property
     def detection_counters(self) -> Counters:
@@ -353,8 +344,6 @@ class PlanningThread:
             stale_reason = waiting_for("the map", f"no answer within {VIEW_TIMEOUT_S:g} s")
         except CallError:
             stale_reason = waiting_for("the mapper", "it is not running")
-        if self._now().inputs.held:
-            return
         if view is not None:
             stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
         other_view = None if view is None else self._request_other_view(state)

@@ -59,12 +59,10 @@ class SearchRegistry:
     carried out raises ``RequestRejected``.
     """
 
-    def __init__(
-        self, restored: Search | None = None, clock_ns: Callable[[], int] = time.time_ns
-    ) -> None:
+    def __init__(self, clock_ns: Callable[[], int] = time.time_ns) -> None:
         self._clock_ns = clock_ns
         self._lock = threading.RLock()
-        self._state = PlannerState(restored) if restored else None
+        self._state: PlannerState | None = None
         self._past: dict[str, Search] = {}
 
     @property
@@ -205,6 +203,7 @@ class SearchCommands:
             budget=Budget.of(request),
             details=request.details,
             stay_out=request.stay_out,
+            driver=max(self._inputs().driver.count, 1),  # the first, if none was heard yet
         )
         return self._status_of(self._registry.start(search, synonyms))
 
@@ -226,7 +225,7 @@ class SearchCommands:
             return self._status_of(self._registry.find(request.search_id))
         except RequestRejected:
             for status in self._earlier():
-                if status.search_id == request.search_id:
+                if request.search_id in ("", status.search_id):
                     return status
             raise
 

@@ -1,16 +1,18 @@
 """Sentences about what the robot does and why, for people who see neither its map nor its numbers.
 
-They are made here alone: page, command line, HTTP, agents and journal show them as they are. The
+They are made here alone: page, command line, HTTP, agents and records show them as they are. The
 numbers stand beside them in the messages.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from enum import Enum
 from math import atan2, degrees, dist, pi, remainder
 
+from onemap_shared.messages import ObjectResult, SearchState
 from onemap_shared.names import indefinite
 
 NEAR_M = 1.5  # from a thing, a place is near it: the distance from which a thing counts as found
@@ -240,6 +242,19 @@ def no_way(zones: Sequence[str]) -> str:
     """Why the robot cannot go there, which keeps out of these zones."""
     kept = f" that keeps out of {', '.join(map(repr, zones))}" if zones else ""
     return f"no way leads there{kept}"
+
+
+PLANNER_STOPPED = "the planner was stopped"
+PLANNER_ENDED = "the planner ended before it"
+DRIVER_CHANGED = "the robot's driver was started anew, or another one drives the robot"
+
+
+def interrupted(why: str, at_ns: int, results: Iterable[ObjectResult]) -> str:
+    """Why and when, in nanoseconds since 1970, a search was interrupted, and what was found."""
+    at = datetime.fromtimestamp(at_ns / 1e9, tz=timezone.utc)
+    found = [each.name for each in results if each.outcome is SearchState.FOUND]
+    what = f"; found before: {', '.join(found)}" if found else ""
+    return f"interrupted at {at:%Y-%m-%d %H:%M:%S} UTC: {why}{what}"
 
 
 CLOCK_SET_S = 5.0  # links and encoders are rarely that late: a clock may be the reason

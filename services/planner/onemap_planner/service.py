@@ -6,10 +6,6 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
-from pathlib import Path
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.inputs import (
@@ -21,23 +17,23 @@ from onemap_planner.inputs import (
     with_start,
 )
 from onemap_planner.motion.staleness import LoopMonitor, SentCommand
-from onemap_planner.motion.velocity_controller import VelocityController
+from onemap_planner.motion.velocity_controller import BRAKE_S, VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
-from onemap_planner.search import decision_log, journal
-from onemap_planner.search.journal import (
-    MAX_AWAY_S,
-    Surroundings,
-    interrupted_reason,
-    interruption,
-)
+from onemap_planner.recorder import RecordedStep, SearchRecorder
+from onemap_planner.search import decision_log
 from onemap_planner.search.state_machine import EventStamp, Search, status
 from onemap_planner.searches import SearchCommands, SearchRegistry
+from onemap_planner.sentences import (
+    DRIVER_CHANGED,
+    PLANNER_ENDED,
+    PLANNER_STOPPED,
+    interrupted,
+)
 from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import SearchStatus, VelocityCommand
+from onemap_shared.messages import SearchState, SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import is_starting
-from onemap_shared.services import DRIVER, role_of
 from onemap_shared.transport import (
     Bus,
     Counters,
@@ -49,10 +45,7 @@ from onemap_shared.watchdog import ThreadCheck
 LOG = logging.getLogger("onemap.planner")
 
 STATUS_PERIOD_S = 1.0
-HELD = "the planner was restarted and makes sure that nothing else was"
-# Seconds since the computer's start; those in suspend count, where the system tells them.
-BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-BOOT_ID = Path("/proc/sys/kernel/random/boot_id")  # of Linux; elsewhere no search goes on
+MAX_AWAY_S = 60.0  # a loop that stood still for longer: nobody expects the robot to drive on
 IDLE_AGE_S = 5.0  # without a search, inputs older than this are reported as a problem
 
 
@@ -67,15 +60,12 @@ class Planner:
         self._beats = [bus.subscribe(keys.heartbeat(name)) for name in ("perception", "mapper")]
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
-        self._boot_id = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
-        self._awake_s = time.clock_gettime(BOOT_CLOCK)  # of the last control step
-        self._recorded = _recorded(config, now_s)  # until it is known whether its search goes on
-        self._registry = SearchRegistry(self._recorded.search if self._recorded else None)
-        held = HELD if self._recorded else ""
-        self._inputs = LatestInputs(loop=LoopMonitor(bus.instance), held=held)
+        self._suspended_s, self._stepped_s = suspended_s(), now_s  # at the last control step
+        self._registry = SearchRegistry()
+        self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
         self._controller = VelocityController()
         self._sent = self._refused = 0
-        self._reported: set[str] = set()
+        self._recorder = SearchRecorder(config.state_dir)
         self._trail = decision_log.Trail()
         self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
@@ -93,7 +83,7 @@ class Planner:
         self._controlled = self._planning_thread.result  # by the last control step
         self._check_planning = ThreadCheck("the planning thread")
         self._whole_steps = True  # the last step did not raise
-        self._decide()
+        self._tell_of_before()
         SearchCommands(
             bus,
             self._registry,
@@ -101,6 +91,14 @@ class Planner:
             status_of=self._status,
             folder=config.state_dir,
         )
+
+    def _tell_of_before(self) -> None:
+        """Publish the newest search of before the start if it was interrupted."""
+        folder = self._config.state_dir
+        newest = decision_log.past(folder)[:1] if folder is not None else []
+        for search in newest:
+            if search.state is SearchState.INTERRUPTED:
+                self._states.put(search)
 
     def step(self, timeout_s: float) -> None:
         """Take inputs until the next command is due, then send it."""
@@ -131,8 +129,8 @@ class Planner:
             for beats in self._beats:
                 if (beat := beats.take(0.0)) is not None and is_starting(beat):
                     self._inputs = with_start(self._inputs, beat, now_s)
-            self._end_after_suspend()
-            self._decide()
+            self._end_after_pause(now_s)
+            self._end_with_driver()
             self._control(now_s)
             self._publish_status(now_s)
             self._log_refused()
@@ -171,75 +169,49 @@ class Planner:
         return Health(ready=not problem, problem=problem, metrics=known)
 
     def close(self) -> None:
-        """Stop the planning thread and, if the robot may be moving, the robot.
-
-        Who stops a planner ends its search; one that crashed may go on with it.
-        """
-        told = self._whole_steps and self._planning_thread.alive
-        self._planning_thread.close()
-        state = self._registry.state
-        if state is not None and state.search.active:
+        """Stop the robot first, if it may be moving; then end the search, and the threads."""
+        active_s = time.monotonic() - self._controller.active_s
+        if active_s <= BRAKE_S:
             self._send(Velocity2d())
-            self._write_journal(state.search, time.monotonic())
-            if told and self._recorded is None:
-                why, at_ns = "the planner was stopped", time.time_ns()
-                self._interrupt(state.search, why, self._stamp(), at_ns)
-                self._publish_status(time.monotonic())
+        crashed = not (self._whole_steps and self._planning_thread.alive)
+        self._interrupt(PLANNER_ENDED if crashed else PLANNER_STOPPED)
+        self._publish_status(time.monotonic())
+        self._planning_thread.close()
+        if active_s <= BRAKE_S:
+            self._send(Velocity2d())
+        self._recorder.close()
 
-    def _end_after_suspend(self) -> None:
-        """End the search of a process, or a computer, that stood still: it goes on unasked."""
-        awake_s, state = self._awake_s, self._registry.state
-        self._awake_s = time.clock_gettime(BOOT_CLOCK)
-        away_s = self._awake_s - awake_s
-        if away_s > MAX_AWAY_S and state is not None and state.search.active:
-            why = f"the planner was suspended for {away_s:.0f} s"
-            self._interrupt(state.search, why, self._stamp(), time.time_ns())
+    def _end_after_pause(self, now_s: float) -> None:
+        """End the search of a process, or a computer, that stood still: nobody expects it to move.
+
+        The monotonic clock does not count while a computer is suspended.
+        """
+        slept_s = self._suspended_s
+        self._suspended_s = suspended_s()
+        away_s = self._suspended_s - slept_s + now_s - self._stepped_s
+        self._stepped_s = now_s
+        if away_s > MAX_AWAY_S:
+            self._interrupt(f"the planner stood still for {away_s:.0f} s")
+
+    def _end_with_driver(self) -> None:
+        """End a search that was accepted for another driver than the one that is there now."""
+        state = self._registry.state
+        if state is not None and self._inputs.driver.count > state.search.driver:
+            self._interrupt(DRIVER_CHANGED)
 
     def _stamp(self) -> EventStamp:
         xy = self._inputs.pose.xy if self._inputs.pose else None
         return EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
 
-    def _decide(self) -> None:
-        """End the search of before the restart, or let it go on, once it is known which."""
-        recorded, state = self._recorded, self._registry.state
-        if recorded is None or state is None:
+    def _interrupt(self, why: str) -> None:
+        """End the active search, if there is one: somebody has to ask again."""
+        state = self._registry.state
+        if state is None or not state.search.active:
             return
-        if state.search.active and state.search.search_id == recorded.search.search_id:
-            now = self._surroundings()
-            why = recorded.interrupted or interruption(recorded.around, now)
-            if not why and not now.known:
-                return
-            if why:
-                stamp = EventStamp(recorded.loaded_s, 0.0, recorded.around.xy_m, 0.0)
-                self._interrupt(recorded.search, why, stamp, recorded.written_ns)
-            else:
-                LOG.info("search %s goes on for %s", state.search.search_id, state.search.subject)
-        self._recorded = None
-        self._inputs = replace(self._inputs, held="")
-
-    def _interrupt(self, search: Search, why: str, stamp: EventStamp, at_ns: int) -> None:
-        """End the active search where it cannot or should not go on, on disk too."""
-        self._registry.interrupt(interrupted_reason(search, why, at_ns), stamp, at_ns)
+        search, at_ns = state.search, time.time_ns()
+        reason = interrupted(why, at_ns, search.results)
+        self._registry.interrupt(reason, self._stamp(), at_ns)
         LOG.warning("search %s for %s is interrupted: %s", search.search_id, search.subject, why)
-        if self._config.state_dir is not None:
-            with self._reporting(self._config.state_dir):
-                journal.mark_interrupted(self._config.state_dir, why)
-
-    def _surroundings(self) -> Surroundings:
-        """What the search rests on now; beside another planner the robot counts as not known."""
-        others = self._bus.members() - {("planner", self._bus.instance)}
-        robots = [" ".join(each) for each in others if role_of(each[0]) == DRIVER]
-        sole = len(robots) == 1 and not any(service == "planner" for service, _ in others)
-        inputs = self._inputs
-        return Surroundings(
-            namespace=self._bus.namespace,
-            boot_id=self._boot_id,
-            boot_s=time.clock_gettime(BOOT_CLOCK),
-            robot=robots[0] if sole else "",
-            map_id=self._planning_thread.map_id,
-            odometry=inputs.odometry.sequence if inputs.odometry else -1,
-            xy_m=inputs.pose.xy if inputs.pose else None,
-        )
 
     def _control(self, now_s: float) -> None:
         state = self._registry.state
@@ -273,6 +245,7 @@ class Planner:
             odometry_stamp_ns=odometry.stamp_ns if odometry else 0,
             frame_ns=frame_ns,
             lateral_mps=velocity.lateral_mps,
+            driver=self._inputs.driver.named,
         )
         sent = SentCommand(self._sent, time.monotonic(), velocity)
         self._inputs = with_sent(self._inputs, sent)
@@ -299,12 +272,11 @@ class Planner:
             self._record_step(search)
         self._published, self._next_status_s = shown, now_s + STATUS_PERIOD_S
         self._states.put(self._status(search))
-        self._write_journal(search, now_s)
 
     def _status(self, search: Search) -> SearchStatus:
         return status(
             search,
-            odometer_m=self._inputs.odometer_m,
+            self._stamp(),
             now_ns=time.time_ns(),
             waiting=self._waiting(time.monotonic()),
             hold=self._inputs.hold,
@@ -335,56 +307,20 @@ class Planner:
     def _follow(self, search: Search) -> None:
         """Keep where the robot is, for the record of an active search."""
         if search.active and self._inputs.pose is not None:
-            elapsed_s = max(time.time_ns() - search.started_ns, 0) / 1e9
+            elapsed_s = time.monotonic() - search.began_s
             self._trail.add(elapsed_s, self._inputs.pose.xy)
 
     def _record_step(self, search: Search) -> None:
-        folder, pose = self._config.state_dir, self._inputs.pose
-        if folder is None:
-            return
-        try:
-            step = status(search, odometer_m=self._inputs.odometer_m, now_ns=time.time_ns())
-            decision_log.record(folder, step, pose.xy if pose else None, self._trail)
-        except OSError as problem:
-            self._report(f"cannot record the decisions in {folder}: {problem}")
-
-    def _write_journal(self, search: Search, now_s: float) -> None:
-        folder = self._config.state_dir
-        if folder is None or (self._recorded is not None and search.active):
-            return  # what was recorded stays as it is until it is known whether it goes on
-        with self._reporting(folder):
-            journal.save(
-                folder,
-                search,
-                self._surroundings(),
-                now_s=now_s,
-                now_ns=time.time_ns(),
-                odometer_m=self._inputs.odometer_m,
-            )
-
-    @contextmanager
-    def _reporting(self, folder: Path) -> Iterator[None]:
-        try:
-            yield
-        except OSError as problem:
-            self._report(f"cannot record the search in {folder}: {problem}")
-
-    def _report(self, problem: str) -> None:
-        """Log why nothing can be recorded, once and not with each step."""
-        if problem not in self._reported:
-            LOG.error("%s", problem)
-            self._reported.add(problem)
+        pose = self._inputs.pose
+        step = status(search, self._stamp(), now_ns=time.time_ns())
+        self._recorder.add(RecordedStep(step, pose.xy if pose else None, self._trail.take()))
 
 
-def _recorded(config: PlannerConfig, now_s: float) -> journal.Recorded | None:
-    if config.state_dir is None:
-        return None
-    try:
-        return journal.load(config.state_dir, now_s)
-    except journal.JournalError as problem:
-        aside = journal.set_aside(config.state_dir)
-        LOG.error("the search that was active is lost: %s; %s", problem, aside)
-        return None
+def suspended_s() -> float:
+    """Seconds since its start for which the computer was suspended; 0 where no system tells."""
+    if not hasattr(time, "CLOCK_BOOTTIME"):
+        return 0.0
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.clock_gettime(time.CLOCK_MONOTONIC)
 
 
 def build(bus: Bus, config: PlannerConfig) -> Worker:

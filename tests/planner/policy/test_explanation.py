@@ -9,7 +9,7 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
-from onemap_planner.search.state_machine import Exploring, status, told
+from onemap_planner.search.state_machine import EventStamp, Exploring, status, told
 from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
 from onemap_shared.messages import CameraView
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
@@ -112,7 +112,7 @@ def test_a_robot_that_creeps_says_why_and_what_helps(beside: str, why: str) -> N
             camera=CameraView(height_m=0.9, down_deg=36.0, up_deg=20.0),
         )
         state = step(state, observation, PARAMS).state
-        reason = status(state.search, odometer_m=0.0, now_ns=0).reason
+        reason = status(state.search, EventStamp(0.0, 0.0, None, 0.0), now_ns=0).reason
         said.append(reason.removeprefix(told(state.search)))
     assert said[0] == said[1] == said[3] == ""
     assert why in said[2]

@@ -16,7 +16,7 @@ from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 from tests.shared.samples import sample
 
-STATUS = replace(sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 2_500_000_000)
+STATUS = replace(sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 9, elapsed_s=2.5)
 ENDED = replace(STATUS, state=SearchState.FOUND)
 
 
@@ -63,17 +63,25 @@ def test_a_full_file_still_takes_the_end(tmp_path: Path, monkeypatch: pytest.Mon
     record(tmp_path, STATUS, None)
     monkeypatch.setattr(decision_log, "MAX_FILE_BYTES", 10)
     record(tmp_path, STATUS, None)
+    record(tmp_path, STATUS, (9.0, 9.0), always=True)
     record(tmp_path, ENDED, None)
-    assert [json.loads(line)["state"] for line in lines(tmp_path)] == ["exploring", "found"]
+    assert [json.loads(line)["state"] for line in lines(tmp_path)] == [
+        "exploring",
+        "exploring",
+        "found",
+    ]
 
 
 def test_a_search_is_read_back_with_its_way(tmp_path: Path) -> None:
     trail = Trail()
     for place in ((0.0, 0.0), (0.1, 0.0), (0.3, 0.0), (0.6, 0.0)):
         trail.add(place[0] * 10, place)
-    record(tmp_path, STATUS, (0.7, 0.0), trail)
-    assert past(tmp_path)[0].state is SearchState.INTERRUPTED  # no end was recorded
-    record(tmp_path, ENDED, None, trail)
+    record(tmp_path, STATUS, (0.7, 0.0), trail.take())
+    cut_off = past(tmp_path)[0]  # no end was recorded
+    assert (cut_off.state, cut_off.results[-1].outcome) == (SearchState.INTERRUPTED,) * 2
+    assert cut_off.reason.startswith("interrupted at 2001-09-09 01:46:40 UTC: the planner ended")
+    assert cut_off.results[-1].name == "bed"
+    record(tmp_path, ENDED, None, trail.take())
     assert past(tmp_path) == [replace(ENDED, choice=NO_CHOICE)]
     known = read(tmp_path, "s1")
     assert known is not None
@@ -93,9 +101,9 @@ def test_a_long_search_is_thinned_but_for_its_turns(tmp_path: Path) -> None:
         for place in range(5):
             trail.add(number, (number + place / 5, float(place % 2)))
         turned = SearchState.APPROACHING if number == 701 else STATUS.state
-        long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 700)
-        record(tmp_path, long, None, trail)
-    record(tmp_path, ENDED, None, trail)
+        long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 600)
+        record(tmp_path, long, None, trail.take())
+    record(tmp_path, ENDED, None, trail.take())
     known = read(tmp_path, "s1")
     assert known is not None
     assert len(encode(known).header) < MAX_HEADER_BYTES

@@ -132,9 +132,9 @@ def test_every_end_has_its_code_coverage_and_evidence() -> None:
     blocked = transition(
         at(Driving(THERE)), Ending(SearchState.FAILED, "no way", FailureCode.UNREACHABLE), NOW
     )
-    assert status(blocked, odometer_m=0.0, now_ns=1).reason_code is FailureCode.UNREACHABLE
+    assert status(blocked, NOW, now_ns=1).reason_code is FailureCode.UNREACHABLE
     cancelled = transition(at(Exploring()), CANCELLED, NOW)
-    assert status(cancelled, odometer_m=0.0, now_ns=1).reason_code is FailureCode.NONE
+    assert status(cancelled, NOW, now_ns=1).reason_code is FailureCode.NONE
     view = PictureOfObject(0.9, 123, (1.0, 2.0, 3.0, 4.0), b"")
     found = transition(at(Confirming(CUP, 0.0)), Confirmed(replace(CUP, best_view=view)), NOW)
     (result,) = found.results
@@ -164,7 +164,7 @@ def test_a_result_tells_where_how_long_and_how_far() -> None:
     ],
 )
 def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
-    message = status(at(phase), odometer_m=12.0, now_ns=99)
+    message = status(at(phase), replace(NOW, odometer_m=12.0), now_ns=99)
     assert message.state is public
     assert message.active is not isinstance(phase, Finished)
 
@@ -196,6 +196,6 @@ def test_a_drive_has_one_result_and_its_reason() -> None:
     (result,) = search.results
     assert (result.name, result.outcome, result.position_m) == ("", SearchState.ARRIVED, ())
     assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
-    message = status(search, odometer_m=14.0, now_ns=99)
+    message = status(search, NOW, now_ns=99)
     assert (message.kind, message.place_m) == (SearchKind.GO_TO, (1.5, -2.5))
     assert (message.objects, message.active) == ((), False)

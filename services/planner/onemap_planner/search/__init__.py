@@ -1,1 +1,1 @@
-"""State of a search: phases, events, transitions, journal."""
+"""State of a search: phases, events, transitions, record."""

@@ -19,8 +19,15 @@ from typing import IO, Any
 import numpy as np
 from pydantic import TypeAdapter
 
+from onemap_planner.sentences import PLANNER_ENDED, interrupted
 from onemap_shared.geometry import F32
-from onemap_shared.messages import SearchRecord, SearchState, SearchStatus, SearchStep
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchRecord,
+    SearchState,
+    SearchStatus,
+    SearchStep,
+)
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 SCHEMA = 1
@@ -31,7 +38,6 @@ TAIL_BYTES = 128_000  # hold the last line of a file
 PLACE_STEP_M = 0.25  # between two recorded places: no corner of a way is cut by more than 0.1 m
 MAX_PLACES = 2000  # of one line and of one replay: 500 m in steps of ``PLACE_STEP_M``
 MAX_STEPS = 300  # of one replay: under 100 kB
-CUT_OFF = "how it ended was not recorded"
 # What reading a file of any content raises.
 UNUSABLE = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
 STATUS = TypeAdapter(SearchStatus)
@@ -63,11 +69,14 @@ def record(
     folder: Path,
     status: SearchStatus,
     robot_xy: tuple[float, float] | None,
-    trail: Trail | None = None,
+    places: Sequence[Place] = (),
+    *,
+    always: bool = False,
 ) -> None:
-    """Append a step of a search to its file; raises OSError.
+    """Append a step of a search to its file, and wait until it is on disk; raises OSError.
 
-    robot_xy: metres in the map frame, None without odometry; trail: is taken if there is room.
+    robot_xy: metres in the map frame, None without odometry; places: since the step before;
+    always: also where the file is full, as the end of the search is.
     """
     path = folder / FOLDER / file_name(status)
     if not path.exists():
@@ -75,10 +84,12 @@ def record(
         _remove_oldest(path.parent, MAX_FILES - 1)
     with path.open("a+b", buffering=0) as file:
         file.truncate(_complete_bytes(file))
-        if status.active and file.seek(0, os.SEEK_END) > MAX_FILE_BYTES:
+        full = file.seek(0, os.SEEK_END) > MAX_FILE_BYTES
+        if full and status.active and not always:
             return
-        document = step_document(status, robot_xy, trail.take() if trail else ())
+        document = step_document(status, robot_xy, places)
         file.write(json.dumps(document, allow_nan=False).encode() + b"\n")
+        os.fsync(file.fileno())
 
 
 def file_name(status: SearchStatus) -> str:
@@ -98,7 +109,6 @@ def step_document(
         "id": values.pop("search_id"),
         "robot_xy_m": robot_xy,
         "path_m": places,
-        "elapsed_s": max(status.updated_ns - status.started_ns, 0) / 1e9,
         "target": status.target,
         **values,
         "choice": choice if choice["options"] else None,
@@ -189,13 +199,30 @@ def _documents(content: bytes, *, last: bool = False) -> list[dict[str, Any]]:
 
 
 def _status(document: Mapping[str, Any]) -> SearchStatus:
-    """How the search stood in a line; one that ran then has been cut off since."""
+    """How the search stood in a line; the planner of one that ran then has ended since."""
     names = {field.name for field in fields(SearchStatus)} - {"choice"}
     values = {name: document[name] for name in names & document.keys()}
     status = STATUS.validate_python({**values, "search_id": document["id"]})
     if not status.active:
         return status
-    return replace(status, state=SearchState.INTERRUPTED, reason=CUT_OFF)
+    reason = interrupted(PLANNER_ENDED, status.updated_ns, status.results)
+    spent_s = status.elapsed_s - sum(each.duration_s for each in status.results)
+    driven_m = status.path_length_m - sum(each.path_length_m for each in status.results)
+    at = tuple(document["robot_xy_m"] or ())
+    result = ObjectResult(
+        name=status.target,
+        outcome=SearchState.INTERRUPTED,
+        reason=reason,
+        position_m=(),
+        score=0.0,
+        duration_s=max(spent_s, 0.0),
+        path_length_m=max(driven_m, 0.0),
+        start_xy_m=(),
+        end_xy_m=at,
+        index=status.index,
+    )
+    results = (*status.results, result)
+    return replace(status, state=SearchState.INTERRUPTED, reason=reason, results=results)
 
 
 def _step(document: Mapping[str, Any]) -> SearchStep:

@@ -157,7 +157,9 @@ class Search:
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
     what helps; empty if it does not. details: what is said of each object, or nothing of any;
-    stay_out: names of places that the robot does not enter.
+    stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
+    that it was accepted for, as ``DriverLife`` counts them. began_s: of the planner's monotonic
+    clock; took_s: seconds until its end, None before.
     """
 
     search_id: str
@@ -179,6 +181,9 @@ class Search:
     budget: Budget = NO_BUDGET
     details: tuple[Detail, ...] = ()
     stay_out: tuple[str, ...] = ()
+    driver: int = 1
+    began_s: float = 0.0
+    took_s: float | None = None
 
     @property
     def active(self) -> bool:
@@ -332,7 +337,7 @@ def new_search(
     """A new search at its first object, or without objects a drive to the destination."""
     start, end = _start(stamp), destination
     search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns, None, end, order)
-    return replace(search, reason=_starting(search))
+    return replace(search, reason=_starting(search), began_s=stamp.now_s)
 
 
 def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # noqa: PLR0911
@@ -377,7 +382,12 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
 
 
 def status(
-    search: Search, *, odometer_m: float, now_ns: int, waiting: str = "", hold: str = ""
+    search: Search,
+    stamp: EventStamp,
+    *,
+    now_ns: int,
+    waiting: str = "",
+    hold: str = "",
 ) -> SearchStatus:
     """The message about the search; waiting: why the robot stands still, or empty.
 
@@ -395,13 +405,16 @@ def status(
         results=search.results,
         started_ns=search.started_ns,
         updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
-        path_length_m=driven_m(search, odometer_m),
+        path_length_m=driven_m(search, stamp.odometer_m),
         kind=search.kind,
         place_m=search.destination.xy if search.destination else (),
         order=search.order,
         choice=search.choice,
         details=search.details,
         stay_out=search.stay_out,
+        max_distance_m=search.budget.max_distance_m,
+        max_time_s=search.budget.max_time_s,
+        elapsed_s=elapsed_s(search, stamp.now_s),
     )
 
 
@@ -418,8 +431,8 @@ def driven_m(search: Search, odometer_m: float) -> float:
 
 
 def elapsed_s(search: Search, now_s: float) -> float:
-    """Seconds that an active search has taken, for all its objects."""
-    return now_s - search.target_start.since_s + sum(r.duration_s for r in search.results)
+    """Seconds that a search has taken, for all its objects, those that wait among them."""
+    return max(now_s - search.began_s, 0.0) if search.took_s is None else search.took_s
 
 
 def waiting(search: Search) -> tuple[int, ...]:
@@ -507,6 +520,7 @@ def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
         box_px=view.box_px if view else (),
         cells=len(candidate.cells) if candidate else 0,
         checks=ending.checks,
+        index=search.index,
     )
 
 
@@ -532,7 +546,8 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     if not ending.whole and search.destination is None:
         outcomes = {result.outcome for result in results}
         outcome, reason = next(s for s in WORST_FIRST if s in outcomes), _summary(results)
-    return replace(search, phase=Finished(outcome), results=results, reason=reason)
+    took_s = elapsed_s(search, stamp.now_s)
+    return replace(search, phase=Finished(outcome), results=results, reason=reason, took_s=took_s)
 
 
 def _summary(results: tuple[ObjectResult, ...]) -> str:
