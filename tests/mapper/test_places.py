@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +16,10 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.places.keeper import FORM, PlaceKeeper
-from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_bytes
+from onemap_mapper.places.memory import PlaceMemory, from_bytes, to_bytes
 from onemap_mapper.places.rooms import Rooms
+from onemap_mapper.storage.kept import Kept as FileKept
+from onemap_mapper.storage.kept import unsealed
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_shared import keys
 from onemap_shared import messages as m
@@ -289,13 +293,108 @@ def test_places_of_another_world_are_set_aside(tmp_path: Path) -> None:
     rig.feed(replace(scenes.field(1, scenes.pose()), world="office"))
     assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
     aside = tmp_path / "other_worlds" / "1" / FORM.file_name
-    assert from_bytes(aside.read_bytes()).places == (ZONE,)
+    assert from_bytes(unsealed(aside.read_bytes())).places == (ZONE,)
 
 
-def test_lost_places_are_said_until_they_are_named_again(tmp_path: Path) -> None:
+def garbage(data: bytes) -> bytes:
+    return b"nothing" + data[:0]
+
+
+def cut_off(data: bytes) -> bytes:
+    return data[:-3]
+
+
+def bent(data: bytes) -> bytes:
+    """A corner of the zone lies elsewhere: the last byte but one of its last number."""
+    return data[:-2] + bytes([data[-2] ^ 1]) + data[-1:]
+
+
+def refused(rig: Rig, procedure: keys.Procedure[Any, Any], request: Any) -> str:
+    with pytest.raises(RemoteError) as refusal:
+        rig.client.call(procedure, request)
+    return f"{refusal.value.code}: {refusal.value}"
+
+
+@pytest.mark.parametrize("damage", [garbage, cut_off, bent, None])
+def test_places_that_cannot_be_read_are_not_no_places(
+    tmp_path: Path, damage: Callable[[bytes], bytes] | None
+) -> None:
+    """They are not known until a person confirms it, also after another restart."""
+    rig, path = Rig(tmp_path), tmp_path / FORM.file_name
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_SAVE, m.MapFile("plain"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+    whole = path.read_bytes()
+    path.unlink()
+    if damage is None:
+        path.mkdir()  # as a disk that cannot be read
+    else:
+        path.write_bytes(damage(whole))
+    for _ in range(2):
+        rig = Rig(tmp_path)
+        rig.feed(scenes.field(0, scenes.pose()))
+        health = rig.mapper.health()
+        assert not health.ready
+        assert "onemap places reset" in health.problem
+        assert str(path) in health.problem
+        assert rig.newest().places_version == m.UNKNOWN_PLACES
+        for procedure, request in (
+            (keys.MAP_PLACES, LIST),
+            (keys.MAP_CHANGE_PLACES, DRAW),
+            (keys.MAP_SAVE, m.MapFile("zoned")),
+            (keys.MAP_MERGE, m.MapMerge("plain")),
+        ):
+            assert refused(rig, procedure, request) == f"unreadable: {health.problem}"
+    assert rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(all_others=True)).places == ()
+    assert rig.mapper.health().ready
+    assert rig.newest().places_version > 10**9  # none that a planner may know
+    assert (tmp_path / f"{FORM.file_name}.unreadable").exists()
+    assert rig.client.call(keys.MAP_CHANGE_PLACES, DRAW).places == (ZONE,)
+    assert stays_after(rig, tmp_path).client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
+
+
+def test_a_loaded_map_brings_its_places_instead_of_unreadable_ones(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+    rig.client.call(keys.MAP_SAVE, m.MapFile("zoned"))
     (tmp_path / FORM.file_name).write_bytes(b"nothing")
     rig = Rig(tmp_path)
-    assert "the named places are lost" in rig.mapper.health().problem
+    rig.client.call(keys.MAP_LOAD, m.MapFile("zoned"))
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
+    assert (tmp_path / f"{FORM.file_name}.unreadable").read_bytes() == b"nothing"
+
+
+def test_a_saved_map_with_damaged_places_is_refused_whole(tmp_path: Path) -> None:
+    rig, path = Rig(tmp_path), tmp_path / "zoned.npz"
+    rig.feed(scenes.field(0, scenes.pose()))
     rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
-    assert "places" not in rig.mapper.health().problem
-    assert NO_PLACES.places == ()
+    rig.client.call(keys.MAP_SAVE, m.MapFile("zoned"))
+    data = path.read_bytes()
+    at = data.index(b"Stairs")
+    path.write_bytes(data[:at] + b"Fields" + data[at + 6 :])
+    before = rig.newest()
+    for procedure, request in (
+        (keys.MAP_LOAD, m.MapFile("zoned")),
+        (keys.MAP_MERGE, m.MapMerge("zoned")),
+    ):
+        assert "damaged" in refused(rig, procedure, request)
+    assert rig.revisions.take(0.0) is None
+    assert before.places_version == 1
+    assert rig.client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
+
+
+@given(st.data())
+def test_what_is_kept_is_read_as_it_was_written_or_not_at_all(data: st.DataObject) -> None:
+    with TemporaryDirectory() as folder:
+        kept = FileKept(Path(folder), FORM, lambda: None)
+        kept.change(lambda ours: ours.changed((ZONE,)))
+        path = Path(folder) / FORM.file_name
+        saved = bytearray(path.read_bytes())
+        at, value = data.draw(st.integers(0, len(saved) - 1)), data.draw(st.integers(0, 255))
+        same = saved[at] == value
+        saved[at] = value
+        path.write_bytes(saved[: data.draw(st.integers(0, len(saved)))] if same else saved)
+        again = FileKept(Path(folder), FORM, lambda: None)
+        if not again.unreadable:
+            assert again.value.places == (ZONE,)

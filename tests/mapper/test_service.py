@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -301,9 +302,10 @@ def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
-    (tmp_path / "maps").write_text("a file, not a folder")
     rig = Rig(tmp_path / "maps")
     rig.feed(sofa_ahead(0))
+    rmtree(tmp_path / "maps")
+    (tmp_path / "maps").write_text("a file, not a folder")
     error = refusal(lambda: rig.client.call(keys.MAP_SAVE, m.MapFile("a")))
     assert error.code == "storage"
 

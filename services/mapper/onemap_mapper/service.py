@@ -126,7 +126,7 @@ class Mapper:
         SavedMaps(shared, config, self._objects, self._places, self._edit)
         shared.serve(keys.MAP_CLEAR, self.clear)
         shared.serve(keys.MAP_DIGEST, self.digest)
-        if kept is not None or self._places.kept.value.version:
+        if kept is not None or self._places.version:
             self._announce_kept()  # zones hold before the first frame
 
     def step(self, timeout_s: float) -> None:
@@ -167,7 +167,7 @@ class Mapper:
             problem = problem or self._objects.problem
             problem = problem or self._checkpoints.problem
             problem = problem or (self._notice if now_s < self._notice_until_s else "")
-            ready = robot.telemetry.ready(now_s)
+            ready = robot.telemetry.ready(now_s) and not self._places.kept.unreadable
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
@@ -445,7 +445,7 @@ class Mapper:
     def _announce(self) -> None:
         """Publish the revision; the caller holds the lock, so that revisions leave in order."""
         for robot in self._robots:
-            robot.announce(self._map, self._objects.memory.version, self._places.kept.value.version)
+            robot.announce(self._map, self._objects.memory.version, self._places.version)
 
     def _announce_kept(self) -> None:
         with self._lock:

@@ -93,7 +93,7 @@ class MapRevision:
         rate_hz: frames fused per second, of late.
         objects_version: changes whenever the list of found objects does.
         camera: of this robot's newest fused frame; empty: not known.
-        places_version: changes whenever a person changed a place.
+        places_version: changes whenever a person changed a place; -1: they cannot be read.
         offset_m: how far beside where the map has it what the newest frame shows stands, metres:
             the robot was moved, or its pose is wrong; 0 if it fits.
     """

@@ -15,6 +15,7 @@ from onemap_shared.names import normalised, same_name
 MAX_PLACES = 100  # of one map: a building's rooms, and its zones
 MAX_CORNERS = 64  # of a polygon; as many places of these fit into one message
 NO_ROOM = -1
+UNKNOWN_PLACES = -1  # in place of their version: they cannot be read
 MAX_ROOM_CHANGES = 100
 MIN_AREA_M2 = 0.01  # of a polygon: less covers no cell
 
@@ -103,10 +104,12 @@ class PlacesChange(Message):
     Attributes:
         named: instead of the places of these names.
         forgotten: names of places, whatever their case.
+        all_others: forget all that are not named here, also those that cannot be read.
     """
 
     named: Annotated[tuple[Place, ...], items(MAX_PLACES)] = ()
     forgotten: Annotated[tuple[str, ...], items(MAX_PLACES), NAME] = ()
+    all_others: bool = False
 
     def _check(self) -> None:
         different_names(self.named)

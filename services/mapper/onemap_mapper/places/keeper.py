@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from onemap_mapper.storage.objects import ObjectMemory
 from onemap_shared import keys
 from onemap_shared.messages import (
     NO_ROOM,
+    UNKNOWN_PLACES,
     KeptObject,
     MapPlaces,
     Place,
@@ -26,7 +28,15 @@ from onemap_shared.transport import RequestRejected, Server
 
 LOG = logging.getLogger("onemap.mapper")
 # Written also without places, so that a version that a planner knows never comes again.
-FORM = Form("the named places", "places.bin", NO_PLACES, to_bytes, from_bytes)
+FORM = Form(
+    "the named places",
+    "places.bin",
+    NO_PLACES,
+    to_bytes,
+    from_bytes,
+    "no robot drives until it is known where it may not; put the file back and restart the mapper, "
+    "load a saved map, or say with 'onemap places reset' that there are no places",
+)
 
 
 class PlaceKeeper:
@@ -48,6 +58,11 @@ class PlaceKeeper:
         bus.serve(keys.MAP_PLACES, lambda _request: self.places())
         bus.serve(keys.MAP_CHANGE_PLACES, self.change)
 
+    @property
+    def version(self) -> int:
+        """Of the places, as it is announced."""
+        return UNKNOWN_PLACES if self.kept.unreadable else self.kept.value.version
+
     def places(self) -> MapPlaces:
         """Named places, then suggestions, and the rooms as the map is now."""
         finds = (entry.kept for entry in self._objects().objects)
@@ -66,7 +81,11 @@ class PlaceKeeper:
                     "would keep nothing out: give the corners of the zone, or a point in a room",
                 )
         try:
-            self.kept.change(lambda memory: memory.changed(request.named, request.forgotten))
+            if request.all_others:
+                self.replace(NO_PLACES.changed(request.named).places)
+                LOG.info("all other places are forgotten")
+            else:
+                self.kept.change(lambda memory: memory.changed(request.named, request.forgotten))
         except KeyError as problem:
             raise RequestRejected("no_such_place", f"there is {problem.args[0]}") from None
         for place in request.named:
@@ -76,8 +95,14 @@ class PlaceKeeper:
         return self.places()
 
     def replace(self, places: tuple[Place, ...]) -> None:
-        """Keep these places instead, because the map is another one."""
-        self.kept.change(lambda memory: memory.changed_to(places))
+        """Keep these places instead, whatever was there, also what cannot be read."""
+
+        def exchanged() -> PlaceMemory:
+            if self.kept.unreadable:  # nobody has counted so far
+                return PlaceMemory(places, version=int(time.time()))
+            return self.kept.value.changed_to(places)
+
+        self.kept.replace(exchanged)
 
 
 def map_places(memory: PlaceMemory, rooms: Rooms, finds: Iterable[KeptObject] = ()) -> MapPlaces:

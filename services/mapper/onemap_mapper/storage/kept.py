@@ -6,15 +6,22 @@ from __future__ import annotations
 
 import logging
 import threading
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from onemap_shared.atomic_file import replacing
+from onemap_shared.transport import RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 M = TypeVar("M")
+
+# Before the bytes, with their CRC-32: a flipped bit may leave a zone that can be read elsewhere.
+# Files of earlier releases begin otherwise, and are read without a checksum.
+MARK, CHECKSUM_BYTES = b"\xc1onemap1", 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +29,8 @@ class Form(Generic[M]):
     """What is kept, in words; its file; its bytes, which are empty where no file is needed.
 
     from_bytes: raises ValueError for damaged ones. file_name: without the suffix of a map, so that
-    it is not listed as one.
+    it is not listed as one. confirm: what a person does before a file that cannot be read counts as
+    nothing; empty: it does at once.
     """
 
     what: str
@@ -30,59 +38,83 @@ class Form(Generic[M]):
     nothing: M
     to_bytes: Callable[[M], bytes]
     from_bytes: Callable[[bytes], M]
+    confirm: str = ""
 
 
 class Kept(Generic[M]):
     """A value that outlives a crash of the mapper.
 
-    problem: why it was lost or cannot be written, in one sentence; else empty. ``announce`` is
-    called after every change, without the lock.
+    problem: why it was lost or cannot be written, in one sentence; else empty. unreadable: why
+    there is no value, which is not the same as nothing; else empty. ``announce`` is called after
+    every change, without the lock.
     """
 
     def __init__(self, folder: Path, form: Form[M], announce: Callable[[], None]) -> None:
         self._path, self._form, self._announce = folder / form.file_name, form, announce
         self._lock = threading.Lock()  # changing value and file is read, compute, write
-        self.problem = ""
-        self.value = self._read()
+        self.problem = self.unreadable = ""
+        self._value = self._read()
+
+    @property
+    def value(self) -> M:
+        """What is kept. Raises ``RequestRejected`` if that cannot be read."""
+        if self._value is None:
+            raise RequestRejected("unreadable", self.unreadable)
+        return self._value
 
     def change(self, update: Callable[[M], M]) -> M:
         """Apply a change and write the file; a failed write is reported, the change stays."""
+        return self.replace(lambda: update(self.value))
+
+    def replace(self, make: Callable[[], M]) -> M:
+        """Keep another value; a file that could not be read stays beside it."""
         with self._lock:
-            before, self.value = self.value, update(self.value)
-            value = self.value
+            before, value = self._value, make()
+            self._value = value
             if value is not before:
                 self._write(value)
         if value is not before:
             self._announce()
         return value
 
-    def _read(self) -> M:
-        """The value of the file; one that cannot be read is renamed, so that it stays."""
+    def _read(self) -> M | None:
         try:
-            return self._form.from_bytes(self._path.read_bytes())
+            return self._form.from_bytes(unsealed(self._path.read_bytes()))
         except FileNotFoundError:
             return self._form.nothing
         except (OSError, ValueError) as problem:
-            self._report(f"{self._form.what} are lost: {problem}; {self._set_aside()}")
-            return self._form.nothing
-
-    def _set_aside(self) -> str:
-        aside = self._path.with_name(f"{self._path.name}.unreadable")
+            why = problem.strerror if isinstance(problem, OSError) else str(problem)
+        if self._form.confirm:
+            self.unreadable = (
+                f"{self._form.what} in {self._path} cannot be read ({why}): {self._form.confirm}"
+            )
+            self._report(self.unreadable)
+            return None
         try:
-            self._path.replace(aside)
+            aside = f"{self._path} is now {self._set_aside().name}"
         except OSError as problem:
-            return f"{self._path} cannot be renamed either: {problem.strerror}"
-        return f"{self._path} is now {aside.name}"
+            aside = f"{self._path} cannot be renamed either: {problem.strerror}"
+        self._report(f"{self._form.what} are lost: {why}; {aside}")
+        return self._form.nothing
+
+    def _set_aside(self) -> Path:
+        """Rename the file to a name that is free; raises OSError."""
+        names = (f"{self._path.name}.unreadable{number or ''}" for number in count())
+        aside = next(p for name in names if not (p := self._path.with_name(name)).exists())
+        return self._path.rename(aside)
 
     def _write(self, value: M) -> None:
         try:
+            if self.unreadable and self._path.exists():
+                LOG.warning("%s is kept as %s", self._path, self._set_aside().name)
             if data := self._form.to_bytes(value):
                 with replacing(self._path) as file:
-                    file.write(data)
+                    file.write(sealed(data))
             else:
                 self._path.unlink(missing_ok=True)
-            self.problem = ""
+            self.problem = self.unreadable = ""
         except OSError as problem:
+            self.unreadable = ""
             self._report(
                 f"cannot write {self._form.what} to {self._path.parent}: {problem.strerror}; a "
                 "restart of the mapper loses them"
@@ -91,3 +123,18 @@ class Kept(Generic[M]):
     def _report(self, problem: str) -> None:
         self.problem = problem
         LOG.error("%s", problem)
+
+
+def sealed(data: bytes) -> bytes:
+    """The bytes of a file, with their checksum."""
+    return MARK + zlib.crc32(data).to_bytes(CHECKSUM_BYTES, "little") + data
+
+
+def unsealed(file: bytes) -> bytes:
+    """What ``sealed`` was given; raises ValueError if it is not that any more."""
+    if not file.startswith(MARK):
+        return file
+    at = len(MARK) + CHECKSUM_BYTES
+    if zlib.crc32(file[at:]) != int.from_bytes(file[len(MARK) : at], "little"):
+        raise ValueError("its checksum is wrong: the file is damaged")
+    return file[at:]

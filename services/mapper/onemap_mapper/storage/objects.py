@@ -181,7 +181,7 @@ FORM = Form(
     "objects.bin",
     NO_OBJECTS,
     lambda memory: to_bytes(memory) if memory.objects else b"",
-    from_bytes,
+    lambda data: from_bytes(data).limited(),
 )
 LOG = logging.getLogger("onemap.mapper")
 
@@ -207,7 +207,6 @@ class ObjectKeeper:
         height_of: HeightOf,
     ) -> None:
         self._kept = Kept(folder, FORM, announce)
-        self._kept.value = self._kept.value.limited()
         self._height_of = height_of
         for robot in robots:
             robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
