@@ -8,6 +8,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import (
+    UNKNOWN_PLACES,
     Detail,
     MapPlaces,
     Place,
@@ -110,3 +111,41 @@ def test_a_drive_into_a_zone_is_refused(services: SimulatedServices) -> None:
         services.go_to(8.8, 8.2)
     assert caught.value.code == "keep_out"
     services.go_to(7.0, 7.0)
+
+
+def test_nothing_begins_while_the_places_cannot_be_read(services: SimulatedServices) -> None:
+    def damaged(_: PlacesRequest) -> MapPlaces:
+        raise RequestRejected("unreadable", "the named places cannot be read")
+
+    services.mapper.serve(keys.MAP_PLACES, damaged)
+    refused = "not known: the named places cannot be read"
+    with pytest.raises(RemoteError, match=refused):
+        services.start("sofa")
+    with pytest.raises(RemoteError, match=refused):
+        services.go_to(3.0, 3.0)
+    assert services.states.take(0.0) is None
+
+
+def test_zones_that_were_known_before_a_damage_are_asked_for_again(
+    services: SimulatedServices,
+) -> None:
+    """The version after it may be one of before."""
+    near = Place("near", PlaceKind.KEEP_OUT, corners_m=((2.5, 1.0), (3.0, 1.0), (3.0, 3.0)))
+    services.places_version = 1
+    services.serve_places(places_of(ROOM.grid, near, version=1))
+    services.start("sofa")
+    services.until(lambda: services.planner._planning_thread._places.known.get("near") is not None)
+
+    def damaged(_: PlacesRequest) -> MapPlaces:
+        raise RequestRejected("unreadable", "the named places cannot be read")
+
+    services.mapper.serve(keys.MAP_PLACES, damaged)
+    services.places_version = UNKNOWN_PLACES
+    services.until(lambda: "the named places cannot be read" in services.get().reason)
+    services.sent_commands()
+    services.frame()
+    assert not any(map(moves, services.sent_commands()))
+    services.places_version = 1
+    told = services.serve_places(places_of(ROOM.grid, version=1))
+    services.until(lambda: bool(told))
+    drives(services)

@@ -14,6 +14,7 @@ from onemap_shared.places import NOWHERE, Zones
 from onemap_shared.transport import Bus, CallError
 
 TIMEOUT_S = 1.0  # rooms are cut anew where the map changed
+UNKNOWN = (-1, 0)  # no version that is announced
 EVERY_S = 1.0  # at most, where only the map has changed: rooms grow as slowly as the robot drives
 
 
@@ -25,7 +26,7 @@ class FollowedPlaces:
 
     def __init__(self, bus: Bus) -> None:
         self._bus, self._asked_s = bus, float("-inf")
-        self.known, self.version = NOWHERE, (-1, 0)
+        self.known, self.version = NOWHERE, UNKNOWN
 
     def follow(self, inputs: LatestInputs, search: Search, revision: int) -> str:
         """Ask for the places if they may have changed; why they are not known, empty if they are.
@@ -44,6 +45,7 @@ class FollowedPlaces:
                 self.known = self._bus.call(keys.MAP_PLACES, PlacesRequest(), TIMEOUT_S)
                 self.version = (inputs.places_version[0], self.known.version)
             except CallError as failed:
-                problem = "" if current else str(failed)
+                if not current:  # nor later, if this version should be announced again
+                    self.version, problem = UNKNOWN, str(failed)
         problem = problem or Zones(self.known, search.stay_out).problem()
         return waiting_for("the keep-out zones", problem) if problem else ""

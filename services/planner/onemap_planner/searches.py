@@ -44,7 +44,7 @@ from onemap_shared.names import normalised
 from onemap_shared.places import Zones
 from onemap_shared.sentence import ROOM_WORDS
 from onemap_shared.text_embedding import embed_texts
-from onemap_shared.transport import Bus, CallError, NoReply, RequestRejected
+from onemap_shared.transport import Bus, CallError, NoReply, RemoteError, RequestRejected
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
@@ -266,13 +266,13 @@ class SearchCommands:
     def _check_places(self, request: SearchRequest) -> None:
         """Reject names that no place of the map has, and a drive to where no robot may be.
 
-        A room's word may name a place as soon as there is one.
+        A room's word may name a place as soon as there is one. Nothing begins while the mapper
+        cannot read its places; one that is silent is waited for.
         """
         told = (name for each in request.details for name in (*each.inside, *each.outside))
         places_of_objects = (name for name in told if normalised(name) not in ROOM_WORDS)
         names = dict.fromkeys((*request.stay_out, *places_of_objects))
-        if not names and request.kind is not SearchKind.GO_TO:
-            return
+        needed = bool(names) or request.kind is SearchKind.GO_TO
         try:
             places = self._bus.call(keys.MAP_PLACES, PlacesRequest(), PLACES_TIMEOUT_S)
         except NoReply as problem:  # of an earlier release, perhaps: it has none
@@ -281,6 +281,8 @@ class SearchCommands:
             why = "no mapper answers for the places of the map"
             raise RequestRejected("unavailable", why) from problem
         except CallError as problem:
+            if not (needed or isinstance(problem, RemoteError)):
+                return
             why = f"the places of the map are not known: {problem}"
             raise RequestRejected("unavailable", why) from problem
         for name in names:
