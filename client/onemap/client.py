@@ -253,6 +253,10 @@ class Client:
         """Remove a place, and say what it was."""
         return self._connection.fetch(MapPlace.of, "DELETE", _place_address(name))
 
+    def forget_places(self) -> PlaceListReply:
+        """Remove all places, also those that the mapper cannot read, for which a robot stands."""
+        return self._connection.fetch(PlaceListReply.of, "DELETE", PLACES)
+
     def export_places(self) -> dict[str, Any]:
         """The named places as GeoJSON, in metres of the map frame."""
         return self._connection.fetch(dict, "GET", GEOJSON)

@@ -355,6 +355,8 @@ class NamingMapper(FakeMapper):
         return map_places(*self.named.values(), *(() if "kitchen" in self.named else (kitchen,)))
 
     def _change(self, request: m.PlacesChange) -> m.MapPlaces:
+        if request.all_others:
+            self.named.clear()
         self.named |= {normalised(place.name): place for place in request.named}
         for name in map(normalised, request.forgotten):
             if self.named.pop(name, None) is None:

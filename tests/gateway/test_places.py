@@ -20,9 +20,12 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     MAX_CORNERS,
     NO_ROOM,
+    MapPlaces,
     Place,
     PlaceKind,
+    PlacesRequest,
 )
+from onemap_shared.transport import RequestRejected
 from onemap_tools.cli.app import app
 from tests.client.conftest import client as python_client
 from tests.client.conftest import url
@@ -65,6 +68,8 @@ def test_a_room_and_a_zone_are_named_listed_and_forgotten(
     ]
     assert client.delete("/v1/places/nursery / 2").json() == room
     assert [*mapper.named] == ["stairs"]
+    suggested = client.delete("/v1/places").json()["places"]
+    assert ([p["suggested"] for p in suggested], mapper.named) == ([True, False], {})
     assert [unnamed.name, unnamed.room] == ["", 3]
 
 
@@ -196,6 +201,17 @@ def test_a_file_is_imported_as_a_whole_or_not_at_all(
     assert said in answer.json()["detail"]
 
 
+def test_places_that_cannot_be_read_are_a_problem(client: TestClient, mapper: NamingMapper) -> None:
+    def damaged(_: PlacesRequest) -> MapPlaces:
+        raise RequestRejected("unreadable", "the named places in places.bin cannot be read")
+
+    mapper.bus.serve(keys.MAP_PLACES, damaged)
+    for path in ("places", "places.geojson"):
+        answer = client.get(f"/v1/{path}")
+        assert (answer.status_code, answer.json()["title"]) == (503, "A file cannot be read")
+        assert "places.bin cannot be read" in answer.json()["detail"]
+
+
 def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
     kitchen = python_client.name_place("kitchen / 2", ROOM_3)
     assert (kitchen.room, kitchen.kind, kitchen.inside_m) == (3, "room", ROOM_3)
@@ -223,4 +239,7 @@ def test_places_on_the_command_line(url: str, mapper: NamingMapper) -> None:
     assert "suggested" in said()
     assert "Forgot stairs." in said("forget", "STAIRS")
     assert [*mapper.named] == ["nursery"]
+    assert "Nothing was changed" in said("reset", code=1)
+    assert "no zone is kept out" in said("reset", "--yes")
+    assert mapper.named == {}
     assert "write x,y in metres" in said("name", "a", "--at", "1", code=2)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from onemap_tools.cli.options import FIRST, OPERATE, Json, Token, Url
-from onemap_tools.cli.terminal import show
+from onemap_tools.cli.terminal import confirmed, show
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import DEFAULT_URL
 
@@ -70,6 +70,28 @@ def forget_place(
         console.print(f"Forgot {place['name']}.", soft_wrap=True)
 
     show(forgotten, as_json, describe)
+
+
+@app.command("places reset", rich_help_panel=OPERATE)
+def reset_places(
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    url: Url = DEFAULT_URL,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Remove all names and zones, also those that cannot be read; the map stays."""
+    from onemap_tools.gateway import gateway_client
+
+    question = "Forget all places? Robots then drive into what was a keep-out zone."
+    if not (yes or confirmed(question)):
+        raise CliError("Nothing was changed: '--yes' says that there are no zones.")
+    with gateway_client(url, token) as gateway:
+        left = gateway.forget_places()
+    show({"places": [dict(each.document) for each in left.places]}, as_json, _describe_reset)
+
+
+def _describe_reset(_reply: dict[str, Any], console: Console) -> None:
+    console.print("No place has a name now, and no zone is kept out.")
 
 
 def parse_points(text: str, option: str) -> list[tuple[float, float]]:

@@ -54,6 +54,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "unavailable": (503, "A service is missing"),
     "timeout": (503, "A service does not answer"),
     "busy": (503, "A service is busy"),
+    "unreadable": (503, "A file cannot be read"),
     "not_ready": (503, "The robot's map is not being updated"),
     "storage": (507, "A file cannot be written or deleted"),
 }

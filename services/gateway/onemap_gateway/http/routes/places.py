@@ -78,6 +78,17 @@ async def forget_place(name: Name, gateway: GatewayDep) -> MapPlace:
     return await _item(before, name)
 
 
+@router.delete("/places", summary="Forget all places", responses=problem_responses(503))
+async def forget_places(gateway: GatewayDep) -> PlaceListReply:
+    """Remove all names and zones; the map stays.
+
+    Places that cannot be read (503, `unreadable`) let no robot drive until a person says with this
+    that there are none. Their file is kept on the mapper's machine.
+    """
+    changed = await gateway.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(all_others=True))
+    return await to_thread.run_sync(place_list, changed)
+
+
 @router.get(
     "/places.geojson",
     summary="The named places as GeoJSON",
