@@ -81,6 +81,15 @@ def test_the_rate_is_bounded_by_stamps() -> None:
     assert taken == 2
 
 
+def test_a_camera_that_stamps_all_images_alike_is_named() -> None:
+    made = robot()
+    for now_s in (0.0, 0.5, 2.0):
+        show(made, T0)
+        made.take_frame(now_s)
+    assert made.counts.frames == 1
+    assert "aligned_depth_to_color/image_raw hardly advance: by 0.000 s in 2.0 s" in made.problem
+
+
 def test_depth_of_another_size_is_refused_by_name() -> None:
     made = robot()
     show(made, T0, DEPTH[:, :4])

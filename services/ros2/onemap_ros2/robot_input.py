@@ -39,9 +39,11 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Odometry, RgbdFrame
 
-JUMP_BACK_NS = 1_000_000_000  # further back than late messages come: the clock was set
+JUMP_BACK_NS = 500_000_000  # further back than late messages of a topic come: the clock was set
 PAIR_TOLERANCE_NS = 15_000_000  # half a period at 30 Hz, so that neighbours are not mixed
 FRAME_RATE_HZ = 15.0  # passed on: perception uses no more, and 30 Hz would fill a link
+FRAME_PERIOD_NS = int(0.9e9 / FRAME_RATE_HZ)  # a tenth less: stamps jitter
+STUCK_S = 1.0  # of images whose stamps hardly advance: more than a simulation lags behind
 TRANSFORM_WAIT_S = 0.2  # of an image or odometry for its transform; localisation may be at 10 Hz
 MAX_WAITING = 50  # odometry messages; a quarter of a second at 200 Hz
 WAITS = object()
@@ -59,6 +61,8 @@ class ImagePair(NamedTuple):
 class PairBuffer:
     """Color and depth messages that wait for their counterpart, by stamp in ns.
 
+    They are kept in the order of their arrival: stamps may jump.
+
     tolerance_ns: by how much the stamps of a pair may differ. unpaired: messages that went
     without a counterpart.
     """
@@ -71,24 +75,28 @@ class PairBuffer:
     def add(self, kind: str, stamp_ns: int, data: bytes) -> None:
         """A message, ``color`` or ``depth``."""
         waiting = self._waiting[kind]
+        waiting.pop(stamp_ns, None)
         waiting[stamp_ns] = data
         if len(waiting) > KEPT:
             del waiting[next(iter(waiting))]
             self.unpaired += 1
 
     def take(self) -> ImagePair | None:
-        """The newest pair, or None; what is not newer than it is dropped."""
+        """The pair whose depth came last, or None; what came before it is dropped."""
         colors, depths = self._waiting.values()
-        for depth_ns in sorted(depths, reverse=True):
-            near = min(colors, key=lambda other: abs(other - depth_ns), default=None)
-            if near is not None and abs(near - depth_ns) <= self.tolerance_ns:
-                pair = ImagePair(depth_ns, colors.pop(near), depths.pop(depth_ns))
-                for waiting, until_ns in ((colors, near), (depths, depth_ns)):
-                    for old_ns in [stamp for stamp in waiting if stamp <= until_ns]:
-                        del waiting[old_ns]
-                        self.unpaired += 1
-                return pair
+        for depth_ns in reversed(depths):
+            color_ns = min(colors, key=lambda other: abs(other - depth_ns), default=None)
+            if color_ns is not None and abs(color_ns - depth_ns) <= self.tolerance_ns:
+                color = self._take("color", color_ns)
+                return ImagePair(depth_ns, color, self._take("depth", depth_ns))
         return None
+
+    def _take(self, kind: str, stamp_ns: int) -> bytes:
+        waiting = self._waiting[kind]
+        while (first_ns := next(iter(waiting))) != stamp_ns:
+            del waiting[first_ns]
+            self.unpaired += 1
+        return waiting.pop(stamp_ns)
 
     def clear(self) -> None:
         """Forget everything: the clock jumped back."""
@@ -134,8 +142,9 @@ class RobotInput:
         self._registers = config.topics.depth_camera_info is not None
         self._odometry: deque[_Waiting] = deque(maxlen=MAX_WAITING)
         self._images: _Waiting | None = None
-        self._newest_ns: int | None = None
-        self._next_frame_ns = 0
+        self._newest_ns: dict[str, int] = {}  # stamps, by setting of the topic
+        self._frame_ns: int | None = None  # stamp of the newest frame
+        self._frame_s = 0.0  # when its images were there
         self.counts = InputCounts()
         self.problem = ""
         self.body_frame = "base_link"  # as the odometry names it
@@ -205,14 +214,17 @@ class RobotInput:
 
     def _add(self, kind: str, data: bytes, now_s: float) -> None:
         if kind in ("color", "depth"):
-            self._pairs.add(kind, peek_stamp_ns(data), data)
+            stamp = peek_stamp_ns(data)
+            self._follow(kind, stamp)
+            self._pairs.add(kind, stamp, data)
         elif kind in ("camera_info", "depth_camera_info"):
             info = decode(data, CAMERA_INFO)
             with self._naming(kind):
                 camera = calibrated_camera(info, rectified=self._config.rectified)
             self._cameras[kind] = camera
         elif kind == "clock":
-            self._set_clock(stamp_ns(decode(data, CLOCK).clock))
+            self.clock_ns = stamp_ns(decode(data, CLOCK).clock)
+            self._follow(kind, self.clock_ns)
         elif kind == "odometry":
             self._add_odometry(decode(data, ODOMETRY), now_s)
         else:
@@ -230,30 +242,43 @@ class RobotInput:
 
     def _add_odometry(self, message: Any, now_s: float) -> None:
         stamp = stamp_ns(message.header.stamp)
-        if self._newest_ns is not None and stamp < self._newest_ns - JUMP_BACK_NS:
-            self._start_over()
-        self._newest_ns = max(self._newest_ns or stamp, stamp)
+        self._follow("odometry", stamp)
         frame = _frame(message.header.frame_id)
         self._odometry.append(_Waiting(stamp, frame, now_s, message))
 
-    def _set_clock(self, now_ns: int) -> None:
-        if self.clock_ns is not None and now_ns < self.clock_ns - JUMP_BACK_NS:
+    def _follow(self, kind: str, stamp: int) -> None:
+        """Start over where the stamps of a topic jump back: a clock was set, or one was wrong."""
+        back_ns = self._newest_ns.get(kind, stamp) - stamp
+        if back_ns > JUMP_BACK_NS:
             self._start_over()
-        self.clock_ns = now_ns
+            self.problem = (
+                f"the stamps on {getattr(self._config.names, kind)} jumped back by "
+                f"{back_ns * 1e-9:.1f} s: what came before is forgotten"
+            )
+        self._newest_ns[kind] = max(self._newest_ns.get(kind, stamp), stamp)
 
     def _start_over(self) -> None:
-        """The clock was set back: what came before belongs to another time."""
+        """What came before belongs to another time."""
         self.counts.clock_jumps += 1
         self._transforms.forget_motion()
         self._pairs.clear()
         self._odometry.clear()
-        self._images, self._newest_ns, self._next_frame_ns = None, None, 0
+        self._newest_ns.clear()
+        self._images, self._frame_ns = None, None
 
     def _next_images(self, now_s: float) -> _Waiting | None:
         pair = self._pairs.take()
-        if pair is None or pair.stamp_ns < self._next_frame_ns:
+        if pair is None:
             return None
-        self._next_frame_ns = pair.stamp_ns + int(0.9e9 / FRAME_RATE_HZ)
+        if self._frame_ns is not None and pair.stamp_ns < self._frame_ns + FRAME_PERIOD_NS:
+            if now_s - self._frame_s > STUCK_S:
+                self.problem = (
+                    f"the stamps on {self._config.names.depth} hardly advance: by "
+                    f"{(pair.stamp_ns - self._frame_ns) * 1e-9:.3f} s in "
+                    f"{now_s - self._frame_s:.1f} s"
+                )
+            return None
+        self._frame_ns, self._frame_s = pair.stamp_ns, now_s
         color_type, depth_type = self._image_types
         color, depth = decode(pair.color, color_type), decode(pair.depth, depth_type)
         frame = _frame((color if self._registers else depth).header.frame_id)

@@ -45,13 +45,12 @@ class _Edge:
     transforms: list[F64] = field(default_factory=list)
 
     def add(self, stamp_ns: int, T: F64) -> None:
+        """In the order of arrival: what stands for this time or a later one is of another clock."""
         index = bisect_left(self.stamps_ns, stamp_ns)
-        if index < len(self.stamps_ns) and self.stamps_ns[index] == stamp_ns:
-            self.transforms[index] = T
-            return
-        self.stamps_ns.insert(index, stamp_ns)
-        self.transforms.insert(index, T)
-        old = bisect_left(self.stamps_ns, self.stamps_ns[-1] - KEPT_NS)
+        del self.stamps_ns[index:], self.transforms[index:]
+        self.stamps_ns.append(stamp_ns)
+        self.transforms.append(T)
+        old = bisect_left(self.stamps_ns, stamp_ns - KEPT_NS)
         del self.stamps_ns[:old], self.transforms[:old]
 
     def at(self, stamp_ns: int, frame: str) -> F64:
