@@ -91,11 +91,11 @@ CONFIG = Ros2Config.model_validate({"topics": TOPICS})
 Entry = tuple[int, str, bytes]  # ms after T0, setting of the topic, message
 
 
-def drive(frames: int = 3) -> list[Entry]:
-    """A camera that moves 0.2 m a frame, which come every 100 ms."""
+def drive(frames: int = 3, begin_ns: int = T0) -> list[Entry]:
+    """A camera that moves 0.2 m a frame, which come every 100 ms; ``begin_ns``: its first stamp."""
     entries: list[Entry] = [
         (0, "tf_static", transforms(0, ("base_link", "camera", 0.2, 0.0))),
-        (0, "camera_info", camera_info(T0, SIZE[1], SIZE[0], 40.0)),
+        (0, "camera_info", camera_info(begin_ns, SIZE[1], SIZE[0], 40.0)),
     ]
     for number in range(frames):
         ms = 100 * number
@@ -103,9 +103,9 @@ def drive(frames: int = 3) -> list[Entry]:
         depth = np.full(SIZE, 1500, np.uint16)
         edge = ("map", "base_link", 0.2 * number, 0.0)
         entries += [
-            (ms, "tf", transforms(T0 + ms * MS, edge)),
-            (ms + 1, "color", image(T0 + ms * MS, rgb, "rgb8")),
-            (ms + 2, "depth", image(T0 + ms * MS, depth, "16UC1")),
+            (ms, "tf", transforms(begin_ns + ms * MS, edge)),
+            (ms + 1, "color", image(begin_ns + ms * MS, rgb, "rgb8")),
+            (ms + 2, "depth", image(begin_ns + ms * MS, depth, "16UC1")),
         ]
     return entries
 

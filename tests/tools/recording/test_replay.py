@@ -225,6 +225,18 @@ def test_frames_of_ros2_have_the_poses_at_their_stamps(tmp_path: Path) -> None:
     assert reader.problems == []
 
 
+def test_a_bag_whose_clocks_jump_gives_the_frames_before_and_after(tmp_path: Path) -> None:
+    hour_ms = 3_600_000
+    later = [(ms + hour_ms, kind, data) for ms, kind, data in drive(6, T0 + hour_ms * MS)]
+    reader = Ros2Bag(bag(tmp_path / "a.mcap", [*later, *drive(6)]), CONFIG)
+    stamps_ms = [(frame.stamp_ns - T0) // MS % hour_ms for frame in reader.frames()]
+    assert stamps_ms == [0, 100, 200, 300, 400, 500, 100, 200, 300, 400, 500]
+    assert reader.problems == [
+        "1 times stamps jumped back: a clock was set, or was wrong.",
+        "1 images or their depth have no transform at their stamp.",
+    ]
+
+
 def test_what_a_bag_of_ros2_lacks_is_named(tmp_path: Path) -> None:
     late = [entry for entry in drive(6) if not (entry[1] == "tf" and entry[0] > 200)]
     reader = Ros2Bag(bag(tmp_path / "late.mcap", late), CONFIG)

@@ -1,7 +1,7 @@
 """Frames of a ROS 2 bag in MCAP, as the ROS 2 adapter makes them of a running robot.
 
 Topics and frames are those of the section ``ros2``: color and depth are paired by stamp and placed
-by tf. The recorder's time takes the place of the clock.
+by tf. The recorder's time takes the place of the clock; where it was set back, none passes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Ros2Bag:
 
     def frames(self) -> Iterator[RgbdFrame]:
         """All frames in the order of the recording; BagError if there is none."""
-        robot, now_s = RobotInput(self.config), 0.0
+        robot, now_s, logged_ns = RobotInput(self.config), 0.0, None
         kinds = {topic: (kind, of) for kind, (topic, of) in read_topics(self.config).items()}
         types: dict[str, str] = {}
         for message in BagReader(self.path).messages():
@@ -50,7 +50,8 @@ class Ros2Bag:
                     f"{message.topic} (ros2.topics.{kind}) in {self.path} is {message.schema} in "
                     f"{message.encoding}; it must be {ros_type} in {CDR}."
                 )
-            now_s = message.log_time_ns / 1e9
+            passed_ns = message.log_time_ns - (logged_ns or message.log_time_ns)
+            now_s, logged_ns = now_s + max(passed_ns, 0) * 1e-9, message.log_time_ns
             robot.add(kind, message.data, now_s)
             yield from self._ready(robot, now_s)
         yield from self._ready(robot, now_s + LONG_S)  # what waits for a transform waits in vain
@@ -58,6 +59,7 @@ class Ros2Bag:
             raise BagError(self._lack(types) or f"No frame in {self.path}: {robot.problem}.")
         for count, what in (
             (robot.unpaired, "images have no counterpart with a near stamp"),
+            (robot.counts.clock_jumps, "times stamps jumped back: a clock was set, or was wrong"),
             (robot.counts.no_transform, "images or their depth have no transform at their stamp"),
             (robot.counts.unusable, f"messages cannot be used: {robot.problem}"),
         ):
