@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import threading
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
-from onemap_mapper.storage import snapshot
+from onemap_mapper.places.memory import PlaceMemory
+from onemap_mapper.storage import map_folder, snapshot
 from onemap_mapper.storage.map_file import map_path, write
 from onemap_mapper.storage.map_folder import (
     QuotaExceeded,
@@ -23,10 +26,21 @@ from onemap_mapper.storage.map_folder import (
 )
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_shared import keys
-from onemap_shared.messages import MapFile, MapMerge, PicturedObject
+from onemap_shared.messages import (
+    MapFile,
+    MapMerge,
+    ObjectListRequest,
+    PicturedObject,
+    Place,
+    PlacesChange,
+    PlacesRequest,
+)
+from onemap_shared.transport import RemoteError
 from tests.gateway.fakes import kept_object
 from tests.mapper import scenes
+from tests.mapper.finds import object_find
 from tests.mapper.test_map_file import rewritten
+from tests.mapper.test_places import ZONE
 from tests.mapper.test_service import Rig
 
 PARAMS = scenes.params()
@@ -96,6 +110,49 @@ def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
     assert summary.frames_fused == 2
     assert rig.mapper._map.revision > revision
     assert rig.mapper._map.store.confidence.numpy() == pytest.approx(2 * before)
+
+
+def test_what_comes_during_a_merge_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another thread names a zone and keeps a find in the middle of a merge, also a refused one."""
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.mapper.save(MapFile("flat"))
+    threads: list[threading.Thread] = []
+
+    def meanwhile(procedure: keys.Procedure[Any, Any], request: Any) -> None:
+        threads.append(threading.Thread(target=rig.client.call, args=(procedure, request)))
+        threads[-1].start()
+        threads[-1].join(0.3)  # a merge that lets it in has lost it by now
+
+    def merged_places(
+        ours: PlaceMemory, theirs: tuple[Place, ...], moved: PlanarCorrection
+    ) -> tuple[PlaceMemory, tuple[str, ...]]:
+        if len(threads) < 2:
+            zone = replace(ZONE, name=f"zone {len(threads)}")
+            meanwhile(keys.MAP_CHANGE_PLACES, PlacesChange((zone,)))
+        return merge_places(ours, theirs, moved)
+
+    def joined(*parts: Any) -> ObjectMemory:
+        meanwhile(keys.MAP_REMEMBER, object_find("bed"))
+        return merged_objects(*parts)
+
+    def refusing(*_: object) -> None:
+        raise snapshot.MapFileError("it does not fit")
+
+    merge_places = PlaceMemory.merged
+    monkeypatch.setattr(PlaceMemory, "merged", merged_places)
+    with monkeypatch.context() as refused:
+        refused.setattr(map_folder, "merge_into", refusing)
+        with pytest.raises(RemoteError, match="it does not fit"):
+            rig.client.call(keys.MAP_MERGE, MapMerge("flat"))
+    monkeypatch.setattr(map_folder, "merged_objects", joined)
+    rig.client.call(keys.MAP_MERGE, MapMerge("flat"))
+    for thread in threads:
+        thread.join(5.0)
+    named = rig.client.call(keys.MAP_PLACES, PlacesRequest()).places
+    assert [place.name for place in named if not place.suggested] == ["zone 0", "zone 1"]
+    listed = rig.client.call(keys.MAP_OBJECTS, ObjectListRequest())
+    assert [kept.name for kept in listed.objects] == ["bed"]
 
 
 def mapped(pose: tuple[float, float, float], seed: int) -> BeliefMap:
@@ -176,6 +233,9 @@ def test_what_does_not_fit_changes_nothing(
     foreign = replace(before, header=replace(before.header, **changes))  # type: ignore[arg-type]
     with pytest.raises(error, match=reason):
         snapshot.merge_into(belief, foreign, NO_CORRECTION)
+    other = replace(before, evidence=before.evidence[:, 1:])
+    with pytest.raises(snapshot.MapFileError, match="levels"):
+        snapshot.merge_into(belief, other, NO_CORRECTION)
     assert belief.revision == revision
     np.testing.assert_array_equal(snapshot.take(belief).features, before.features)
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 import logging
 import threading
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -68,14 +69,33 @@ class Kept(Generic[M]):
 
     def replace(self, make: Callable[[], M]) -> M:
         """Keep another value; a file that could not be read stays beside it."""
-        with self._lock:
-            before, value = self._value, make()
-            self._value = value
-            if value is not before:
-                self._write(value)
-        if value is not before:
-            self._announce()
+        with self.exclusive() as put:
+            put(value := make())
         return value
+
+    @contextmanager
+    def exclusive(self) -> Iterator[Callable[[M], None]]:
+        """Nobody else changes the value meanwhile, so that a change may rest on what was read.
+
+        What is put is the value at once, is written and announced at the end, and is taken back if
+        the change raises. The lock of the map may be taken meanwhile, not before.
+        """
+
+        def put(value: M) -> None:
+            self._value = value
+
+        with self._lock:
+            before = self._value
+            try:
+                yield put
+            except BaseException:
+                self._value = before
+                raise
+            changed = self._value is not before
+            if changed:
+                self._write(self.value)
+        if changed:
+            self._announce()
 
     def _read(self) -> M | None:
         try:

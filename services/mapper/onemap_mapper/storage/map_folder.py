@@ -162,23 +162,30 @@ class SavedMaps:
         return path
 
     def merge(self, request: MapMerge) -> MapSummary:
-        """Fuse a saved map into the map in use; a rejected one changes nothing."""
+        """Fuse a saved map into the map in use; a rejected one changes nothing.
+
+        Places and objects that come meanwhile are named, and kept, in the merged map. Map, places
+        and objects change in one announced revision: zones hold when their floor is known.
+        """
         path = map_path(self._config.map_folder, request.name)
         moved = PlanarCorrection(request.yaw_rad, request.x_m, request.y_m)
         with refusing(f"read {path}"):
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
-            before = self._places.kept.value.places
-            stayed = self._places.kept.value.merged(content.places, moved)[1]  # or it is refused
-            # first: their zones hold when their floor is announced
-            self._places.kept.change(lambda ours: ours.merged(content.places, moved)[0])
-            try:
-                summary = self._edit(lambda belief: merge_into(belief, content, moved))
-            except Exception:
-                self._places.replace(before)
-                raise
-        ours = self._objects.memory
-        self._objects.replace(merged_objects(ours, content.objects, moved))
+            with (
+                self._places.kept.exclusive() as put_places,
+                self._objects.kept.exclusive() as put_objects,
+            ):
+                places, stayed = self._places.kept.value.merged(content.places, moved)
+                ours = self._objects.memory
+                objects = ours.changed_to(merged_objects(ours, content.objects, moved))
+
+                def merged(belief: BeliefMap) -> None:
+                    merge_into(belief, content, moved)
+                    put_places(places)
+                    put_objects(objects)
+
+                summary = self._edit(merged)
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)
         if stayed:
             LOG.info("places that stayed as they were: %s", ", ".join(stayed))

@@ -80,6 +80,12 @@ class ObjectMemory:
         left = tuple(entry for entry in self.objects if entry.kept.object_id != object_id)
         return replace(self, objects=left, version=self.version + 1)
 
+    def changed_to(self, objects: ObjectMemory) -> ObjectMemory:
+        """These objects instead; the same memory if neither has one."""
+        if not (self.objects or objects.objects):
+            return self
+        return replace(objects, version=self.version + 1).limited()
+
     def limited(self) -> ObjectMemory:
         """The memory with at most ``MAX_OBJECTS``; those found longest ago are left out."""
         surplus = max(len(self.objects) - MAX_OBJECTS, 0)
@@ -206,7 +212,7 @@ class ObjectKeeper:
         announce: Callable[[], None],
         height_of: HeightOf,
     ) -> None:
-        self._kept = Kept(folder, FORM, announce)
+        self.kept = Kept(folder, FORM, announce)
         self._height_of = height_of
         for robot in robots:
             robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
@@ -217,17 +223,17 @@ class ObjectKeeper:
     @property
     def memory(self) -> ObjectMemory:
         """What is kept."""
-        return self._kept.value
+        return self.kept.value
 
     @property
     def problem(self) -> str:
         """Why the objects were lost or cannot be written, in one sentence; else empty."""
-        return self._kept.problem
+        return self.kept.problem
 
     def remember(self, robot: str, find: ObjectFind) -> KeptObject:
         """Keep a find of the robot with this namespace; returns the object that it is."""
         new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
-        memory = self._kept.change(lambda memory: memory.with_find(find, new_id, height_m, robot))
+        memory = self.kept.change(lambda memory: memory.with_find(find, new_id, height_m, robot))
         known = memory.same_object(find)
         assert known is not None  # it was just put there
         LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])
@@ -250,16 +256,10 @@ class ObjectKeeper:
     def forget(self, request: ObjectId) -> KeptObject:
         """Remove an object, as one that was found wrongly; returns what it was."""
         known = self.get(request).kept
-        self._kept.change(lambda memory: memory.without(known.object_id))
+        self.kept.change(lambda memory: memory.without(known.object_id))
         LOG.info("forgot %s at (%.2f, %.2f)", known.name, *known.position_m[:2])
         return known
 
     def replace(self, objects: ObjectMemory) -> None:
         """Keep these objects instead, because the map is another one."""
-
-        def exchange(memory: ObjectMemory) -> ObjectMemory:
-            if not (memory.objects or objects.objects):
-                return memory
-            return replace(objects, version=memory.version + 1).limited()
-
-        self._kept.change(exchange)
+        self.kept.change(lambda memory: memory.changed_to(objects))

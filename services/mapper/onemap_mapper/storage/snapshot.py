@@ -229,6 +229,7 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
             "the saved map has another cell size or other obstacle heights, or is of a release "
             "without drops: load and save it with the present configuration first"
         )
+    _evidence(taken, params)
 
 
 def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarCorrection) -> FeatureShare:
