@@ -22,6 +22,7 @@ SILENCE_S = 40.0  # an event stream without a change has a comment every 15 s
 MAX_PORT = 65535
 
 Parsed = TypeVar("Parsed")
+Asked = TypeVar("Asked")
 GATEWAY_ERRORS = (502, 503, 504)  # a service, or the gateway behind a proxy, is away for a while
 
 
@@ -164,6 +165,18 @@ class Connection:
                 f"{self.url} answers, but not like OneMap's gateway: is another program there?",
                 status=reply.status_code,
             ) from problem
+
+    def repeated(self, ask: Callable[[], Asked]) -> Asked:
+        """What a request returns; asked again while a service is away (see ``Retry``)."""
+        failures = 0
+        while True:
+            try:
+                return ask()
+            except OneMapError as error:
+                failures += 1
+                if not error.temporary or failures > self._retry.attempts:
+                    raise
+            time.sleep(self._retry.delay_s(failures))
 
     def download(self, path: str, *, timeout_s: float = 0.0) -> bytes:
         """The content at a path."""

@@ -74,19 +74,37 @@ class RemoteSearch:
         """Stop the robot and end the search; what was found so far stays in the results."""
         return self._send("DELETE")
 
-    def wait(self) -> SearchSnapshot:
+    def again(self) -> RemoteSearch:
+        """Go on with what it has not found, as it was asked for, or drive to its place again.
+
+        A search whose planner or driver has ended is ``interrupted``; no robot goes on by itself.
+        """
+        path = f"/v1/searches/{self.id}/again"
+        return RemoteSearch(
+            self._connection, self._connection.fetch(SearchSnapshot.of, "POST", path)
+        )
+
+    def wait(self, *, again: bool = False) -> SearchSnapshot:
         """The final state, when it is reached; raises OneMapError as ``events`` does."""
-        for _ in self.events():
+        for _ in self.events(again=again):
             pass
         return self.latest
 
-    def events(self) -> Iterator[SearchEvent]:
+    def events(self, *, again: bool = False) -> Iterator[SearchEvent]:
         """Every change of the search from now on; ends with the final state.
 
         The first event is the present state. An interrupted stream is opened again while the
-        search runs, and the interruption is an event. Raises OneMapError if the gateway stays away
-        (see ``Retry``), or does not have the search any more.
+        search runs, and the interruption is an event. again: a search that is interrupted by the
+        end of its planner or driver is asked for again at once, and this object becomes the new
+        one. Raises OneMapError if the gateway stays away (see ``Retry``), or does not have the
+        search any more.
         """
+        yield from self._changes()
+        while again and self.latest.state == "interrupted":
+            self.latest = self._connection.repeated(self.again).latest
+            yield from self._changes()
+
+    def _changes(self) -> Iterator[SearchEvent]:
         last: SearchSnapshot | None = None
         path = f"/v1/searches/{self.id}/events"
         for event in self._connection.follow(path, "status", SearchSnapshot.of):

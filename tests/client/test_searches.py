@@ -54,6 +54,18 @@ def test_a_search_is_followed_until_it_is_over(client: Client, planner: FakePlan
     assert search.wait() == search.latest
 
 
+def test_who_follows_may_ask_again_when_the_planner_has_ended(
+    client: Client, planner: FakePlanner
+) -> None:
+    events = client.search("sofa").events(again=True)
+    assert str(next(events)) == "sofa: exploring: looking around"
+    planner.move(SearchState.INTERRUPTED, "the planner was stopped")
+    assert states(islice(events, 2)) == ["interrupted", "exploring"]
+    assert len(planner.requests) == 2
+    planner.move(SearchState.NOT_FOUND)
+    assert states(events) == ["not_found"]
+
+
 def test_a_search_is_found_again_and_cancelled(client: Client, planner: FakePlanner) -> None:
     started = client.search("sofa")
     again = client.searches.get(started.id)

@@ -133,7 +133,7 @@ def test_a_drive_stops_while_the_mapper_hangs_and_arrives_after_it(system: Syste
 
 
 @pytest.mark.parametrize("service", REQUESTS)
-def test_a_killed_service_is_named_and_the_search_resumes(system: System, service: str) -> None:
+def test_a_killed_service_is_named_and_the_others_go_on(system: System, service: str) -> None:
     search_id = searching(system)
     system.until(lambda: frames_kept(system) > 10, "a checkpoint is written")
     system.kill(service)
@@ -150,11 +150,12 @@ def test_a_killed_service_is_named_and_the_search_resumes(system: System, servic
     system.until(lambda: system.monitor.revision is not before, "a map is announced", START_S)
     assert system.monitor.revision is not None
     assert system.monitor.revision.frames_fused >= frames  # a map that began anew has one
-    goes_on(system, search_id)
+    if service != "planner":  # whose end is that of its search
+        goes_on(system, search_id)
 
 
-def test_a_killed_robot_is_named_and_the_search_resumes(system: System) -> None:
-    search_id = searching(system)
+def test_a_killed_robot_is_named(system: System) -> None:
+    searching(system)
     system.kill("simulator")
     system.until(
         lambda: (
@@ -165,9 +166,8 @@ def test_a_killed_robot_is_named_and_the_search_resumes(system: System) -> None:
     )
     system.until(lambda: system.lacks("robot"), "/readyz names the robot")
     assert {"robot", "simulator"} <= down(system)
-    system.start("simulator")  # within the 30 s that the search waits, on any machine
+    system.start("simulator")
     others_live(system, "simulator")
-    goes_on(system, search_id)
 
 
 def test_the_robot_needs_no_gateway(system: System) -> None:

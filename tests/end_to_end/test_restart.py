@@ -1,15 +1,13 @@
-"""A robot never drives by itself after a restart, unless the planner alone was away for moments."""
+"""A robot never drives by itself after a restart of its planner, its driver, or all."""
 
 from __future__ import annotations
 
-import shlex
 import signal
 import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import dist
-from pathlib import Path
 from typing import Any
 
 import psutil
@@ -22,26 +20,23 @@ from tests.end_to_end.test_faults import absent_object
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
+PLANNER_ENDED, DRIVER = "the planner ended before it", "driver was started anew"
 WATCHED_S = 4.0
 STILL_M = 0.02
 
 
 def searching(system: System) -> dict[str, Any]:
-    """A search that drives the robot, with a journal of it on disk."""
+    """A search that drives the robot, and is on disk."""
     system.until(system.is_ready, "frames go all the way to the map", START_S)
     search = system.http.post("/v1/searches", json={"objects": [absent_object(system)]})
     if search.status_code == 409:  # that of the test before
         search = system.http.get("/v1/searches/current")
     assert search.is_success, search.text
     system.until(lambda: system.monitor.moves, "the robot moves", START_S)
-    system.until(journal(system).exists, "the search is in the journal")
-    time.sleep(1.5)  # written once more while it drives
     document: dict[str, Any] = search.json()
+    records = system.folder / "planner" / "decisions"
+    system.until(lambda: list(records.glob(f"*{document['id']}.jsonl")), "the search is on disk")
     return document
-
-
-def journal(system: System) -> Path:
-    return system.folder / "planner" / "search.json"
 
 
 def kill_all(system: System) -> None:
@@ -85,9 +80,10 @@ def is_interrupted(system: System, search: dict[str, Any], why: str) -> None:
     assert now["results"][-1]["outcome"] == "interrupted"
     assert now["updated_at"] >= search["started_at"]
     said = system.onemap("status", "--url", str(system.http.base_url), config=False)
-    assert shlex.join(["onemap", "search", *search["objects"]]) in said.stdout
-    again = system.http.post("/v1/searches", json={"objects": search["objects"]})
+    assert "onemap search --again" in said.stdout
+    again = system.http.post("/v1/searches/current/again")
     assert again.status_code == 201, again.text
+    assert again.json()["objects"] == search["objects"]
     system.until(lambda: system.monitor.moves, "the robot moves for who asked", START_S)
 
 
@@ -96,18 +92,20 @@ def test_after_power_was_lost_the_robot_stays_where_it_is(system: System) -> Non
     kill_all(system)
     start_all(system)
     stays_where_it_is(system)
-    is_interrupted(system, search, "the robot was started anew")
+    is_interrupted(system, search, PLANNER_ENDED)
 
 
-def test_a_planner_that_was_away_does_not_go_on_with_another_map(system: System) -> None:
+@pytest.mark.parametrize(("killed", "why"), [("planner", PLANNER_ENDED), ("simulator", DRIVER)])
+def test_who_was_killed_alone_does_not_go_on(system: System, killed: str, why: str) -> None:
     search = searching(system)
-    system.kill("planner")
-    system.until(lambda: system.monitor.stands, "the robot brakes")
-    assert system.http.post("/v1/map/clear").status_code == 200
-    system.start("planner")
-    system.until(system.is_ready, "the planner is back", START_S)
+    system.kill(killed)
+    system.monitor.odometry.clear()
+    system.start(killed)
+    system.until(lambda: system.monitor.stands, "the robot brakes", START_S)
+    stays_where_it_is(system)  # also while it starts
+    system.until(system.is_ready, f"the {killed} is back", START_S)
     stays_where_it_is(system)
-    is_interrupted(system, search, "the map is another one")
+    is_interrupted(system, search, why)
 
 
 @contextmanager
@@ -133,7 +131,7 @@ def supervised_planner(system: System) -> Iterator[psutil.Process]:
         assert launcher.wait(PATIENCE_S) == 0
 
 
-def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(system: System) -> None:
+def test_a_supervised_planner_does_not_go_on_and_ctrl_c_ends_the_search(system: System) -> None:
     system.processes["planner"].terminate()
     system.until(lambda: "planner" not in system.monitor.alive, "the planner has left")
     with supervised_planner(system) as launcher:
@@ -142,8 +140,11 @@ def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(system: System)
         planner.kill()
         system.monitor.odometry.clear()
         system.until(lambda: system.monitor.stands, "the robot brakes")
-        system.until(lambda: system.monitor.moves, "the robot drives on", START_S)
-        assert system.http.get("/v1/searches/current").json()["id"] == search["id"]
+        system.until(lambda: launcher.children() not in ([], [planner]), "it is started again")
+        system.until(system.is_ready, "the planner is back", START_S)
+        stays_where_it_is(system)
+        is_interrupted(system, search, PLANNER_ENDED)
+        search = system.http.get("/v1/searches/current").json()
     system.until(lambda: "planner" not in system.monitor.alive, "the planner has left")
     system.monitor.odometry.clear()
     with supervised_planner(system):

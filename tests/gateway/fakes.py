@@ -137,7 +137,8 @@ def past_search(search_id: str = "s0") -> m.SearchStatus:
     """A search that found the sofa in ten seconds."""
     ended = search(search_id, m.SearchState.FOUND, updated_ns=STAMP_NS + 10**10)
     result = replace(find_result("sofa", 1.0, 1.0), frame_ns=STAMP_NS + 10**9)
-    return replace(ended, reason="found 1 of 1", results=(result,), path_length_m=2.0)
+    ended = replace(ended, elapsed_s=10.0, path_length_m=2.0)
+    return replace(ended, reason="found 1 of 1", results=(result,))
 
 
 def search_view(text: str = "", number: int = 7) -> m.SearchView:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from typing import Any
 
 import anyio
@@ -45,6 +46,41 @@ def test_a_second_search_is_refused_with_the_id_of_the_first(client: TestClient)
     assert answer.json()["search_id"] == "s1"
     assert "'sofa'" in answer.json()["detail"]
     assert "DELETE /v1/searches/s1" in answer.json()["detail"]
+
+
+def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    """Two of one name are two: the red chair was found, the blue one was not."""
+    kitchen = m.Detail("red", inside=("kitchen",)), m.Detail("blue"), m.NO_DETAIL
+    found = m.ObjectResult("chair", m.SearchState.FOUND, "", (), 0.9, 1.0, 2.0, (), (), index=0)
+    cut_off = replace(found, outcome=m.SearchState.INTERRUPTED, index=1)
+    planner.status = replace(
+        search("s1", m.SearchState.INTERRUPTED, ("chair", "chair", "bed")),
+        results=(found, cut_off),
+        details=kitchen,
+        order=m.SearchOrder.ANY,
+        stay_out=("bath",),
+        max_time_s=60.0,
+        max_distance_m=30.0,
+    )
+    answer = client.post("/v1/searches/current/again")
+    assert answer.status_code == 201
+    assert answer.headers["Location"] == "/v1/searches/s1"
+    (asked,) = planner.requests
+    assert (asked.objects, asked.details) == (("chair", "bed"), kitchen[1:])
+    assert (asked.order, asked.stay_out) == (m.SearchOrder.ANY, ("bath",))
+    assert (asked.max_time_s, asked.max_distance_m) == (60.0, 30.0)
+    again = client.post("/v1/searches/s1/again")
+    assert (again.status_code, again.json()["search_id"]) == (409, "s1")
+    planner.status = replace(planner.status, objects=("chair",), details=(), results=(found,))
+    assert client.post("/v1/searches/s1/again").json()["title"] == "All of this search was found"
+    place = {"kind": m.SearchKind.LOOK_AT, "place_m": (1.0, 2.0)}
+    planner.status = replace(
+        search("s2", m.SearchState.INTERRUPTED, ()), kind=m.SearchKind.LOOK_AT, place_m=(1.0, 2.0)
+    )
+    client.post("/v1/searches/s2/again")
+    assert {name: getattr(planner.requests[-1], name) for name in place} == place
 
 
 def test_a_recording_that_is_played_refuses_searches(

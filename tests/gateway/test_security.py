@@ -235,6 +235,8 @@ def answer_to(receive: Any) -> Message:
         ("DELETE /v1/searches/", Role.ADMINISTER),
         ("PATCH /v1/searches/s1", Role.ADMINISTER),
         ("DELETE /v1/objects/s1", Role.ADMINISTER),
+        ("POST /v1/searches/s1/again", Role.SEARCH),
+        ("POST /v1/maps/s1/again", Role.ADMINISTER),
         ("POST /v1/new", Role.ADMINISTER),
     ],
 )

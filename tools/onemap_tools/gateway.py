@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from onemap import Client, InvalidSetting, OneMapError, RemoteSearch, Unreachable
+from onemap_shared.messages import SearchState
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
 MAX_FAILED_POLLS = 20  # in a row; a gateway that was killed restarts within that time
@@ -40,7 +41,6 @@ class SearchHandle:
     def __init__(self, search: RemoteSearch) -> None:
         self._search = search
         self._failures = 0
-        self.cancel = search.cancel  # and keep its final report
 
     @property
     def active(self) -> bool:
@@ -52,13 +52,33 @@ class SearchHandle:
         """The gateway's report at the last successful poll."""
         return dict(self._search.latest.document)
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether it ended with its planner or driver: it can be asked for again."""
+        return self._search.latest.state == SearchState.INTERRUPTED.value
+
+    def cancel(self) -> None:
+        """End the search, and keep its final report."""
+        self._search.cancel()
+
     def poll(self) -> str:
         """Update the report; returns why that failed, empty on success.
 
         Raises OneMapError after ``MAX_FAILED_POLLS`` failures in a row.
         """
+        return self._asked(self._search.status)
+
+    def again(self) -> str:
+        """Ask for what is left of an interrupted search, which becomes this one; as ``poll``."""
+
+        def ask() -> None:
+            self._search = self._search.again()
+
+        return self._asked(ask)
+
+    def _asked(self, ask: Callable[[], object]) -> str:
         try:
-            self._search.status()
+            ask()
         except OneMapError as error:
             self._failures += 1
             if self._failures > MAX_FAILED_POLLS:

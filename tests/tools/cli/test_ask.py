@@ -338,21 +338,21 @@ def test_unknown_map_updates_are_left_out_of_a_drive(status: Any, console: Conso
     )
 
 
-@pytest.mark.parametrize(
-    ("what", "command"),
-    [
-        ({"left": ["lamp near a bed"], "order": "given"}, "onemap search 'lamp near a bed'"),
-        ({"left": ["bed"], "order": "any"}, "onemap search --any-order bed"),
-        ({"kind": "go_to", "place_m": [1.0, -2.5]}, "onemap go 1.0 -2.5"),
-        ({"kind": "look_at", "place_m": [1.0, 2.5]}, "onemap go --look 1.0 2.5"),
-    ],
-)
-def test_an_interrupted_search_is_offered_for_what_it_did_not_find(
-    what: dict[str, Any], command: str
+def test_an_interrupted_search_is_asked_for_again_while_the_command_lives(
+    console: Console,
 ) -> None:
-    find = {**report("interrupted", RESULT), "kind": "find", "place_m": None, "order": "given"}
-    assert remote.again(find | what).endswith(f"Search again: {command}")
-    assert remote.again(find | what | {"state": "cancelled"}) == ""
+    interrupted, found = report("interrupted"), report("found", RESULT)
+    gateway = Gateway(report("exploring"), interrupted, 503, report("exploring"), found)
+    start = partial(gateway.client.search, "bed")
+    assert follow(gateway.client, start, console, again=True) == (found, 0)
+    gateway = Gateway(report("exploring"), interrupted)
+    start = partial(gateway.client.search, "bed")
+    assert follow(gateway.client, start, console) == (interrupted, 1)
+
+
+def test_only_an_interrupted_search_is_offered_again() -> None:
+    assert remote.again(report("interrupted", RESULT)).endswith("onemap search --again")
+    assert remote.again(report("cancelled", RESULT)) == ""
 
 
 def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:

@@ -100,9 +100,18 @@ def query(
 @app.command(rich_help_panel=FIRST)
 def search(
     objects: Annotated[
-        list[str], typer.Argument(help="Objects, one after the other, as: bed 'lamp near the bed'.")
-    ],
+        list[str] | None,
+        typer.Argument(help="Objects, one after the other, as: bed 'lamp near the bed'."),
+    ] = None,
     *,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again",
+            help="Ask again for what is left when the planner or the robot's driver ends; without "
+            "objects, of the last search.",
+        ),
+    ] = False,
     any_order: Annotated[
         bool, typer.Option("--any-order", help="The cheapest first, by what the map shows.")
     ] = False,
@@ -120,10 +129,13 @@ def search(
     from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
+    if not (objects or again):
+        raise typer.BadParameter("name an object, or go on with the last search by --again")
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        start = partial(gateway.search, tuple(objects), any_order=any_order, limits=limits)
-        report, exit_code = remote.follow(gateway, start, progress_console())
+        begin = partial(gateway.search, tuple(objects or ()), any_order=any_order, limits=limits)
+        start = begin if objects else gateway.searches.get().again
+        report, exit_code = remote.follow(gateway, start, progress_console(), again=again)
     show(report, as_json, remote.describe_search)
     raise typer.Exit(exit_code)
 

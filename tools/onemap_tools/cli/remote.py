@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterable
 from math import degrees
 from pathlib import Path
@@ -13,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from onemap import Client, OneMapError, QueryEvent, QueryInterrupted, RemoteSearch
-from onemap_shared.messages import SearchKind, SearchOrder, SearchState, check_image
+from onemap_shared.messages import SearchState, check_image
 from onemap_tools.cli.terminal import print_json, progress_console, result_console
 from onemap_tools.errors import (
     EXIT_FAILED,
@@ -31,10 +30,11 @@ CONDITION_COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
 
 
 def follow(
-    gateway: Client, start: Callable[[], RemoteSearch], console: Console
+    gateway: Client, start: Callable[[], RemoteSearch], console: Console, *, again: bool = False
 ) -> tuple[dict[str, Any], int]:
     """Start a search or a drive and show it until it ends; Ctrl-C cancels.
 
+    again: ask for what is left when its planner or driver has ended, as long as this runs.
     Returns the final report and the exit code: done, not done, or stopped before either was known.
     """
     interrupted = False
@@ -43,13 +43,13 @@ def follow(
         handle = SearchHandle(start())
         if understood := _understood(handle.report, *handle.report["objects"]):
             console.print(understood, soft_wrap=True)
-        while handle.active:
+        while handle.active or (again and handle.interrupted):
             lines.show(_progress(gateway, handle.report))
             if stop.wait(POLL_S):
                 handle.cancel()
                 interrupted = True
                 break
-            if problem := handle.poll():
+            if problem := handle.poll() if handle.active else handle.again():
                 lines.wait(handle.report["elapsed_s"], problem)
     if is_done(handle.report):
         return handle.report, EXIT_OK
@@ -87,16 +87,10 @@ def _found(report: dict[str, Any]) -> list[str]:
 
 
 def again(report: dict[str, Any]) -> str:
-    """How to start an interrupted search again, in a sentence; empty for any other."""
+    """How to go on with an interrupted search, in a sentence; empty for any other."""
     if report.get("state") != SearchState.INTERRUPTED.value:
         return ""
-    if report["place_m"]:
-        look = ["--look"] if report["kind"] == SearchKind.LOOK_AT.value else []
-        words = ["go", *look, *map(str, report["place_m"])]
-    else:
-        any_order = ["--any-order"] if report["order"] == SearchOrder.ANY.value else []
-        words = ["search", *any_order, *report["left"]]
-    return f"The last search was {report['reason']}. Search again: {shlex.join(['onemap', *words])}"
+    return f"The last search was {report['reason']}. Go on with it: onemap search --again"
 
 
 def interrupted(gateway: Client) -> str:

@@ -112,7 +112,7 @@ class GatewayContext:
                 "A recording is played in place of a robot, which nothing can move: ask the map "
                 "with a query.",
             )
-        return search_snapshot(await self.call(procedure, request), self.now_ns())
+        return search_snapshot(await self.call(procedure, request))
 
     async def view(self, text: str | None = None) -> SearchView:
         """The current map, with the similarity to ``text`` if given."""

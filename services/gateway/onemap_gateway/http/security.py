@@ -48,9 +48,9 @@ def required_role(method: str, path: str) -> Role:
     if (method, path) in LOOKING:
         return Role.LOOK
     folder, _, name = path.rpartition("/")
-    if (method, path) == ("POST", "/v1/searches") or (
-        method == "DELETE" and folder == "/v1/searches" and name
-    ):
+    starts = path == "/v1/searches" or (path.startswith("/v1/searches/") and name == "again")
+    ends = folder == "/v1/searches" and name
+    if (method == "POST" and starts) or (method == "DELETE" and ends):
         return Role.SEARCH
     return Role.ADMINISTER
 

@@ -32,7 +32,7 @@ def live_document(
         "map": _map(state, now_s, now_ns),
         "camera": _camera(state, now_s),
         "path": _path(state, now_s),
-        "search": search_snapshot(search, now_ns).model_dump(mode="json") if search else None,
+        "search": search_snapshot(search).model_dump(mode="json") if search else None,
         "services": [
             {"name": r.name, "condition": r.condition, "problem": r.problem}
             for r in assess_services(state, now_s)

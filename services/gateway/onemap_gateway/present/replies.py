@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,11 +54,9 @@ def age_s(stamp_ns: int, now_ns: int) -> float | None:
     return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
 
 
-def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
-    """The state of a search, results in the order of the request; it ages until its end."""
-    order = {name: index for index, name in reversed(list(enumerate(status.objects)))}
-    results = sorted(status.results, key=lambda result: order.get(result.name, 0))
-    end_ns = now_ns if status.active else status.updated_ns
+def search_snapshot(status: SearchStatus) -> SearchSnapshot:
+    """The state of a search, with its results in the order of the request."""
+    results = sorted(status.results, key=attrgetter("index"))
     details = status.details or (NO_DETAIL,) * len(status.objects)
     sentences = list(map(Sentence, status.objects, details))
     if sentences:
@@ -70,23 +69,21 @@ def search_snapshot(status: SearchStatus, now_ns: int) -> SearchSnapshot:
         left=_left(status, sentences),
         results=tuple(map(_object_outcome, results)),
         choice=status.choice if status.choice.options else None,
-        elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
     )
 
 
 def _left(status: SearchStatus, sentences: Sequence[Sentence]) -> tuple[str, ...]:
     """What was not found, as sentences; the robot stays out of the same places."""
-    found = {each.name for each in status.results if each.outcome is SearchState.FOUND}
-    left = [replace(each, stay_out=()) for each in sentences if each.name not in found]
+    left = [replace(sentences[index], stay_out=()) for index in status.left]
     if left:
         left[-1] = replace(left[-1], stay_out=status.stay_out)
     return tuple(map(str, left))
 
 
-def search_replay(record: SearchRecord, now_ns: int) -> SearchReplay:
+def search_replay(record: SearchRecord) -> SearchReplay:
     """What was recorded of a search."""
     return SearchReplay(
-        search=search_snapshot(record.status, now_ns),
+        search=search_snapshot(record.status),
         steps=tuple(ReplayStep.model_validate(step) for step in record.steps),
         left_out=record.left_out,
         path_m=tuple(map(tuple, record.places.tolist())),

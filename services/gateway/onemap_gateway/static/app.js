@@ -279,16 +279,16 @@ function startSearch() {
   });
 }
 
-async function beginSearch(request) {
-  await send("POST", "/v1/searches", request);
+async function beginSearch(request, path = "/v1/searches") {
+  await send("POST", path, request);
   replay.close();
   clearResult();
   dismissed = "";
 }
 
 // What an interrupted search has not found, or its place.
-function searchAgain({ kind, place_m: place, left, order }) {
-  return beginSearch(kind === "find" ? { objects: left, order } : { [`${kind}_m`]: place });
+function searchAgain({ id }) {
+  return beginSearch(undefined, `/v1/searches/${id}/again`);
 }
 
 // Send the robot to the place of a popup; key: go_to_m or look_at_m.

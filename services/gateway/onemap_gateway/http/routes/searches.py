@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable
 from typing import Annotated
 
 import anyio
@@ -34,7 +34,7 @@ async def search_events(
     """
     last, last_problem = first, ""
     queried_s = gateway.cache.now_s()
-    yield _status_event(gateway, first, retry=RETRY_MS)
+    yield _status_event(first, retry=RETRY_MS)
     while last.active and not gateway.cache.closing:
         await anyio.sleep(gateway.paces.poll_s)
         state, now_s = gateway.cache.state, gateway.cache.now_s()
@@ -55,7 +55,7 @@ async def search_events(
         for status in fresh:
             if supersedes(status, last):
                 last = status
-                yield _status_event(gateway, status)
+                yield _status_event(status)
 
 
 def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
@@ -69,10 +69,8 @@ def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
     return same and status != last and later
 
 
-def _status_event(
-    gateway: GatewayContext, status: SearchStatus, retry: int | None = None
-) -> ServerSentEvent:
-    document = finite(search_snapshot(status, gateway.now_ns()).model_dump(mode="json"))
+def _status_event(status: SearchStatus, retry: int | None = None) -> ServerSentEvent:
+    document = finite(search_snapshot(status).model_dump(mode="json"))
     return ServerSentEvent(event="status", data=document, retry=retry)
 
 
@@ -121,8 +119,37 @@ async def start_search(
 
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
+    return await _started(gateway, start(gateway, request), response)
+
+
+@router.post(
+    "/{search_id}/again",
+    status_code=201,
+    summary="Go on with what is left",
+    responses={
+        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
+        **problem_responses(404, 409, 422, 503),
+    },
+)
+async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -> SearchSnapshot:
+    """Search for what a search has not found, as it was asked for, or drive to its place again.
+
+    Its limits count anew. A search is `interrupted` when its planner or the robot's driver has
+    ended: no robot goes on by itself, but with this one request.
+    """
+    before = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
+    if before.objects and not before.left:
+        raise HttpProblem("nothing_left", "All objects of this search were found.")
+    request = before.again(gateway.paces.call_timeout_s)
+    return await _started(gateway, gateway.search(keys.SEARCH_START, request), response)
+
+
+async def _started(
+    gateway: GatewayContext, starting: Awaitable[SearchSnapshot], response: Response
+) -> SearchSnapshot:
+    """The search that began, with its address; a refusal names the one that runs."""
     try:
-        search = await start(gateway, request)
+        search = await starting
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
@@ -149,7 +176,7 @@ async def list_searches(gateway: GatewayDep) -> SearchListReply:
     """The newest 50 searches and the present one, newest first, also those of before a restart of
     the planner."""
     listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
-    searches = tuple(search_snapshot(each, gateway.now_ns()) for each in listed.searches)
+    searches = tuple(search_snapshot(each) for each in listed.searches)
     return SearchListReply(searches=searches, left_out=listed.left_out)
 
 
@@ -174,7 +201,7 @@ async def replay_search(search_id: Id, gateway: GatewayDep) -> SearchReplay:
     Places are in the frame that the map had then. A long search is thinned: see `steps`, `path_m`.
     """
     record = await gateway.call(keys.SEARCH_RECORD, SearchId(search_id))
-    return search_replay(record, gateway.now_ns())
+    return search_replay(record)
 
 
 async def events_from_now(search_id: Id, gateway: GatewayDep) -> AsyncIterator[ServerSentEvent]:
