@@ -36,10 +36,10 @@ def robot(**settings: object) -> RobotInput:
     return made
 
 
-def show(made: RobotInput, stamp_ns: int, depth: np.ndarray = DEPTH) -> None:
+def show(made: RobotInput, stamp_ns: int, depth: np.ndarray = DEPTH, frame: str = "camera") -> None:
     encoding = "16UC1" if depth.dtype == np.uint16 else "32FC1"
-    made.add("color", image(stamp_ns, RGB, "rgb8"), 0.0)
-    made.add("depth", image(stamp_ns, depth, encoding), 0.0)
+    made.add("color", image(stamp_ns, RGB, "rgb8", frame), 0.0)
+    made.add("depth", image(stamp_ns, depth, encoding, frame), 0.0)
 
 
 @pytest.mark.parametrize("depth", [DEPTH, np.full((HEIGHT, WIDTH), 1.5, np.float32)])
@@ -111,6 +111,26 @@ def test_odometry_is_placed_on_the_map_or_dropped_after_it_has_waited() -> None:
     assert made.counts.no_transform == 0
     assert made.take_odometry(0.3) is None
     assert made.counts.no_transform == 1
+
+
+@pytest.mark.parametrize("kind", ["tf", "tf_static"])
+def test_a_transform_that_cannot_be_one_leaves_the_others_of_its_message(kind: str) -> None:
+    made = RobotInput(Ros2Config.model_validate({"map_frame": "odom"}))
+    good = ("odom", "base_link", 1.0, 0.0), ("base_link", "camera", 0.2, 0.0)
+    nan = float("nan")
+    wrong = ("base_link", "arm", nan, 0.0), ("hand", "hand", 0.1, 0.0), ("arm", "hand", 0.1, nan)
+    made.add(kind, transforms(T0, wrong[0], good[0], *wrong[1:], good[1]), 0.0)
+    made.add("camera_info", camera_info(T0), 0.0)
+    assert made.counts.unusable == 3
+    assert made.problem == f"the transform of 'hand' in 'arm' on /{kind} contains NaN or infinity"
+    show(made, T0)
+    frame = made.take_frame(0.0)
+    assert frame is not None, made.problem
+    assert frame.T_map_camera[0, 3] == pytest.approx(1.2)
+    show(made, T0 + 100 * MS, frame="hand")  # what needs one of them says why there is none
+    made.take_frame(0.0)
+    assert made.take_frame(1.0) is None
+    assert f"'hand' in 'arm' on /{kind} contains NaN" in made.problem
 
 
 def test_a_clock_that_jumps_back_begins_anew() -> None:

@@ -229,13 +229,23 @@ class RobotInput:
             self._add_odometry(decode(data, ODOMETRY), now_s)
         else:
             for stamped in decode(data, TF).transforms:
-                self._add_transform(stamped, static=kind == "tf_static")
+                self._add_transform(stamped, kind)
 
-    def _add_transform(self, stamped: Any, *, static: bool) -> None:
-        move, turn = stamped.transform.translation, stamped.transform.rotation
-        T = rigid((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
+    def _add_transform(self, stamped: Any, kind: str) -> None:
+        """One transform of a message; one that cannot be used leaves the others as they are."""
         parent, child = _frame(stamped.header.frame_id), _frame(stamped.child_frame_id)
-        if static:
+        move, turn = stamped.transform.translation, stamped.transform.rotation
+        try:
+            if parent == child:
+                raise FormatError("places a frame in itself")
+            T = rigid((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
+        except ValueError as problem:
+            topic = getattr(self._config.names, kind)
+            reason = f"the transform of {child!r} in {parent!r} on {topic} {problem}"
+            self._transforms.refuse(child, reason)
+            self._refuse(FormatError(reason))
+            return
+        if kind == "tf_static":
             self._transforms.add_static(parent, child, T)
         else:
             self._transforms.add(parent, child, stamp_ns(stamped.header.stamp), T)
@@ -336,7 +346,10 @@ class RobotInput:
     def _make_odometry(self, waiting: _Waiting, T_map_odom: F64, _: float) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist
         place, turn = pose.position, pose.orientation
-        T_odom_body = rigid((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+        try:
+            T_odom_body = rigid((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+        except ValueError as problem:
+            raise FormatError(f"the odometry's pose {problem}") from problem
         speed = tuple(map(float, (twist.linear.x, twist.angular.z, twist.linear.y)))
         if not np.isfinite(speed).all():
             raise FormatError(f"the odometry's velocity {speed} is not finite")

@@ -13,6 +13,7 @@ from onemap_shared.geometry import F64, inverse
 
 KEPT_NS = 10_000_000_000  # as tf2: older transforms than the newest of their frame by 10 s go
 MAX_FRAMES = 64  # on the way to the root; more is a circle
+MAX_LENGTH = 1e3  # of a quaternion: it is scaled to 1, as long as that says which way it turns
 
 
 class TransformError(Exception):
@@ -26,10 +27,14 @@ class TransformLate(TransformError):
 def rigid(translation: tuple[float, ...], quaternion: tuple[float, ...]) -> F64:
     """The (4, 4) transform of a translation in metres and a quaternion x, y, z, w.
 
-    Raises ValueError for a quaternion of length zero and for what is not finite.
+    Raises ValueError for a quaternion of length zero and for what is not finite; its text lacks
+    the subject.
     """
     if not np.isfinite((*translation, *quaternion)).all():
-        raise ValueError("a transform contains NaN or infinity")
+        raise ValueError("contains NaN or infinity")
+    length = float(np.linalg.norm(quaternion))
+    if not 1.0 / MAX_LENGTH < length < MAX_LENGTH:
+        raise ValueError(f"has a quaternion of length {length:g}, which must be 1")
     T = np.eye(4)
     T[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
     T[:3, 3] = translation
@@ -87,6 +92,11 @@ class TransformBuffer:
 
     def __init__(self) -> None:
         self._edges: dict[str, _Edge] = {}
+        self._refused: dict[str, str] = {}  # by the frame that they would have placed
+
+    def refuse(self, child: str, reason: str) -> None:
+        """The newest transform of this frame cannot be used; a look-up that fails says so."""
+        self._refused[child] = reason
 
     def add(self, parent: str, child: str, stamp_ns: int, T_parent_child: F64) -> None:
         """A transform of ``/tf``. A frame that gets another parent forgets the one before."""
@@ -94,10 +104,12 @@ class TransformBuffer:
         if edge is None or edge.parent != parent or not edge.stamps_ns:
             edge = self._edges[child] = _Edge(parent)
         edge.add(stamp_ns, T_parent_child)
+        self._refused.pop(child, None)
 
     def add_static(self, parent: str, child: str, T_parent_child: F64) -> None:
         """A transform of ``/tf_static``: for all times."""
         self._edges[child] = _Edge(parent, [], [T_parent_child])
+        self._refused.pop(child, None)
 
     def forget_motion(self) -> None:
         """Forget all but the static transforms: the clock jumped back."""
@@ -105,6 +117,12 @@ class TransformBuffer:
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> F64:
         """T_target_source (4, 4) at a time; TransformLate or TransformError if there is none."""
+        try:
+            return self._find(target, source, stamp_ns)
+        except TransformError as problem:
+            raise type(problem)("; ".join((str(problem), *self._refused.values()))) from problem
+
+    def _find(self, target: str, source: str, stamp_ns: int) -> F64:
         below = set(self._to_root(source))
         for frame in self._to_root(target):
             if frame in below:
