@@ -169,6 +169,26 @@ def test_the_camera_is_that_of_the_image_or_no_frame_is_made(clock: Clock) -> No
     )
 
 
+def test_a_loop_of_transforms_is_named_and_over_when_nobody_says_it(clock: Clock) -> None:
+    """A second localisation that places the odometry's frame below the base."""
+    made = System(clock, *(endpoint_of(need) for need in needs(CONFIG)))
+    driven = []
+    for step in range(100):
+        stamp_ns = T0 + step * 100_000_000
+        if 20 <= step < 40:
+            loop = transforms(stamp_ns, ("base_link", "odom", -1.0, 0.0))
+            made.network.say(TOPICS.tf, loop)
+        made.clock.now_s += 0.1
+        made.robot_says(stamp_ns)
+        if step == 39:
+            problem = made.worker.health().problem
+            assert "the transforms form a loop, 'base_link' in 'odom' in 'base_link'" in problem
+            assert not made.worker.health().ready
+        while made.odometry.take(0.0) is not None:
+            driven.append(step)
+    assert [step for step in driven if step < 40 or step > 70] == [*range(20), *range(71, 100)]
+
+
 @pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])
 def test_velocities_go_out_as_the_base_asks_then_zero_then_silence(
     clock: Clock, ros_type: str

@@ -229,9 +229,9 @@ class RobotInput:
             self._add_odometry(decode(data, ODOMETRY), now_s)
         else:
             for stamped in decode(data, TF).transforms:
-                self._add_transform(stamped, kind)
+                self._add_transform(stamped, kind, now_s)
 
-    def _add_transform(self, stamped: Any, kind: str) -> None:
+    def _add_transform(self, stamped: Any, kind: str, now_s: float) -> None:
         """One transform of a message; one that cannot be used leaves the others as they are."""
         parent, child = _frame(stamped.header.frame_id), _frame(stamped.child_frame_id)
         move, turn = stamped.transform.translation, stamped.transform.rotation
@@ -248,7 +248,7 @@ class RobotInput:
         if kind == "tf_static":
             self._transforms.add_static(parent, child, T)
         else:
-            self._transforms.add(parent, child, stamp_ns(stamped.header.stamp), T)
+            self._transforms.add(parent, child, stamp_ns(stamped.header.stamp), T, now_s)
 
     def _add_odometry(self, message: Any, now_s: float) -> None:
         stamp = stamp_ns(message.header.stamp)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from onemap_shared.geometry import F64, inverse
 
 KEPT_NS = 10_000_000_000  # as tf2: older transforms than the newest of their frame by 10 s go
-MAX_FRAMES = 64  # on the way to the root; more is a circle
+SILENT_S = 3.0  # of a transform in a loop, after which it no longer counts; localisation: 1 Hz
 MAX_LENGTH = 1e3  # of a quaternion: it is scaled to 1, as long as that says which way it turns
 
 
@@ -43,9 +42,13 @@ def rigid(translation: tuple[float, ...], quaternion: tuple[float, ...]) -> F64:
 
 @dataclass(slots=True)
 class _Edge:
-    """A frame's parent, and its transform to it at ascending times; no times: it is static."""
+    """A frame's parent, and its transform to it at ascending times; no times: it is static.
+
+    said_s: when the newest transform came, on a clock that never goes back; of a static one: None.
+    """
 
     parent: str
+    said_s: float | None = None
     stamps_ns: list[int] = field(default_factory=list)
     transforms: list[F64] = field(default_factory=list)
 
@@ -88,27 +91,34 @@ class _Edge:
 
 
 class TransformBuffer:
-    """The tree of a robot's frames."""
+    """The tree of a robot's frames; where they form a loop, no transform is found."""
 
     def __init__(self) -> None:
         self._edges: dict[str, _Edge] = {}
         self._refused: dict[str, str] = {}  # by the frame that they would have placed
+        self._newest_s = 0.0  # when the newest moving transform came
 
     def refuse(self, child: str, reason: str) -> None:
         """The newest transform of this frame cannot be used; a look-up that fails says so."""
         self._refused[child] = reason
 
-    def add(self, parent: str, child: str, stamp_ns: int, T_parent_child: F64) -> None:
-        """A transform of ``/tf``. A frame that gets another parent forgets the one before."""
+    def add(
+        self, parent: str, child: str, stamp_ns: int, T_parent_child: F64, said_s: float = 0.0
+    ) -> None:
+        """A transform of ``/tf``. A frame that gets another parent forgets the one before.
+
+        said_s: when it came, in monotonic seconds.
+        """
         edge = self._edges.get(child)
         if edge is None or edge.parent != parent or not edge.stamps_ns:
             edge = self._edges[child] = _Edge(parent)
         edge.add(stamp_ns, T_parent_child)
+        edge.said_s = self._newest_s = said_s
         self._refused.pop(child, None)
 
     def add_static(self, parent: str, child: str, T_parent_child: F64) -> None:
         """A transform of ``/tf_static``: for all times."""
-        self._edges[child] = _Edge(parent, [], [T_parent_child])
+        self._edges[child] = _Edge(parent, None, [], [T_parent_child])
         self._refused.pop(child, None)
 
     def forget_motion(self) -> None:
@@ -136,14 +146,30 @@ class TransformBuffer:
         T_common_target = self._up(target, common, stamp_ns)
         return inverse(T_common_target) @ self._up(source, common, stamp_ns)
 
-    def _to_root(self, frame: str) -> Iterator[str]:
-        for _ in range(MAX_FRAMES):
-            yield frame
-            edge = self._edges.get(frame)
-            if edge is None:
-                return
-            frame = edge.parent
-        raise TransformError(f"the frames above {frame!r} form a circle or are over {MAX_FRAMES}")
+    def _to_root(self, frame: str) -> list[str]:
+        """The frame and all above it; TransformError where they form a loop."""
+        way = [frame]
+        while (edge := self._edges.get(way[-1])) is not None:
+            if edge.parent in way:
+                self._break_loop(way[way.index(edge.parent) :])
+                return self._to_root(frame)
+            way.append(edge.parent)
+        return way
+
+    def _break_loop(self, loop: list[str]) -> None:
+        """Forget what nobody says of these frames any more, or raise TransformError."""
+        said = {frame: self._edges[frame].said_s for frame in loop}
+        oldest_s = self._newest_s - SILENT_S
+        silent = [f for f, at_s in said.items() if at_s is not None and at_s < oldest_s]
+        if not silent:
+            ways = " in ".join(map(repr, (*loop, loop[0])))
+            static = ", and restart this adapter if it is one of /tf_static"
+            raise TransformError(
+                f"the transforms form a loop, {ways}: end the node that publishes the wrong one"
+                + static * (None in said.values())
+            )
+        for frame in silent:
+            del self._edges[frame]
 
     def _up(self, frame: str, above: str, stamp_ns: int) -> F64:
         T: F64 = np.eye(4)
