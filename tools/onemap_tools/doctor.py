@@ -71,7 +71,8 @@ class Observations:
     alive: services with a connected process. doubled: roles that several processes have, with
     their names. depth_mm: (H, W) of the newest frame. revisions: the first and the last.
     encoders: of features, map and texts, each its id and text space. commanded, driven: the
-    largest of speeds (m/s) and turns (rad/s).
+    largest of speeds (m/s) and turns (rad/s). robot_clock_s: the robot's stamps minus the local
+    clock, less the transport's latency; None without a message of it.
     """
 
     duration_s: float
@@ -85,6 +86,7 @@ class Observations:
     commanded: float = 0.0
     driven: float = 0.0
     collided: bool = False
+    robot_clock_s: float | None = None
 
 
 class _Inbox(Generic[M]):
@@ -161,7 +163,15 @@ class BusObserver:
             commanded=max((abs(v) for each in wanted for v in each), default=0.0),
             driven=max((abs(v) for each in speeds for v in each), default=0.0),
             collided=any(odometry.collided for odometry in driven),
+            robot_clock_s=self._robot_clock_s(),
         )
+
+    def _robot_clock_s(self) -> float | None:
+        """By its youngest message: latency only makes them older."""
+        ages_s = [
+            age_s for age_s in self._odometry.ages_s or self._rgbd.ages_s if age_s is not None
+        ]
+        return -min(ages_s) if ages_s else None
 
     def _processes(self) -> tuple[ObservedProcess, ...]:
         """The largest offset of a clock is the best estimate: latency only makes it smaller."""
@@ -192,7 +202,7 @@ def observe(bus: Bus, duration_s: float) -> Observations:
 
 
 class Severity(str, Enum):
-    """An error keeps objects from being found, a warning may, a note is a skipped check."""
+    """An error keeps objects from being found, a warning may, a note does not."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -294,32 +304,29 @@ def _streams(observed: Observations) -> Iterator[Finding]:
                 "higher number than the one before: several processes send them.",
                 f"Run one {source} on these keys; its driver must count its messages.",
             )
-        if stream.age_s is not None and stream.age_s > OLD_S:
+        late_s = (stream.age_s or 0.0) + (observed.robot_clock_s or 0.0)
+        if stream.age_s is not None and late_s > OLD_S:
             yield _error(
-                f"What arrives on {name} is {stream.age_s:.1f} s old.",
-                f"The {source} is too slow, or its clock is behind: see its metrics "
-                "with 'onemap status'.",
+                f"What arrives on {name} is {late_s:.1f} s older than what the robot says now.",
+                f"The {source} is too slow: see its metrics with 'onemap status'.",
             )
 
 
 def _clocks(observed: Observations) -> Iterator[Finding]:
-    """Machines whose clocks disagree."""
-    for process in observed.processes:
-        offset_s = process.clock_offset_s
-        if abs(offset_s) > CLOCK_TOLERANCE_S:
-            way = "ahead of" if offset_s > 0 else "behind"
-            yield _error(
-                f"The {process.last.service}'s clock is {abs(offset_s):.1f} s {way} this "
-                "machine's.",
-                "Synchronise both machines (chrony or NTP): the age of a message is the "
-                "difference of their clocks.",
-            )
-    for stream in observed.streams:
-        if stream.age_s is not None and stream.age_s < -CLOCK_TOLERANCE_S:
-            yield _error(
-                f"Stamps on {stream.name} lie {-stream.age_s:.1f} s in the future.",
-                "Synchronise the robot's clock with this machine's (chrony or NTP).",
-            )
+    """Clocks that disagree, which nothing but what people compare depends on."""
+    clocks = {f"the {p.last.service}'s": p.clock_offset_s for p in observed.processes}
+    if observed.robot_clock_s is not None:
+        clocks["the robot's"] = observed.robot_clock_s
+    other = {whose: by_s for whose, by_s in clocks.items() if abs(by_s) > CLOCK_TOLERANCE_S}
+    if other:
+        yield Finding(
+            Severity.NOTE,
+            "Clocks differ from this machine's: "
+            + ", ".join(f"{whose} by {by_s:+.1f} s" for whose, by_s in other.items())
+            + ".",
+            "Nothing stops for it. Times in logs and onemap_perception_frame_age_ms compare only "
+            "with one clock (chrony or NTP).",
+        )
 
 
 def _depth(observed: Observations) -> Iterator[Finding]:
