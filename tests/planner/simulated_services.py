@@ -40,6 +40,7 @@ from tests.memory_bus import MemoryRouter
 from tests.planner.drawn_maps import drawn_map, search_view_of
 
 ROOM = drawn_map("##########", *["#........ "] * 8, "##########", scale=5)
+CLOCK_NS = 10**15  # of the robot at its start
 STEPS, PATIENCE_S = 400, 90.0  # every wait ends long before both: steps of a busy machine are slow
 
 
@@ -69,6 +70,7 @@ class SimulatedServices:
         self.config = config
         self.count = self.places_version = 0
         self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
+        self.lag_s = 0.0  # of the map's frame behind the odometry
         self.start_planner()
 
     def start_planner(self) -> None:
@@ -122,14 +124,15 @@ class SimulatedServices:
     def frame(self, *, odometry: bool = True, revision: bool = True) -> None:
         """One message of each; the planner takes them and waits for its next command."""
         self.count += 1
-        stamp_ns = self.count * 50_000_000
+        stamp_ns = CLOCK_NS + self.count * 50_000_000
         if odometry:
             echo = self._obey(stamp_ns)
             known = Odometry(next(self.numbers), stamp_ns, self.pose, 0.0, 0.0, False, *echo)
             self.odometry.put(replace(known, driver=self.gate.driver))
         if revision:
+            shown_ns = stamp_ns - round(self.lag_s * 1e9)
             map_now = MapRevision(
-                self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0
+                self.count, self.count, shown_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0
             )
             self.revisions.put(
                 replace(map_now, places_version=self.places_version, offset_m=self.offset_m)

@@ -202,6 +202,22 @@ def test_it_stops_when_a_stream_falls_silent_and_says_so(
     assert "waiting" not in services.get().reason
 
 
+@pytest.mark.parametrize("lag_s", [4.0, 8.0, 3600.0, -0.7, -3600.0])
+def test_it_stands_while_stamps_of_map_and_odometry_do_not_fit(
+    services: SimulatedServices, lag_s: float
+) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.lag_s = lag_s
+    services.until(lambda: "waiting for the camera" in services.get().reason)
+    services.sent_commands()
+    for _ in range(5):
+        services.frame()
+    assert not any(map(moves, services.sent_commands()))
+    services.lag_s = 0.0
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+
 @pytest.mark.parametrize(
     ("topic", "metric"),
     [

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     FRESH_S,
+    SET_BACK_S,
     WINDOW_S,
     LoopMonitor,
     OdometryDelay,
@@ -132,5 +133,10 @@ def test_a_delay_counts_from_the_least_that_was_seen_lately() -> None:
 def test_no_delay_is_too_long_to_count(step_s: float) -> None:
     late = delays((10.0, 0.1), (10.1 + step_s, 0.1 + step_s))  # the link held it back
     assert late.excess_s == pytest.approx(step_s, abs=1e-5)
-    set_back = delays((10.0, 0.1), (10.1, 0.3 + step_s))
+    set_back = delays((10.0, 0.1), (10.1, 0.2 + SET_BACK_S + step_s))
     assert set_back.excess_s == 0.0
+
+
+def test_stamps_that_go_back_a_little_and_again_do_not_hide_a_delay() -> None:
+    late = delays((10.0, 0.1), *((10.0 + k / 20, 1.0 + k % 2 / 5) for k in range(20, 40)))
+    assert late.excess_s > 0.8

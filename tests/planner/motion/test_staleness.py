@@ -53,8 +53,13 @@ def test_no_lag_of_the_map_is_too_large_to_count(lag_s: float, period_s: float) 
     shown = Arrival(1, odometry.stamp_ns - round(lag_s * SECOND), 5.0)
     age = ages(odometry, shown, 5.0, period_s)
     longest_s = LIMITS.map_lag_factor * LIMITS.max_map_age_s
-    if not -LIMITS.max_odometry_age_s - 1e-6 <= lag_s <= longest_s + 1e-6:
+    if not -LIMITS.max_map_ahead_s - 1e-6 <= lag_s <= longest_s + 1e-6:
         assert stale_reason(age, LIMITS)
+
+
+def test_a_map_without_a_frame_of_this_robot_is_no_late_one() -> None:
+    empty = ages(Arrival(1, 10**6 * SECOND, 5.0), Arrival(0, 0, 5.0), 5.0)
+    assert stale_reason(empty, LIMITS) == "waiting for the map: it has no image of this robot yet"
 
 
 def test_a_clock_that_was_set_is_told() -> None:

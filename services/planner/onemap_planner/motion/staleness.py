@@ -62,6 +62,9 @@ class StalenessParams(Params):
     # robot, over the age that the map may have: encoding and fusing take as long as the wait for
     # the next frame where they are the slowest step. 1 s at 4 Hz.
     map_lag_factor: ClassVar[float] = 2.0
+    # Seconds that the map's newest frame may be stamped after the robot's clock now, which odometry
+    # on its way tells too early.
+    max_map_ahead_s: ClassVar[float] = 0.1
     # Seconds a plan is followed without a newer one: four planning periods.
     max_plan_age_s: ClassVar[float] = 1.5
 
@@ -69,8 +72,8 @@ class StalenessParams(Params):
 @dataclass(frozen=True, slots=True)
 class InputAges:
     """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp,
-    below 0 where a clock was set;
-    map_period_s: between new frames in the map, infinity before it was measured."""
+    below 0 where a clock was set, infinity for a map without a frame of this robot; map_period_s:
+    between new frames in the map, infinity before it was measured."""
 
     odometry_s: float
     map_s: float
@@ -95,8 +98,8 @@ def ages(
     """Ages at ``now_s``. A lag below 0: the map's frame is stamped after the newest odometry."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
-    lag_s = 0.0
-    if odometry and revision:
+    lag_s = math.inf
+    if odometry and revision and revision.stamp_ns:
         # Both ages count from now: what is late in coming is not held against the map twice.
         lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
     return InputAges(odometry_s, map_s, lag_s, map_period_s)
@@ -115,15 +118,20 @@ def stale_reason(age: InputAges, params: StalenessParams) -> str:
     limit_s = map_age_limit_s(age.map_period_s, params)
     if age.map_s > limit_s:
         return late("the map", age.map_s)
+    if age.map_lag_s == math.inf:
+        return waiting_for("the map", "it has no image of this robot yet")
     if age.map_lag_s > params.map_lag_factor * limit_s:
         return behind("the camera", age.map_lag_s)
-    if age.map_lag_s < -params.max_odometry_age_s:
+    if age.map_lag_s < -params.max_map_ahead_s:
         return ahead("the camera", -age.map_lag_s)
     return ""
 
 
 FRESH_S = 1.0  # a measured loop of longer ago says nothing about now
 MAX_SENT = 200  # commands that are remembered: 10 s at 20 Hz, far above any limit
+SET_BACK_S = (
+    0.3  # as long as odometry may be late: a clock that was set back by less counts as that
+)
 WINDOW_S = 60.0  # the least delay is that of the last one or two of these: clocks drift apart
 
 
@@ -209,8 +217,9 @@ class OdometryDelay:
     """Arrival less stamp of the newest odometry, and the least of it, in seconds.
 
     On two clocks: only differences mean something. least_s: of this and of the last window.
-    stamp_ns: the newest. A link keeps the order: a stamp before it is of a clock that was set back,
-    and the delay is measured anew. The map's lag stops the robot until both agree again.
+    stamp_ns: the newest. A link keeps the order: a stamp ``SET_BACK_S`` before it is of a clock that
+    was set back, and the delay is measured anew. The map's lag stops the robot until both agree
+    again.
     """
 
     newest_s: float = math.nan
@@ -222,7 +231,8 @@ class OdometryDelay:
         """The delay after odometry with this stamp arrived."""
         delay_s = now_s - stamp_ns * 1e-9
         this_s, last_s = self.least_s
-        if stamp_ns < self.stamp_ns or math.isnan(self.newest_s):
+        back_s = (self.stamp_ns - stamp_ns) * 1e-9
+        if back_s > SET_BACK_S or math.isnan(self.newest_s):
             return OdometryDelay(delay_s, stamp_ns, (delay_s, math.inf), now_s)
         if now_s - self.window_s > WINDOW_S:
             return OdometryDelay(delay_s, stamp_ns, (delay_s, this_s), now_s)
