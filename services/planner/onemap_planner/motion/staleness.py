@@ -217,9 +217,9 @@ class OdometryDelay:
     """Arrival less stamp of the newest odometry, and the least of it, in seconds.
 
     On two clocks: only differences mean something. least_s: of this and of the last window.
-    stamp_ns: the newest. A link keeps the order: a stamp ``SET_BACK_S`` before it is of a clock that
-    was set back, and the delay is measured anew. The map's lag stops the robot until both agree
-    again.
+    stamp_ns: the newest. A link keeps the order: a stamp ``SET_BACK_S`` before it is of a clock
+    that was set back, and the delay is measured anew. The map's lag stops the robot until both
+    agree again.
     """
 
     newest_s: float = math.nan
