@@ -29,8 +29,9 @@ from onemap_shared.transport import (
     RemoteError,
     Subscription,
     answer,
+    read_reply,
 )
-from onemap_shared.wire import Packet, decode, encode
+from onemap_shared.wire import Packet, encode
 
 M = TypeVar("M")
 Q = TypeVar("Q")
@@ -110,7 +111,7 @@ class MemoryBus:
         refusal: RemoteError | None = None
         for future in futures:
             try:
-                return decode(procedure.reply, future.result(timeout_s))
+                return read_reply(procedure, future.result(timeout_s))
             except FutureTimeout:
                 raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s") from None
             except RemoteError as problem:

@@ -38,16 +38,18 @@ from onemap_shared.tls_files import refuse_unreadable
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
+    InvalidReply,
     NoReply,
     Publisher,
     QueryTimeout,
     RemoteError,
     Subscription,
     answer,
+    read_reply,
     refuse_stale,
     remote_error,
 )
-from onemap_shared.wire import Packet, decode, encode, schema
+from onemap_shared.wire import Packet, encode, schema
 
 M = TypeVar("M")
 Q = TypeVar("Q")
@@ -276,13 +278,15 @@ class ZenohBus:
         )
         refusal: RemoteError | None = None
         for reply in replies:
-            if reply.ok is not None:
-                return decode(procedure.reply, _packet(reply.ok.attachment, reply.ok.payload))
-            error = reply.err.payload.to_bytes() if reply.err is not None else b""
-            if error != b"Timeout":
-                refusal = remote_error(error)
-                if not procedure.to_all:  # otherwise another one may accept
-                    break
+            try:
+                if reply.ok is not None:
+                    return read_reply(procedure, _packet(reply.ok.attachment, reply.ok.payload))
+                error = reply.err.payload.to_bytes() if reply.err is not None else b""
+                refusal = remote_error(error) if error != b"Timeout" else refusal
+            except InvalidReply as problem:
+                refusal = problem
+            if refusal is not None and not procedure.to_all:  # otherwise another one may accept
+                break
         if refusal is not None:
             raise refusal
         # The router's own timer may end the query with an empty reply before ours does.

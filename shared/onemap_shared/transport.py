@@ -65,6 +65,10 @@ def remote_error(body: bytes) -> RemoteError:
         return RemoteError("internal", body[:200].decode(errors="replace"))
 
 
+class InvalidReply(RemoteError):
+    """The answer cannot be read: a service of another release, or a damaged one."""
+
+
 class RequestRejected(_Refusal):
     """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``."""
 
@@ -138,7 +142,7 @@ class Bus(Protocol):
         """
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
-        """Ask; raises ``NoReply``, ``QueryTimeout`` or ``RemoteError``."""
+        """Ask; raises ``NoReply``, ``QueryTimeout`` or ``RemoteError``, also ``InvalidReply``."""
 
     def alive(self) -> frozenset[str]:
         """Names of the services whose process is connected now."""
@@ -267,6 +271,15 @@ def refuse_stale(procedure: Procedure[Q, R], waited_s: float) -> None:
             f"{procedure.key} was busy: the request waited {waited_s:.1f} s, more than "
             f"{limit_s:g} s, and was not carried out; try again",
         )
+
+
+def read_reply(procedure: Procedure[Q, R], packet: Packet) -> R:
+    """The reply of a procedure; raises ``InvalidReply``."""
+    try:
+        return decode(procedure.reply, packet)
+    except WireError as problem:
+        why = f"its answer on {procedure.key} cannot be read: {problem}; is it of another release?"
+        raise InvalidReply("invalid_reply", why) from problem
 
 
 def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet) -> Packet:

@@ -14,9 +14,9 @@ from starlette.testclient import TestClient
 from onemap_gateway.http import problems
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
-from onemap_shared.messages import MapClear, MapSummary
+from onemap_shared.messages import MapClear, MapSummary, SearchViewRequest
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError, RequestRejected
-from tests.gateway.fakes import gateway_on
+from tests.gateway.fakes import FakeMapper, gateway_on
 from tests.memory_bus import MemoryRouter
 
 
@@ -97,6 +97,16 @@ def test_the_example_is_what_an_absent_mapper_causes() -> None:
     assert (
         problems.from_call_error(NoReply(), "mapper", 3.0, lambda _service: "").document == example
     )
+
+
+def test_an_answer_that_cannot_be_read_is_a_problem_of_its_service(
+    client: TestClient, mapper: FakeMapper
+) -> None:
+    foreign = Procedure(keys.MAP_SEARCH_VIEW.key, SearchViewRequest, SearchViewRequest)
+    mapper.bus.serve(foreign, lambda asked: asked)
+    reply = client.get("/v1/map.npz")
+    assert (reply.status_code, reply.json()["service"]) == (502, "mapper")
+    assert "cannot be read" in reply.json()["detail"]
 
 
 def call_problem(

@@ -17,12 +17,14 @@ from onemap_planner.search import decision_log
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
+from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
     SearchId,
     SearchKind,
     SearchListRequest,
     SearchState,
     VelocityCommand,
+    ViewChangesRequest,
 )
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
@@ -215,6 +217,20 @@ def test_it_stands_while_stamps_of_map_and_odometry_do_not_fit(
         services.frame()
     assert not any(map(moves, services.sent_commands()))
     services.lag_s = 0.0
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+
+def test_a_map_that_answers_what_cannot_be_read_is_waited_for(
+    services: SimulatedServices,
+) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    broken = services.router.bus()
+    foreign = Procedure(keys.MAP_VIEW_CHANGES.key, ViewChangesRequest, ViewChangesRequest)
+    broken.serve(foreign, lambda asked: asked)
+    services.until(lambda: "waiting for the map: its answer on" in services.get().reason)
+    services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
+    broken.close()
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 

@@ -23,7 +23,16 @@ from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
-from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
+from onemap_shared.keys import Procedure
+from onemap_shared.transport import (
+    Bus,
+    CallError,
+    InvalidReply,
+    NoReply,
+    QueryTimeout,
+    RemoteError,
+    RequestRejected,
+)
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
@@ -199,6 +208,26 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
         assert caught.value.code == code
         assert caught.value.details == ({"ours": ["mini"]} if name == "refused" else {})
     assert here.call(keys.MAP_SAVE, m.MapFile("flat"), PATIENCE_S) == summary("flat")
+
+
+def test_an_answer_that_cannot_be_read_is_a_failed_call(buses: tuple[Bus, Bus]) -> None:
+    """Of a service of another release, say: no caller has to think of it."""
+    here, there = buses
+    there.serve(Procedure(keys.MAP_SAVE.key, m.MapFile, m.MapFile), lambda asked: asked)
+
+    def refused() -> CallError | None:
+        try:
+            here.call(keys.MAP_SAVE, m.MapFile("flat"), PATIENCE_S)
+        except NoReply:  # the declaration is still on its way
+            return None
+        except CallError as problem:
+            return problem
+        raise AssertionError("it was read")
+
+    problem = eventually(refused)
+    assert isinstance(problem, InvalidReply)
+    assert keys.MAP_SAVE.key in str(problem)
+    assert "packet has schema" in str(problem)
 
 
 def test_a_request_that_waited_too_long_is_not_carried_out(space: Router) -> None:
