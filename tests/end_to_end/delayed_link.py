@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Generic, TypeVar
@@ -27,12 +28,13 @@ from onemap_shared.messages import MapRevision, Odometry, VelocityCommand
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
-from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
+from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 
 M = TypeVar("M")
 
 TICK_S = 0.01
+LONG_M, WIDE_M = 8.1, 4.1  # where the walls of the room begin on the map; the others end at a cell
 PERIOD_S = 0.05  # of odometry and of commands
 ROBOT_CLOCK_S = 1.7e9  # the robot's wall clock at the planner's time 0
 TURN_S = 8.0  # after so long the plan drives through the other wall
@@ -45,17 +47,17 @@ class Link(Generic[M]):
 
     def __init__(self, delay_s: DelayOf) -> None:
         self._delay_s = delay_s
-        self._under_way: deque[tuple[float, M]] = deque()
+        self.under_way: deque[tuple[float, M]] = deque()
 
     def send(self, message: M, now_s: float) -> None:
-        before_s = self._under_way[-1][0] if self._under_way else 0.0
-        self._under_way.append((max(now_s + self._delay_s(now_s), before_s), message))
+        before_s = self.under_way[-1][0] if self.under_way else 0.0
+        self.under_way.append((max(now_s + self._delay_s(now_s), before_s), message))
 
     def newest(self, now_s: float) -> M | None:
         """The newest message that arrived since the last call, as a ring of one keeps it."""
         message = None
-        while self._under_way and self._under_way[0][0] <= now_s + 1e-9:
-            message = self._under_way.popleft()[1]
+        while self.under_way and self.under_way[0][0] <= now_s + 1e-9:
+            message = self.under_way.popleft()[1]
         return message
 
 
@@ -78,6 +80,7 @@ class Outcome:
     driven_m: float = 0.0
     reason: str = ""
     late: int = 0
+    left_m: float = np.inf  # from the disc to a wall where it stands after a death of the planner
 
 
 class DelayedRobot:
@@ -137,12 +140,18 @@ class DelayedPlanner:
         )
         self._sent += 1
         velocity = self.controller.command
-        self.inputs = with_sent(self.inputs, SentCommand(self._sent, now_s, velocity))
+        sent = SentCommand(self._sent, now_s, self.controller.velocity)
+        self.inputs = with_sent(self.inputs, sent)
         odometry = self.inputs.odometry
         made_ns = odometry.stamp_ns if odometry else 0
-        v, w = velocity.linear_mps, velocity.angular_radps
         return VelocityCommand(
-            self._sent, stamp_ns(now_s), v, w, planner="p", odometry_stamp_ns=made_ns
+            self._sent,
+            stamp_ns(now_s),
+            velocity.linear_mps,
+            velocity.angular_radps,
+            validity_ms=round(1e3 * self.controller.validity_s),
+            planner="p",
+            odometry_stamp_ns=made_ns,
         )
 
 
@@ -153,8 +162,12 @@ def drive(
     echoes: bool = True,
     checks: bool = True,
     staleness: StalenessParams | None = None,
+    dies: bool = False,
 ) -> Outcome:
-    """Drive to and fro between the walls over a link with this delay each way."""
+    """Drive to and fro between the walls over a link with this delay each way.
+
+    dies: see after each command where the robot stands if it is the planner's last.
+    """
     robot = DelayedRobot(echoes=echoes, checks=checks)
     planner = DelayedPlanner(staleness or PlannerParams().staleness)
     down: Link[VelocityCommand] = Link(delay_s)
@@ -170,6 +183,8 @@ def drive(
             command = planner.command(now_s)
             down.send(command, now_s)
             outcome.moving_s += [now_s] if command.moves else []
+            if dies:
+                outcome.left_m = min(outcome.left_m, left_alone_m(robot, down, now_s))
         state = robot.physics.state
         outcome.driven_m += float(np.hypot(state.x_m - before.x_m, state.y_m - before.y_m))
         before = state
@@ -177,6 +192,21 @@ def drive(
     outcome.reason = planner.inputs.stale_reason(now_s, planner.staleness)
     outcome.late = robot.gate.late
     return outcome
+
+
+def left_alone_m(robot: DelayedRobot, down: Link[VelocityCommand], now_s: float) -> float:
+    """Metres from the robot's disc to the nearest wall on the map, once it stands.
+
+    It still gets the commands that are under way, and no other.
+    """
+    robot, down = copy(robot), copy(down)
+    robot.physics, down.under_way = copy(robot.physics), deque(down.under_way)
+    while down.under_way or robot.physics.state.velocity != Velocity2d():
+        now_s += TICK_S
+        robot.step(down.newest(now_s), now_s)
+    x_m, y_m = robot.physics.state.x_m, robot.physics.state.y_m
+    to_walls_m = (x_m - CELL_M, LONG_M - x_m, y_m - CELL_M, WIDE_M - y_m)
+    return min(to_walls_m) - RobotParams().radius_m
 
 
 def stamp_ns(now_s: float) -> int:

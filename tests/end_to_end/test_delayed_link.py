@@ -21,6 +21,7 @@ class Blind(StalenessParams):
 
 BLIND = Blind(max_loop_s=1e9)
 CONTROL_S = 0.05
+CENTIMETRE = 0.01  # of rounding: the monitor's slack, and steps of the physics
 
 
 @pytest.mark.parametrize("delay_s", [0.6, 1.5])
@@ -60,6 +61,18 @@ def test_over_a_link_within_the_limit_a_wrong_plan_hits_no_wall(delay_s: float) 
     assert outcome.driven_m > 10.0
     assert outcome.collisions == 0
     assert outcome.late == 0
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "echoes"), [(0.0, True), (0.02, True), (0.1, True), (0.25, True), (0.02, False)]
+)
+def test_whichever_command_is_the_last_the_robot_stands_before_the_wall(
+    delay_s: float, echoes: bool
+) -> None:
+    """As if planner or router were killed after it."""
+    outcome = drive(lambda _: delay_s, duration_s=16.0, echoes=echoes, dies=True)
+    assert outcome.driven_m > 5.0
+    assert outcome.left_m > -CENTIMETRE
 
 
 def test_the_robot_drives_again_once_the_link_is_fast() -> None:

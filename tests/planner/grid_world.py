@@ -350,7 +350,8 @@ class SimulatedSearch:
         if self.decision is not None and not self.stale_reason and self.state.search.active:
             plan = Plan("", self.decision.motion, self.decision.costmap, self.now_s)
             tracker = PathTracker(params, STEP_S)
-            wanted, command = tracker.velocity(plan, self.world.pose, self.world.velocity)
+            wanted, checked = tracker.velocity(plan, self.world.pose, self.world.velocity)
+            command = checked.velocity
         self.world.wanted = wanted
         self.world.drive(command, STEP_S)
         self.trace.append(self.world.pose.xy)

@@ -108,7 +108,7 @@ def test_no_way_and_no_command_leads_into_a_zone(seed: int) -> None:
             end = costmap.grid.centres(ways[rng.integers(len(ways))])
             ends = np.array([pose.xy, end])
         plan = Plan("", Drive(ends, (float(ends[1, 0]), float(ends[1, 1]))), costmap, 0.0)
-        _, velocity = tracker.velocity(plan, pose, velocity)
+        velocity = tracker.velocity(plan, pose, velocity)[1].velocity
         yaw = pose.yaw_rad + velocity.angular_radps * STEP_S
         ahead = velocity.linear_mps * STEP_S
         x, y = pose.x_m + ahead * float(np.cos(yaw)), pose.y_m + ahead * float(np.sin(yaw))

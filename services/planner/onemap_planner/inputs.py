@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
+from onemap_planner.motion.collision_monitor import USUAL_DELIVERY_S
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     Arrival,
@@ -28,7 +29,7 @@ from onemap_shared.services import DRIVER, doubled, doubled_sentence, role_of
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
 STAGES = ("perception", "mapper")  # starts that a search waits for; no robot drives off at boot
 START_TOLD_S = 3.0  # a stage that starts says so once a second
-USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
+USUAL_LOOP_S = 0.1  # of a command on one computer: in USUAL_DELIVERY_S, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
 
 
@@ -141,6 +142,7 @@ class LatestInputs:
             map_age_s=self.ages(now_s).map_content_s,
             confirmed=self.loop.confirmed(now_s),
             loop_s=self.loop.loop_s(now_s),
+            delivery_s=USUAL_DELIVERY_S + (0.0 if self.loop.named else 2 * self.delay.excess_s),
             places_version=self.places_version,
         )
 

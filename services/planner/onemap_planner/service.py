@@ -246,8 +246,9 @@ class Planner:
             frame_ns=frame_ns,
             lateral_mps=velocity.lateral_mps,
             driver=self._inputs.driver.named,
+            validity_ms=round(1e3 * self._controller.validity_s),
         )
-        sent = SentCommand(self._sent, time.monotonic(), velocity)
+        sent = SentCommand(self._sent, time.monotonic(), self._controller.velocity)
         self._inputs = with_sent(self._inputs, sent)
         self._commands.put(command)
 

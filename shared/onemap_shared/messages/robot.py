@@ -14,6 +14,9 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
 from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape, numbers
 
+# Milliseconds that a velocity command holds at most: every driver brakes by itself after them, and
+# the planner checks each command to their end.
+COMMAND_VALIDITY_MS = 300
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
 
@@ -120,6 +123,8 @@ class PoseGraph(Message):
 class VelocityCommand(Message):
     """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake.
 
+    The planner has checked it for so long, and not longer: close to obstacles it is shorter.
+
     Attributes:
         sequence: counts the commands of this planner, from 1.
         stamp_ns: when the command was made, on the planner's wall clock.
@@ -141,7 +146,7 @@ class VelocityCommand(Message):
     stamp_ns: int
     linear_mps: Finite
     angular_radps: Finite
-    validity_ms: int = 300
+    validity_ms: int = COMMAND_VALIDITY_MS
     planner: Name = ""
     odometry_stamp_ns: int = 0
     frame_ns: int = 0

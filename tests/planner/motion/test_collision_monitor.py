@@ -14,11 +14,12 @@ from hypothesis.extra.numpy import arrays
 from onemap_planner.motion.collision_monitor import (
     CORNER_M,
     SLACK_M,
+    USUAL_DELIVERY_S,
     WALKER_MPS,
+    CheckedCommand,
     ControlTimes,
     edge_distance,
     monitored,
-    stopping_path,
 )
 from onemap_planner.motion.motions import STOP, Pose2d, moved
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
@@ -35,6 +36,7 @@ OPEN = drawn_map(*["." * 10] * 10, scale=5)
 speeds = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
 vectors = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5), st.floats(-0.4, 0.4))
 headings = st.floats(-math.pi, math.pi)
+arrivals_s = st.sampled_from([0.0, USUAL_DELIVERY_S])  # of a command, after it was checked
 
 
 def checked(
@@ -44,18 +46,33 @@ def checked(
     costmap: Costmap,
     params: DriveParams = DRIVE,
 ) -> Velocity2d:
-    return monitored(command, before, pose, costmap, params, times=ControlTimes(DT_S))
+    times = ControlTimes(DT_S)
+    return monitored(command, before, pose, costmap, params, times=times).velocity
+
+
+def last_command(
+    checked: CheckedCommand, before: Velocity2d, pose: Pose2d, params: DriveParams, arrives_s: float
+) -> F64:
+    """Positions (N, 2), metres, of a robot that gets no other command, every 20 ms until it stands.
+
+    It keeps its velocity until this one arrives, follows it while it holds, then brakes.
+    """
+    dt_s, velocity, points = 0.02, before, [pose.xy]
+    for tick in range(70):
+        now_s = tick * dt_s
+        holds = now_s < arrives_s + checked.validity_s
+        target = before if now_s < arrives_s else checked.velocity if holds else STOP
+        velocity = limit_acceleration(target, velocity, dt_s, params)
+        pose = moved(pose, velocity, dt_s)
+        points.append(pose.xy)
+    return np.array(points)
 
 
 def touches(points: F64, cells: Bool, radius_m: float) -> bool:
     """Whether a disc at one of the points (N, 2) reaches into a cell of the mask (nx, ny)."""
-    return any(
-        max(abs(x - (i + 0.5) * CELL_M) - CELL_M / 2, 0.0) ** 2
-        + max(abs(y - (j + 0.5) * CELL_M) - CELL_M / 2, 0.0) ** 2
-        < (radius_m - 1e-4) ** 2
-        for x, y in points
-        for i, j in np.argwhere(cells)
-    )
+    centres = (np.argwhere(cells) + 0.5) * CELL_M
+    beside = np.maximum(np.abs(points[:, None] - centres) - CELL_M / 2, 0.0)
+    return bool((np.hypot(*beside.transpose(2, 0, 1)) < radius_m - 1e-4).any())
 
 
 @settings(deadline=None, max_examples=60)
@@ -63,9 +80,10 @@ def touches(points: F64, cells: Bool, radius_m: float) -> bool:
     arrays(np.uint8, (12, 12), elements=st.sampled_from([0, 1, 1, 1, 1, 1, 1, 1, 2])),
     speeds | vectors,
     headings,
+    arrivals_s,
 )
-def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
-    occupancy: np.ndarray, command: Velocity2d, yaw_rad: float
+def test_whatever_command_is_the_last_the_robot_stands_on_the_known_free_floor(
+    occupancy: np.ndarray, command: Velocity2d, yaw_rad: float, arrives_s: float
 ) -> None:
     occupancy[4:8, 4:8] = Occupancy.FREE
     map_view = replace(drawn_map(*["." * 12] * 12), occupancy=occupancy)
@@ -75,9 +93,11 @@ def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
     unknown = ~(costmap.free | costmap.occupied)
     for _ in range(30):
         wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
-        velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
+        times = ControlTimes(DT_S)
+        passed = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times)
+        ends = last_command(passed, velocity, pose, HOLONOMIC, arrives_s)
+        velocity = limit_acceleration(passed.velocity, velocity, DT_S, HOLONOMIC)
         pose = moved(pose, velocity, DT_S)
-        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, HOLONOMIC)])
         assert not touches(ends, costmap.occupied, SIZE.radius_m - CORNER_M - 2 * SLACK_M)
         known_m = max(SIZE.radius_m - SIZE.unknown_overlap_m - 2 * SLACK_M, 1e-3)
         assert not touches(ends, unknown, known_m)
@@ -88,11 +108,12 @@ def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
     arrays(np.uint8, (12, 12), elements=st.sampled_from([0, 1, 1, 1, 1, 1, 1, 3])),
     speeds | vectors,
     headings,
+    arrivals_s,
 )
 def test_no_part_of_it_comes_over_a_drop_nor_over_unseen_floor_beside_one(
-    letters: np.ndarray, command: Velocity2d, yaw_rad: float
+    letters: np.ndarray, command: Velocity2d, yaw_rad: float, arrives_s: float
 ) -> None:
-    """Nor on its own trail, on which it creeps nearer to obstacles."""
+    """Whichever command is the last; nor on its own trail, where it creeps nearer to obstacles."""
     letters[3:9, 3:9] = Occupancy.FREE
     rows = ["".join(" .#v"[each] for each in row) for row in letters]
     trail = np.column_stack([np.linspace(0.05, 0.6, 12), np.full(12, 0.6)])
@@ -101,9 +122,11 @@ def test_no_part_of_it_comes_over_a_drop_nor_over_unseen_floor_beside_one(
     pose, velocity = Pose2d(0.6, 0.6, yaw_rad), STOP
     for _ in range(40):
         wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
-        velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
+        times = ControlTimes(DT_S)
+        passed = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times)
+        ends = last_command(passed, velocity, pose, HOLONOMIC, arrives_s)
+        velocity = limit_acceleration(passed.velocity, velocity, DT_S, HOLONOMIC)
         pose = moved(pose, velocity, DT_S)
-        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, HOLONOMIC)])
         assert not touches(ends, costmap.drops, SIZE.radius_m)
 
 
@@ -309,7 +332,7 @@ def test_whoever_walks_up_to_it_does_not_meet_it_coming_nearer(
         seen_s = map_age_s + step * DT_S
         wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
         times = ControlTimes(DT_S, seen_s)
-        velocity = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times)
+        velocity = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times).velocity
         pose = moved(pose, velocity, DT_S)
         before_m, away_m = away_m, float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
         come_m = WALKER_MPS * (seen_s + DT_S)
@@ -321,6 +344,6 @@ def test_who_is_near_does_not_hold_it_there() -> None:
     times = ControlTimes(DT_S, 0.25)
     forwards, turning = Velocity2d(0.05, 0.0), Velocity2d(0.0, 0.1)
     backwards = Velocity2d(-0.05, 0.0)
-    assert monitored(forwards, STOP, pose, costmap, DRIVE, times=times) == STOP
-    assert monitored(backwards, STOP, pose, costmap, DRIVE, times=times) == backwards
-    assert monitored(turning, STOP, pose, costmap, DRIVE, times=times) == turning
+    for wanted, allowed in ((forwards, STOP), (backwards, backwards), (turning, turning)):
+        passed = monitored(wanted, STOP, pose, costmap, DRIVE, times=times)
+        assert passed.velocity == allowed

@@ -72,7 +72,7 @@ def test_it_moves_on_fresh_inputs_only() -> None:
 def test_it_stops_at_once_unless_everything_is_fresh(
     motion: Motion, before: Velocity2d, inputs: ControllerInputs
 ) -> None:
-    controller = VelocityController(before, at_s=inputs.now_s - 0.05, active_s=inputs.now_s)
+    controller = VelocityController(before, before, at_s=inputs.now_s - 0.05, active_s=inputs.now_s)
     after, sent = updated(controller, replace(AHEAD, motion=motion), inputs)
     fresh = (
         inputs.search_id == AHEAD.search_id
@@ -125,7 +125,7 @@ def test_on_an_old_map_it_drives_so_slowly_that_it_stops_in_time() -> None:
     moving = Velocity2d(0.7, 0.0)
     speeds_mps = []
     for map_age_s in (0.0, 0.5, 1.0, 1.5, 3.0):
-        controller = VelocityController(moving, at_s=0.95)
+        controller = VelocityController(moving, moving, at_s=0.95)
         for k in range(10):
             inputs = ControllerInputs(1.0 + 0.05 * k, "s", POSE, "", map_age_s=map_age_s)
             controller, _ = updated(controller, AHEAD, inputs)

@@ -1,12 +1,13 @@
 """Collision monitor: limits a velocity so that the robot can stop on what the map knows is free.
 
-Each command is checked against the newest costmap, forwards and backwards: the path of the
-robot's disc while the command acts for ``reaction_s`` and the robot then brakes as hard as its
-limits allow. The disc may touch no occupied cell and reach over unknown ones only by
-``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew, and over the
-blind spot around its start at ``blind_mps``. It may not be where somebody who has just appeared can
-have come by then. No part of it comes into a keep-out zone or over a drop. A robot that already
-does any of this may move so that it does not get worse.
+Each command is checked against the newest costmap, forwards and backwards, as if it were the last
+one: the path of the robot's disc while it arrives, to the end of its validity, and until the robot
+stands, braking as hard as its limits allow. Where it may not act for as long as usual, it is made
+shorter before it is made slower. The disc may touch no occupied cell and reach over unknown ones
+only by ``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew, and
+over the blind spot around its start at ``blind_mps``. It may not be where somebody who has just
+appeared can have come by then. No part of it comes into a keep-out zone or over a drop. A robot
+that already does any of this may move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
+from onemap_shared.messages import COMMAND_VALIDITY_MS
 
 
 def edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
@@ -119,12 +121,30 @@ def action_of(wanted: Velocity2d, command: Velocity2d) -> MonitorAction:
     return MonitorAction.SLOWED if command.speed_mps != 0.0 else MonitorAction.STOPPED
 
 
+# Seconds that a command holds: as long as it may, or three control periods, so that no late command
+# stops the robot.
+VALIDITIES_S = (COMMAND_VALIDITY_MS / 1e3, 0.15)
+# Seconds until a command acts, beyond what the pose was carried on by: a control period, the age of
+# the odometry and the transport on one computer.
+USUAL_DELIVERY_S = 0.15
+
+
 @dataclass(frozen=True, slots=True)
 class ControlTimes:
-    """Seconds since the last command, and of age of what the costmap shows."""
+    """Seconds since the last command, of age of what the costmap shows, and until the next command
+    acts, for which the robot keeps its velocity."""
 
     dt_s: float
     map_age_s: float = 0.0
+    delivery_s: float = USUAL_DELIVERY_S
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedCommand:
+    """A velocity, and for how long it may act if no other follows, seconds."""
+
+    velocity: Velocity2d = STOP
+    validity_s: float = VALIDITIES_S[0]
 
 
 def monitored(
@@ -135,15 +155,16 @@ def monitored(
     params: DriveParams,
     *,
     times: ControlTimes,
-) -> Velocity2d:
+) -> CheckedCommand:
     """The command, or the fastest one on its arc from which the robot can stop in time.
 
     previous: the velocity that the robot has. If no speed is safe the robot turns in place, and if
-    it drives too fast for that it brakes on its arc.
+    it drives too fast for that it brakes on its arc, or at once where that is not safe either.
     """
     if previous.speed_mps == command.speed_mps == 0.0:
-        return command
-    reach_m, radius_m = _reach_m(command, previous, params), costmap.params.radius_m
+        return CheckedCommand(command)
+    reach_m = _reach_m(command, previous, params, times.delivery_s)
+    radius_m = costmap.params.radius_m
     here, surroundings = np.array(pose.xy), _Surroundings.of(pose, costmap, reach_m)
     walkers = Walkers.of(pose, costmap, times.map_age_s)
     v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
@@ -151,36 +172,56 @@ def monitored(
     limits = (mps / command.speed_mps for mps in limits_mps if 0 < mps < command.speed_mps)
     parts = sorted((*FRACTIONS, *limits), reverse=True)
     slower = [Velocity2d(v * part, w * part, left * part) for part in parts]
+
+    def safe(path: F64, fastest_mps: float) -> bool:
+        return (
+            surroundings.allow(path, creeps=fastest_mps <= params.unseen_mps)
+            and (not costmap.keep_out or costmap.keep_out.allows(here, path, radius_m, reach_m))
+            and walkers.allow(path, STEP_S)
+        )
+
+    tried: set[Velocity2d] = set()
     for wanted in (command, *slower, Velocity2d(0.0, w)):
         candidate = limit_acceleration(wanted, previous, times.dt_s, params)
-        path = stopping_path(wanted, previous, pose, params)
-        fastest = max(wanted.speed_mps, previous.speed_mps)
-        if not surroundings.allow(path, creeps=fastest <= params.unseen_mps):
+        if candidate in tried:
             continue
-        if costmap.keep_out and not costmap.keep_out.allows(here, path, radius_m, reach_m):
-            continue
-        if not walkers.allow(path, STEP_S):
-            continue
-        if fastest <= surroundings.limit_mps(path, params) + ROUNDING_MPS:
-            return candidate
-    return limit_acceleration(STOP, previous, times.dt_s, params)
+        tried.add(candidate)
+        fastest_mps = max(candidate.speed_mps, previous.speed_mps)
+        for validity_s in VALIDITIES_S:
+            checked = CheckedCommand(candidate, validity_s)
+            path = stopping_path(checked, previous, pose, params, delivery_s=times.delivery_s)
+            if not safe(path, fastest_mps):
+                continue
+            if fastest_mps <= surroundings.limit_mps(path, params) + ROUNDING_MPS:
+                return checked
+    braking = CheckedCommand(
+        limit_acceleration(STOP, previous, times.dt_s, params), VALIDITIES_S[-1]
+    )
+    path = stopping_path(braking, previous, pose, params, delivery_s=times.delivery_s)
+    return braking if safe(path, previous.speed_mps) else CheckedCommand()
 
 
 def stopping_path(
-    command: Velocity2d, previous: Velocity2d, pose: Pose2d, params: DriveParams
+    command: CheckedCommand,
+    previous: Velocity2d,
+    pose: Pose2d,
+    params: DriveParams,
+    *,
+    delivery_s: float,
 ) -> F64:
     """Positions (N, 2) metres, every ``STEP_S``, until the robot stands.
 
-    The velocity goes from ``previous`` to the command, and after ``reaction_s`` to zero, within
-    the limits of acceleration.
+    It keeps the faster one of ``previous`` and the command until that has arrived, follows that to
+    the end of its validity, and then brakes, within the limits of acceleration.
     """
-    reaction = int(np.ceil(params.reaction_s / STEP_S))
-    fastest = max(command.speed_mps, previous.speed_mps)
-    steps = reaction + int(np.ceil(fastest / (params.max_linear_mps2 * STEP_S)))
+    arrives = _steps(delivery_s)
+    ends = arrives + _steps(command.validity_s)
+    faster = max(previous, command.velocity, key=lambda each: each.speed_mps)
+    steps = ends + _steps(faster.speed_mps / params.max_linear_mps2)
     velocity, points = previous, np.empty((steps, 2))
     x, y, yaw = pose.x_m, pose.y_m, pose.yaw_rad
     for i in range(steps):
-        target = command if i < reaction else STOP
+        target = faster if i < arrives else command.velocity if i < ends else STOP
         after = limit_acceleration(target, velocity, STEP_S, params)
         # The mean of both velocities is exact in length and angle, the mean heading in direction.
         turn = 0.5 * (velocity.angular_radps + after.angular_radps) * STEP_S
@@ -193,10 +234,18 @@ def stopping_path(
     return points
 
 
-def _reach_m(command: Velocity2d, previous: Velocity2d, params: DriveParams) -> float:
+def _steps(seconds: float) -> int:
+    """Steps of the path that cover this time."""
+    return int(np.ceil(seconds / STEP_S - 1e-9))
+
+
+def _reach_m(
+    command: Velocity2d, previous: Velocity2d, params: DriveParams, delivery_s: float
+) -> float:
     """An upper bound of the length of ``stopping_path``, metres."""
     fastest = max(command.speed_mps, previous.speed_mps)
-    return fastest * (params.reaction_s + STEP_S) + fastest**2 / (2 * params.max_linear_mps2)
+    acts_s = delivery_s + VALIDITIES_S[0] + 2 * STEP_S
+    return fastest * acts_s + fastest**2 / (2 * params.max_linear_mps2)
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,9 +60,6 @@ class DriveParams(Params):
     # Acceleration sideways on an arc in m/s^2, half of that along it: 0.7 m/s on a radius of 1 m,
     # 0.4 m/s on one of 0.3 m, so that it does not leave the path in a turn.
     max_lateral_mps2: ClassVar[float] = 0.5
-    # Seconds that a command still acts before a later one stops the robot: a control period of 0.05
-    # s, the age of the odometry and the transport.
-    reaction_s: ClassVar[float] = 0.15
     reverse_mps: ClassVar[float] = 0.15  # m/s backwards: no camera looks there
     # m/s at which the robot's body comes over cells that no camera saw, and on its own trail nearer
     # than its radius to obstacles: slow enough to touch them without harm.

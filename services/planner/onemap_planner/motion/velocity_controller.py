@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from onemap_planner.motion.collision_monitor import (
+    USUAL_DELIVERY_S,
+    VALIDITIES_S,
+    CheckedCommand,
     ControlTimes,
     MonitorCounts,
     action_of,
@@ -46,6 +49,7 @@ class ControllerInputs:
     search_id: of the active search, empty if none is; stale_reason: why the inputs are too old
     to move on, empty if they are not; map_age_s: of what the map shows, seconds; confirmed:
     whether the robot has named a command; loop_s: from a command to the odometry that names it;
+    delivery_s: until the next command acts, beyond what the pose was carried on by;
     places_version: the newest, a plan made with another one does not know all zones.
     """
 
@@ -56,6 +60,7 @@ class ControllerInputs:
     map_age_s: float = 0.0
     confirmed: bool = True
     loop_s: float = 0.0
+    delivery_s: float = USUAL_DELIVERY_S
     places_version: tuple[int, int] = (0, 0)
 
     @property
@@ -68,13 +73,16 @@ class ControllerInputs:
 class VelocityController:
     """State of the controller. Seconds are of one monotonic clock.
 
-    command: the last velocity, of ``at_s``; wanted: the velocity that the plan asked for, before
-    the costmap was checked; active_s: when a search was last active; stops:
-    how often a moving robot was stopped because of stale inputs; monitor: how often the collision
+    command: the last velocity, of ``at_s``, which holds for ``validity_s``; velocity: that the
+    robot has by then, if it brakes no harder than its limits; wanted: the velocity that the plan
+    asked for, before the costmap was checked; active_s: when a search was last active; stops: how
+    often a moving robot was stopped because of stale inputs; monitor: how often the collision
     monitor intervened.
     """
 
     command: Velocity2d = STOP
+    velocity: Velocity2d = STOP
+    validity_s: float = VALIDITIES_S[0]
     at_s: float = float("-inf")
     active_s: float = float("-inf")
     stops: int = 0
@@ -103,9 +111,10 @@ class VelocityController:
         A stop is commanded at once, without ramp: the robot brakes as hard as it can.
         """
         now_s = inputs.now_s
+        dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
         if not inputs.search_id:
             braking = now_s - self.active_s <= BRAKE_S
-            return replace(self, command=STOP, wanted=STOP, at_s=now_s), braking
+            return self._after(CheckedCommand(), STOP, params, dt_s=dt_s, now_s=now_s), braking
         valid = (
             plan is not None
             and plan.search_id == inputs.search_id
@@ -114,14 +123,32 @@ class VelocityController:
         )
         if plan is None or not valid or inputs.pose is None or not inputs.may_move:
             stops = self.stops + (self.command != STOP)
-            stopped = replace(self, command=STOP, wanted=STOP, stops=stops)
-            return replace(stopped, at_s=now_s, active_s=now_s), True
-        dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
-        track = PathTracker(params, dt_s, inputs.map_age_s, inputs.loop_s)
-        wanted, command = track.velocity(plan, inputs.pose, self.command)
-        counts = self.monitor.after(action_of(wanted, command))
-        moved = replace(self, command=command, wanted=wanted, monitor=counts)
-        return replace(moved, at_s=now_s, active_s=now_s), True
+            stopped = self._after(CheckedCommand(), STOP, params, dt_s=dt_s, now_s=now_s)
+            return replace(stopped, stops=stops, active_s=now_s), True
+        track = PathTracker(params, dt_s, inputs.map_age_s, inputs.loop_s, inputs.delivery_s)
+        wanted, checked = track.velocity(plan, inputs.pose, self.velocity)
+        counts = self.monitor.after(action_of(wanted, checked.velocity))
+        moved = self._after(checked, wanted, params, dt_s=dt_s, now_s=now_s)
+        return replace(moved, monitor=counts, active_s=now_s), True
+
+    def _after(
+        self,
+        checked: CheckedCommand,
+        wanted: Velocity2d,
+        params: DriveParams,
+        *,
+        dt_s: float,
+        now_s: float,
+    ) -> VelocityController:
+        """The controller after this command."""
+        return replace(
+            self,
+            command=checked.velocity,
+            velocity=limit_acceleration(checked.velocity, self.velocity, dt_s, params),
+            validity_s=checked.validity_s,
+            wanted=wanted,
+            at_s=now_s,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,35 +156,36 @@ class PathTracker:
     """Tracks a plan ``dt_s`` after the last command.
 
     map_age_s: of what the map shows when the planner has it; loop_s: seconds that commands and
-    odometry travel, by which the map is older than that at most.
+    odometry travel, by which the map is older than that at most; delivery_s: see ``ControlTimes``.
     """
 
     params: DriveParams
     dt_s: float
     map_age_s: float = 0.0
     loop_s: float = 0.0
+    delivery_s: float = USUAL_DELIVERY_S
 
     def velocity(
         self, plan: Plan, pose: Pose2d, previous: Velocity2d
-    ) -> tuple[Velocity2d, Velocity2d]:
-        """The velocity that tracks the plan, and the one that the costmap allows.
+    ) -> tuple[Velocity2d, CheckedCommand]:
+        """The velocity that tracks the plan, and the command that the costmap allows.
 
         Where the arc to the lookahead point is not free, a nearer point is tried: the path is. It
         counts if the robot may drive faster to it: else creeping to the one and to the other, it
         turned to and fro.
         """
         first: Velocity2d | None = None
-        best = STOP
+        best = CheckedCommand()
         slower = self._slowed()
-        times = ControlTimes(self.dt_s, self.map_age_s + self.loop_s)
+        times = ControlTimes(self.dt_s, self.map_age_s + self.loop_s, self.delivery_s)
         for part in LOOKAHEAD_PARTS:
             target = target_velocity(plan.motion, pose, plan.costmap, slower, lookahead_part=part)
             wanted = limit_acceleration(target, previous, self.dt_s, self.params)
             command = monitored(wanted, previous, pose, plan.costmap, self.params, times=times)
-            if first is None or command.speed_mps > best.speed_mps:
+            if first is None or command.velocity.speed_mps > best.velocity.speed_mps:
                 best = command
             first = first or wanted
-            if best == wanted:
+            if best.velocity == wanted:
                 break
         return first or STOP, best
 

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
+from onemap_shared.messages import COMMAND_VALIDITY_MS
 from onemap_shared.params import Params
 
 # x, y in metres -> whether the robot's disc touches an obstacle
@@ -41,7 +42,8 @@ class RobotParams(Params):
     max_angular_radps: ClassVar[float] = 1.6  # one turn in 4 s
     linear_acceleration_mps2: ClassVar[float] = 1.0  # stops from full speed within 0.25 m
     angular_acceleration_radps2: ClassVar[float] = 3.0  # full turning speed after half a second
-    deadman_s: ClassVar[float] = 0.3  # without a command for so long, it brakes
+    # Without a command for so long, it brakes.
+    deadman_s: ClassVar[float] = COMMAND_VALIDITY_MS / 1e3
 
 
 STOP = Velocity2d()
