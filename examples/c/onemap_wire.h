@@ -16,7 +16,7 @@
 #define OM_KEY_ODOMETRY "robot/odometry/v1" /* priority data, congestion control drop */
 #define OM_KEY_CMD_VEL "robot/cmd_vel/v1"   /* subscribe in a session of its own */
 #define OM_MAX_HEADER 1024                  /* enough for both messages that are written here */
-#define OM_NAME 65                          /* bytes of a planner's name, with the final 0 */
+#define OM_NAME 65                          /* bytes of a process's name, with the final 0 */
 
 typedef struct { uint8_t data[OM_MAX_HEADER]; size_t size; } om_header;
 
@@ -28,6 +28,7 @@ typedef struct {
   bool collided;
   char planner[OM_NAME];    /* whose commands are followed; empty: of none */
   int64_t command_sequence; /* of the newest command; 0 before the first */
+  char driver[OM_NAME];     /* another one at each start: follow no command for another driver */
 } om_odometry;
 
 typedef struct {
@@ -42,7 +43,7 @@ typedef struct {
 typedef struct {
   int64_t sequence, stamp_ns, validity_ms, odometry_stamp_ns;
   double linear_mps, angular_radps;
-  char planner[OM_NAME];
+  char planner[OM_NAME], driver[OM_NAME];
 } om_velocity_command;
 
 /* ---- msgpack, as far as headers need it ---- */
@@ -100,7 +101,7 @@ static inline void om_odometry_header(const om_odometry *m, om_header *h) {
   h->size = 0;
   om_map(h, 3);
   om_text(h, "schema"), om_text(h, "onemap.Odometry/1");
-  om_text(h, "values"), om_map(h, 7);
+  om_text(h, "values"), om_map(h, 8);
   om_text(h, "sequence"), om_integer(h, m->sequence);
   om_text(h, "stamp_ns"), om_integer(h, m->stamp_ns);
   om_text(h, "linear_mps"), om_number(h, m->linear_mps);
@@ -108,6 +109,7 @@ static inline void om_odometry_header(const om_odometry *m, om_header *h) {
   om_text(h, "collided"), om_byte(h, m->collided ? 0xc3 : 0xc2);
   om_text(h, "planner"), om_text(h, m->planner);
   om_text(h, "command_sequence"), om_integer(h, m->command_sequence);
+  om_text(h, "driver"), om_text(h, m->driver);
   om_text(h, "arrays"), om_map(h, 1);
   om_array(h, "T_map_body", "<f8", matrix, 2, 0);
 }
@@ -244,6 +246,7 @@ static inline bool om_read_velocity_command(const uint8_t *header, size_t size,
       if (kind == 't') {
         om_read_text(&r, count, text, sizeof text);
         if (!strcmp(name, "planner")) memcpy(m->planner, text, sizeof text);
+        if (!strcmp(name, "driver")) memcpy(m->driver, text, sizeof text);
         continue;
       }
       if (kind != 'v') return false; /* a command has no lists, maps or arrays */

@@ -33,6 +33,7 @@ int main(void) {
       .angular_radps = -0.25,
       .planner = "5f3a9c01d2e4",
       .command_sequence = 300,
+      .driver = "0b6d1f52a7c3",
   };
   uint8_t odometry_body[sizeof(double[16])];
   om_odometry_header(&odometry, &header);
@@ -70,8 +71,9 @@ int main(void) {
     fprintf(stderr, "not a velocity command\n");
     return 3;
   }
-  printf("%lld %lld %.17g %.17g %lld %s %lld\n", (long long)command.sequence,
+  printf("%lld %lld %.17g %.17g %lld %s %s %lld\n", (long long)command.sequence,
          (long long)command.stamp_ns, command.linear_mps, command.angular_radps,
-         (long long)command.validity_ms, command.planner, (long long)command.odometry_stamp_ns);
+         (long long)command.validity_ms, command.planner, command.driver,
+         (long long)command.odometry_stamp_ns);
   return 0;
 }

@@ -28,6 +28,7 @@ ODOMETRY = Odometry(
     -0.25,
     planner="5f3a9c01d2e4",
     command_sequence=300,
+    driver="0b6d1f52a7c3",
 )
 FRAME = RgbdFrame(
     7,
@@ -38,7 +39,14 @@ FRAME = RgbdFrame(
     np.array([[0.0, 0, 1, 1.6], [-1, 0, 0, -2], [0, -1, 0, 1], [0, 0, 0, 1]]),
 )
 COMMAND = VelocityCommand(
-    9, STAMP, -0.125, 0.3, validity_ms=250, planner="5f3a9c01d2e4", odometry_stamp_ns=STAMP - 7
+    9,
+    STAMP,
+    -0.125,
+    0.3,
+    validity_ms=250,
+    planner="5f3a9c01d2e4",
+    odometry_stamp_ns=STAMP - 7,
+    driver="0b6d1f52a7c3",
 )
 
 
@@ -90,7 +98,7 @@ def test_a_velocity_command_is_read(program: Path, command: VelocityCommand) -> 
     assert done.returncode == 0
     _, _, words = packets(done.stdout)
     values = (command.sequence, command.stamp_ns, command.linear_mps, command.angular_radps)
-    rest = (command.validity_ms, command.planner, command.odometry_stamp_ns)
+    rest = (command.validity_ms, command.planner, command.driver, command.odometry_stamp_ns)
     assert [float(w) for w in words[:4]] == [float(v) for v in values]
     assert words[4:] == [str(v) for v in rest]
 
