@@ -2,8 +2,9 @@
 
     python examples/my_robot.py [tcp/127.0.0.1:7447]
 
-Replace the three methods of ``Robot`` by your driver's. This one stands in an
-empty room, 3 m before a wall, so that the file runs as it is.
+Replace the three methods of ``Robot`` by your driver's. This one stands in an empty room, 3 m
+before a wall, so that the file runs as it is. ``CommandFollower`` drives and brakes in a thread of
+its own, the camera has another one: none of them waits for the other.
 """
 
 from __future__ import annotations
@@ -19,42 +20,50 @@ import numpy as np
 from onemap_shared import keys
 from onemap_shared.bus import open_bus
 from onemap_shared.camera import Intrinsics, ray_directions
-from onemap_shared.command_gate import CommandGate
+from onemap_shared.command_follower import CommandFollower
 from onemap_shared.config import BusConfig
-from onemap_shared.geometry import F64, U8, U16, camera_mount, pose_2d
-from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
+from onemap_shared.geometry import F64, U8, U16, Velocity2d, camera_mount, pose_2d
+from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.transport import Publisher
 
 CAMERA = Intrinsics(fx=195.0, fy=195.0, cx=160.0, cy=120.0)  # of the depth-aligned colour image
 T_BODY_CAMERA = camera_mount(x_m=0.1, z_m=1.0, pitch_down_rad=0.2)  # measure these on your robot
-PERIOD_S = 0.05  # odometry and commands at 20 Hz
-FRAME_EVERY = 3  # a frame with every third odometry message: 7 Hz
+PERIOD_S = 0.05  # odometry at 20 Hz
+FRAME_S = 0.14  # frames at 7 Hz
 
 
 class Robot:
     """The interface to your driver."""
 
-    def image(self) -> tuple[U8, U16]:
-        """Colour (H, W, 3) uint8 RGB and depth (H, W) uint16 millimetres, 0 = no return."""
+    def image(self) -> tuple[int, U8, U16]:
+        """The next image: time of its capture in nanoseconds, colour (H, W, 3) uint8 RGB, and depth
+        (H, W) uint16 millimetres, 0 = no return. It may wait as long as the camera does."""
+        stamp_ns = time.time_ns()
         rays = ray_directions(CAMERA, 320, 240) @ T_BODY_CAMERA[:3, :3].T
         wall_m = (3.0 - T_BODY_CAMERA[0, 3]) / rays[..., 0]
         floor_m = T_BODY_CAMERA[2, 3] / np.maximum(-rays[..., 2], 1e-9)
         depth_mm = (1000 * np.minimum(wall_m, floor_m)).astype(np.uint16)
-        return np.full((240, 320, 3), 127, np.uint8), depth_mm
+        return stamp_ns, np.full((240, 320, 3), 127, np.uint8), depth_mm
 
-    def pose(self) -> F64:
-        """T_map_body (4, 4) of the moment the image was taken: x forward, y left, z up."""
+    def pose(self, stamp_ns: int) -> F64:  # noqa: ARG002 (this one stands)
+        """T_map_body (4, 4) of this moment, now or that of an image: x forward, y left, z up."""
         return pose_2d(0.0, 0.0, 0.0)
 
-    def drive(self, linear_mps: float, angular_radps: float) -> None:
-        """Send a velocity to the base."""
+    def drive(self, velocity: Velocity2d) -> None:
+        """Send ``linear_mps`` and ``angular_radps`` to the base, without waiting for it."""
 
 
-def follow(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None:
-    """Drive as commanded; stop 0.3 s after the last command. Never leave this out."""
-    if command is not None:
-        robot.drive(command.linear_mps, command.angular_radps)
-    elif silent_s > 0.3:
-        robot.drive(0.0, 0.0)
+def send_frames(robot: Robot, frames: Publisher[RgbdFrame], stop: threading.Event) -> None:
+    """Publish each image with the pose of its capture; ends the program if the camera fails."""
+    sequence = 0
+    try:
+        while not stop.wait(FRAME_S):
+            stamp_ns, rgb, depth_mm = robot.image()
+            T_map_camera = robot.pose(stamp_ns) @ T_BODY_CAMERA
+            frames.put(RgbdFrame(sequence, stamp_ns, rgb, depth_mm, CAMERA, T_map_camera))
+            sequence += 1
+    finally:
+        stop.set()
 
 
 def main(router: str) -> None:
@@ -65,29 +74,20 @@ def main(router: str) -> None:
     bus = open_bus(BusConfig(connect=(router,)), "robot", uuid.uuid4().hex[:12], stop)
     if bus is None:  # stopped before there was a router
         return
-    frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
-    commands = bus.subscribe(keys.ROBOT_CMD_VEL)
-    robot, gate, sequence, received_s = Robot(), CommandGate(bus.instance), 0, time.monotonic()
+    robot, sequence, odometry = Robot(), 0, bus.publish(keys.ROBOT_ODOMETRY)
+    follower = CommandFollower(bus, robot.drive)
+    camera = (robot, bus.publish(keys.ROBOT_RGBD), stop)
+    threading.Thread(target=send_frames, args=camera, name="camera", daemon=True).start()
     try:
-        while not stop.is_set():
-            command = commands.take(PERIOD_S)  # waits up to one period
-            if command is not None:  # only of one planner, and made on fresh odometry
-                gate, command = gate.receive(command, time.monotonic(), time.time_ns())
-            received_s = time.monotonic() if command is not None else received_s
-            follow(robot, command, time.monotonic() - received_s)
-            stamp_ns, pose = time.time_ns(), robot.pose()
-            echo = gate.echo(time.monotonic())  # by this the planner measures its delay
+        while not stop.wait(PERIOD_S) and not follower.failed.is_set():
+            stamp_ns = time.time_ns()
+            pose, echo = robot.pose(stamp_ns), follower.echo()  # the planner measures its delay
             odometry.put(
-                Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo, driver=gate.driver)
+                Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo, driver=bus.instance)
             )
-            if sequence % FRAME_EVERY == 0:
-                rgb, depth_mm = robot.image()
-                T_map_camera = pose @ T_BODY_CAMERA
-                number = sequence // FRAME_EVERY
-                frames.put(RgbdFrame(number, stamp_ns, rgb, depth_mm, CAMERA, T_map_camera))
             sequence += 1
     finally:
-        robot.drive(0.0, 0.0)
+        follower.close()  # stops the robot, before anything else
         bus.close()
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from onemap_shared.messages import VelocityCommand
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.messages import COMMAND_VALIDITY_MS, VelocityCommand
 
 # As the planner's limit of the loop: the robot's own measure of the same, on its own clock. With
 # 1.0 s commands that were under way when a link slowed down let it drive on, into a wall.
@@ -17,6 +18,8 @@ MAX_COMMAND_AGE_S = 0.6
 # A planner that is silent for longer than a command is valid (0.3 s) and than it sends stops after
 # a search (0.5 s) has let go of the robot.
 RELEASE_S = 1.0
+MAX_VALIDITY_S = COMMAND_VALIDITY_MS / 1e3  # of a command, whatever it says
+STOP = Velocity2d()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,3 +75,31 @@ class CommandGate:
     def holds(self, now_s: float) -> bool:
         """Whether the planner that the robot follows was heard within ``RELEASE_S``."""
         return now_s - self.heard_s <= RELEASE_S
+
+
+@dataclass(frozen=True, slots=True)
+class Deadman:
+    """Deadman timer: the last command until it expires, afterwards a stop.
+
+    Times are seconds of any monotonic clock.
+    """
+
+    timeout_s: float = MAX_VALIDITY_S
+    command: Velocity2d = STOP
+    expires_s: float = float("-inf")
+
+    def with_command(self, command: Velocity2d, now_s: float, validity_s: float) -> Deadman:
+        """The timer after a command that is valid for ``validity_s``, but at most ``timeout_s``."""
+        return replace(self, command=command, expires_s=now_s + min(self.timeout_s, validity_s))
+
+    def command_at(self, now_s: float) -> Velocity2d:
+        """The command in force."""
+        return self.command if self.holds(now_s) else STOP
+
+    def holds(self, now_s: float) -> bool:
+        """Whether the last command still counts."""
+        return now_s < self.expires_s
+
+    def expired_between(self, before_s: float, now_s: float) -> bool:
+        """Whether a command other than a stop expired between two instants."""
+        return self.command != STOP and before_s < self.expires_s <= now_s

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import build
 from onemap_shared import keys
-from onemap_shared.messages import FeatureField, RgbdFrame
+from onemap_shared.messages import FeatureField, RgbdFrame, VelocityCommand
 from onemap_shared.transport import Bus
 from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, eventually, join, router
@@ -31,6 +32,49 @@ def client(router: Router) -> Iterator[Bus]:
     script = ROOT / "examples" / "my_robot.py"
     robot = subprocess.Popen([sys.executable, str(script), router.endpoint])
     yield bus
+    robot.send_signal(signal.SIGINT)
+    assert robot.wait(timeout=90) == 0
+    bus.close()
+
+
+BLOCKED = """
+import importlib.util, sys, threading
+spec = importlib.util.spec_from_file_location("my_robot", sys.argv[1])
+example = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(example)
+example.Robot.image = lambda self: threading.Event().wait()
+example.Robot.drive = lambda self, velocity: print(velocity.linear_mps, flush=True)
+example.main(sys.argv[2])
+"""
+
+
+def said(process: subprocess.Popen[str]) -> str:
+    """The next line of a process that runs."""
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert line, "it has ended"
+    return line.strip()
+
+
+def test_a_camera_that_blocks_delays_no_brake(router: Router) -> None:
+    """The planner commands and falls silent; the robot drives and stops all the same."""
+    bus = join(router, "planner")
+    odometry, commands = bus.subscribe(keys.ROBOT_ODOMETRY), bus.publish(keys.ROBOT_CMD_VEL)
+    script = ROOT / "examples" / "my_robot.py"
+    robot = subprocess.Popen(
+        [sys.executable, "-c", BLOCKED, str(script), router.endpoint],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    known = eventually(lambda: odometry.take(0.5))
+    assert known.driver
+    for sequence in count(1):
+        command = VelocityCommand(sequence, 1, 0.5, 0.0, planner=bus.instance, driver=known.driver)
+        commands.put(command)
+        if said(robot) == "0.5":
+            break
+    while said(robot) != "0.0":
+        pass  # for ever, were the brake waiting for the camera
     robot.send_signal(signal.SIGINT)
     assert robot.wait(timeout=90) == 0
     bus.close()

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_shared.command_gate import Deadman
 from onemap_shared.geometry import Velocity2d
 from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.physics.collision import CollisionMap, MissingFloor
-from onemap_simulator.physics.robot import STOP, Deadman, RobotParams, RobotState, step
+from onemap_simulator.physics.robot import STOP, RobotParams, RobotState, step
 from onemap_simulator.physics.simulation import Simulation, SimulationCounts
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room
 

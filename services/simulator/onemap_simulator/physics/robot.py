@@ -13,7 +13,6 @@ import numpy as np
 from pydantic import Field
 
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
-from onemap_shared.messages import COMMAND_VALIDITY_MS
 from onemap_shared.params import Params
 
 # x, y in metres -> whether the robot's disc touches an obstacle
@@ -42,8 +41,6 @@ class RobotParams(Params):
     max_angular_radps: ClassVar[float] = 1.6  # one turn in 4 s
     linear_acceleration_mps2: ClassVar[float] = 1.0  # stops from full speed within 0.25 m
     angular_acceleration_radps2: ClassVar[float] = 3.0  # full turning speed after half a second
-    # Without a command for so long, it brakes.
-    deadman_s: ClassVar[float] = COMMAND_VALIDITY_MS / 1e3
 
 
 STOP = Velocity2d()
@@ -120,27 +117,3 @@ def _along_arc(
         cos, sin = float(np.sin(end) - np.sin(begin)), -float(np.cos(end) - np.cos(begin))
         ahead, left = way_m[0] / turn_rad, way_m[1] / turn_rad
     return state.x_m + ahead * cos - left * sin, state.y_m + ahead * sin + left * cos
-
-
-@dataclass(frozen=True, slots=True)
-class Deadman:
-    """Deadman timer: the last command until it expires, afterwards a stop.
-
-    Times are seconds of any monotonic clock.
-    """
-
-    timeout_s: float
-    command: Velocity2d = STOP
-    expires_s: float = -np.inf
-
-    def with_command(self, command: Velocity2d, now_s: float, validity_s: float) -> Deadman:
-        """The timer after a command that is valid for ``validity_s``, but at most ``timeout_s``."""
-        return replace(self, command=command, expires_s=now_s + min(self.timeout_s, validity_s))
-
-    def command_at(self, now_s: float) -> Velocity2d:
-        """The command in force."""
-        return self.command if now_s < self.expires_s else STOP
-
-    def expired_between(self, before_s: float, now_s: float) -> bool:
-        """Whether a command other than a stop expired between two instants."""
-        return self.command != STOP and before_s < self.expires_s <= now_s

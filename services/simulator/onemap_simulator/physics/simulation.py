@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
+from onemap_shared.command_gate import Deadman
 from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap, MissingFloor
 from onemap_simulator.physics.people import NOBODY, Bystanders, People
-from onemap_simulator.physics.robot import Deadman, RobotParams, RobotState, step
+from onemap_simulator.physics.robot import RobotParams, RobotState, step
 
 MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
 IMPACT_MPS = 0.05  # below this speed, contact is not counted as a new collision
@@ -47,7 +48,7 @@ class Simulation:
         self._people = people
         self._missing_floor = missing_floor
         self._parameters = params
-        self._deadman = Deadman(params.deadman_s)
+        self._deadman = Deadman()
         self._now_s = now_s
         self.state = start
         self.counts = SimulationCounts()

@@ -1,0 +1,77 @@
+"""Drives a robot as commanded, in a thread of its own; brakes when the last command has run out.
+
+For a driver written in Python, such as ``examples/my_robot.py``: whatever its camera, its
+localisation and its bus do, this thread waits for none of them.
+"""
+# Talks: the thread that drives.
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+from onemap_shared import keys
+from onemap_shared.command_gate import CommandGate, Deadman
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.transport import Bus
+
+LOG = logging.getLogger("onemap.robot")
+
+PERIOD_S = 0.05  # between two stops, and the longest wait: as often as commands come
+CLOSE_S = 1.0  # for which the end waits for a base that does not answer
+
+
+class CommandFollower:
+    """Sends each velocity that the robot may follow to ``drive``, and stops without one.
+
+    drive: sends a velocity to the base. It must return at once: while it waits, nothing can brake.
+    If it raises, the robot is told to stop, ``failed`` is set, and nothing is followed any more.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        drive: Callable[[Velocity2d], None],
+        clock_ns: Callable[[], int] = time.time_ns,
+    ) -> None:
+        self._drive, self._clock_ns = drive, clock_ns
+        self._commands = bus.subscribe(keys.ROBOT_CMD_VEL)
+        self._gate, self._deadman = CommandGate(bus.instance), Deadman()
+        self._closed = threading.Event()
+        self.failed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="follow-commands", daemon=True)
+        self._thread.start()
+
+    def echo(self) -> tuple[str, int]:
+        """The planner that is followed now, and its newest command, for odometry."""
+        return self._gate.echo(time.monotonic())
+
+    def close(self) -> None:
+        """Stop the robot, and follow nothing any more."""
+        self._closed.set()
+        self._thread.join(CLOSE_S)
+
+    def _run(self) -> None:
+        try:
+            while not self._closed.is_set():
+                self._follow()
+        except Exception:
+            LOG.exception("the base cannot be driven: the robot is stopped")
+            self.failed.set()
+        finally:
+            self._drive(Velocity2d())
+
+    def _follow(self) -> None:
+        """Wait for a command, no longer than until the last one runs out; drive, or stop."""
+        left_s = self._deadman.expires_s - time.monotonic()
+        command = self._commands.take(left_s if 0.0 < left_s < PERIOD_S else PERIOD_S)
+        now_s = time.monotonic()
+        if command is not None:  # only of one planner, for this driver, on fresh odometry
+            self._gate, command = self._gate.receive(command, now_s, self._clock_ns())
+        if command is not None:
+            validity_s = command.validity_ms * 1e-3
+            self._deadman = self._deadman.with_command(command.velocity, now_s, validity_s)
+        if command is not None or not self._deadman.holds(now_s):
+            self._drive(self._deadman.command_at(now_s))

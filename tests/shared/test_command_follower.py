@@ -1,0 +1,66 @@
+"""A driver's thread drives as commanded, and stops when nothing commands it any more."""
+
+from __future__ import annotations
+
+from queue import SimpleQueue
+
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.command_follower import CommandFollower
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.messages import VelocityCommand
+from tests.memory_bus import MemoryRouter
+
+PATIENCE_S = 60.0
+STOP = Velocity2d()
+
+
+class Base:
+    """What was sent to the robot's base; fails at the speed ``broken_mps``."""
+
+    def __init__(self, broken_mps: float = 9.0) -> None:
+        self.sent: SimpleQueue[Velocity2d] = SimpleQueue()
+        self._broken_mps = broken_mps
+
+    def drive(self, velocity: Velocity2d) -> None:
+        if velocity.linear_mps == self._broken_mps:
+            raise OSError("the base is gone")
+        self.sent.put(velocity)
+
+    def until(self, velocity: Velocity2d) -> None:
+        while self.sent.get(timeout=PATIENCE_S) != velocity:
+            pass
+
+
+def test_it_drives_and_stops_when_the_last_command_has_run_out() -> None:
+    router, base = MemoryRouter(), Base()
+    robot = router.bus("robot")
+    follower = CommandFollower(robot, base.drive, clock_ns=lambda: 7)
+    commands = router.bus("planner").publish(keys.ROBOT_CMD_VEL)
+    base.until(STOP)  # also before the first command
+    commands.put(VelocityCommand(1, 5, 0.5, 0.25, planner="p", driver=robot.instance))
+    base.until(Velocity2d(0.5, 0.25))
+    assert follower.echo() in (("p", 1), ("", 0))  # until it lets go
+    base.until(STOP)
+    commands.put(VelocityCommand(2, 5, 0.5, 0.0, planner="p", driver="the one before"))
+    commands.put(VelocityCommand(3, 5, 0.25, 0.0, planner="p", odometry_stamp_ns=7))
+    base.until(Velocity2d(0.25, 0.0))
+    follower.close()
+    while not base.sent.empty():
+        last = base.sent.get()
+    assert last == STOP
+
+
+def test_a_base_that_fails_is_stopped_and_told(caplog: pytest.LogCaptureFixture) -> None:
+    router, base = MemoryRouter(), Base(broken_mps=0.5)
+    follower = CommandFollower(router.bus("robot"), base.drive)
+    commands = router.bus("planner").publish(keys.ROBOT_CMD_VEL)
+    base.until(STOP)
+    while not base.sent.empty():
+        base.sent.get()
+    commands.put(VelocityCommand(1, 5, 0.5, 0.0))
+    assert follower.failed.wait(PATIENCE_S)
+    base.until(STOP)
+    assert "the base cannot be driven" in caplog.text
+    follower.close()
