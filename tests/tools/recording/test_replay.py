@@ -244,11 +244,40 @@ def test_what_a_bag_of_ros2_lacks_is_named(tmp_path: Path) -> None:
     assert any("have no transform at their stamp" in problem for problem in reader.problems)
     path = bag(tmp_path / "a.mcap", drive())
     other = Ros2Config.model_validate({"topics": {**TOPICS, "depth": "/elsewhere"}})
-    with pytest.raises(BagError, match=r"/elsewhere \(ros2.topics.depth\).*/cam/color, /cam/depth"):
+    with pytest.raises(
+        BagError, match=r"/elsewhere \(ros2.topics.depth\), which may be /cam/color or /cam/d"
+    ):
         list(Ros2Bag(path, other).frames())
+    other = Ros2Config.model_validate({"topics": {"camera_info": "/cam/info"}})
+    image = "sensor_msgs/msg/CompressedImage"
+    path = bag(tmp_path / "c.mcap", drive(), color=image, depth=image)
+    with pytest.raises(BagError) as error:
+        list(Ros2Bag(path, other).frames())
+    meant = "which may be /cam/color or /cam/depth"
+    assert str(error.value).endswith(
+        f"c.mcap holds no {other.names.color} (ros2.topics.color), {meant}; "
+        f"no {other.names.depth} (ros2.topics.depth), {meant}: see --config."
+    )
+    unplaced = bag(tmp_path / "d.mcap", [entry for entry in drive() if entry[1] != "tf"])
+    with pytest.raises(BagError, match=r"holds no /tf \(ros2.namespace\), which must be recorded"):
+        list(Ros2Bag(unplaced, CONFIG).frames())
     wrong = bag(tmp_path / "b.mcap", drive(), color="sensor_msgs/msg/Imu")
     with pytest.raises(BagError, match=r"/cam/color .* is sensor_msgs/msg/Imu in cdr; it must be"):
         list(Ros2Bag(wrong, CONFIG).frames())
+
+
+def test_a_bag_that_was_cut_off_says_so_to_people_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
+    config, path = tmp_path / "robot.yaml", bag(tmp_path / "a.mcap", drive(4))
+    config.write_text(json.dumps({"ros2": {"topics": TOPICS}}), encoding="utf-8")
+    path.write_bytes(path.read_bytes()[:-100])
+    result = RUNNER.invoke(app, ["replay", str(path), "--config", str(config)])
+    assert "It was cut off: the recorder was killed" in result.stdout
+    path.write_bytes(path.read_bytes()[:150])
+    with pytest.raises(BagError, match=r"holds no .* It was cut off"):
+        list(Ros2Bag(path, CONFIG).frames())
 
 
 def test_a_compressed_topic_of_a_robot_with_a_namespace_is_read(tmp_path: Path) -> None:
@@ -260,7 +289,7 @@ def test_a_compressed_topic_of_a_robot_with_a_namespace_is_read(tmp_path: Path) 
     reader = Ros2Bag(bag(tmp_path / "a.mcap", entries, config), config)
     (frame,) = reader.frames()
     assert np.array_equal(np.unique(frame.rgb), [50])
-    with pytest.raises(BagError, match=r"holds no /tf .* those are /r1/tf,"):
+    with pytest.raises(BagError, match=r"no /tf \(ros2.namespace\), which may be /r1/tf;"):
         list(Ros2Bag(tmp_path / "a.mcap", CONFIG).frames())
 
 

@@ -42,6 +42,7 @@ JOIN topics ON messages.topic_id = topics.id ORDER BY timestamp, messages.id"""
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
 
+CUT_OFF = "It was cut off: the recorder was killed, or the disk was full."
 FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
 QUEUE = 512  # odometry at 50 Hz for ten seconds
 

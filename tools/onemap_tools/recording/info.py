@@ -8,7 +8,14 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
-from onemap_tools.recording.bag_file import DIGESTS, QUERIES, REVISIONS, BagReader, bag_files
+from onemap_tools.recording.bag_file import (
+    CUT_OFF,
+    DIGESTS,
+    QUERIES,
+    REVISIONS,
+    BagReader,
+    bag_files,
+)
 
 
 def info(path: Path) -> dict[str, Any]:
@@ -77,7 +84,7 @@ def describe(document: dict[str, Any]) -> list[str]:
     """The same for people, line by line."""
     lines = [f"{document['file']}: {document['bytes'] / 1e6:.1f} MB, {document['seconds']:.1f} s"]
     if document["cut_off"]:
-        lines.append("It was cut off: the recorder was killed, or the disk was full.")
+        lines.append(CUT_OFF)
     lines += [
         f"  {each['topic']:<34} {each['messages']:>7} messages  {each['rate_hz']:>7.2f} Hz "
         f"{each['bytes'] / 1e6:>9.1f} MB  {each['schema']}"

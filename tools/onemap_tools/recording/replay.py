@@ -40,6 +40,7 @@ from onemap_shared.messages import (
 )
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.recording.bag_file import (
+    CUT_OFF,
     DIGESTS,
     EMBEDDINGS,
     FIELDS,
@@ -378,4 +379,6 @@ def describe(document: dict[str, Any]) -> list[str]:
     if compared := document["queries"]["compared"]:
         same = document["queries"]["equal"]
         lines.append(f"{same} of {compared} queries were answered as in the recording.")
+    if document["cut_off"]:
+        lines.append(f"{CUT_OFF} The map is of what precedes that.")
     return [*lines, *document["problems"]]

@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from onemap_ros2.config import Ros2Config
+from onemap_ros2.cdr import COMPRESSED_IMAGE, IMAGE
+from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.robot_input import RobotInput
 from onemap_ros2.topic_list import needs
 from onemap_shared.messages import RgbdFrame
-from onemap_tools.recording.bag_file import CDR, BagError, BagReader
+from onemap_tools.recording.bag_file import CDR, CUT_OFF, BagError, BagReader
 
 LONG_S = 10.0  # more than anything may wait
 READ = ("tf_static", "tf", "camera_info", "depth_camera_info", "color", "depth")
@@ -40,14 +41,15 @@ class Ros2Bag:
         robot, now_s, logged_ns = RobotInput(self.config), 0.0, None
         kinds = {topic: (kind, of) for kind, (topic, of) in read_topics(self.config).items()}
         types: dict[str, str] = {}
-        for message in BagReader(self.path).messages():
+        bag = BagReader(self.path)
+        for message in bag.messages():
             types.setdefault(message.topic, message.schema)
             if message.topic not in kinds:
                 continue
             kind, ros_type = kinds[message.topic]
             if (message.encoding, message.schema) != (CDR, ros_type):
                 raise BagError(
-                    f"{message.topic} (ros2.topics.{kind}) in {self.path} is {message.schema} in "
+                    f"{message.topic} ({_setting(kind)}) in {self.path} is {message.schema} in "
                     f"{message.encoding}; it must be {ros_type} in {CDR}."
                 )
             passed_ns = message.log_time_ns - (logged_ns or message.log_time_ns)
@@ -56,7 +58,9 @@ class Ros2Bag:
             yield from self._ready(robot, now_s)
         yield from self._ready(robot, now_s + LONG_S)  # what waits for a transform waits in vain
         if self.frames_read == 0:
-            raise BagError(self._lack(types) or f"No frame in {self.path}: {robot.problem}.")
+            why = robot.problem or "no color and depth images have near stamps"
+            sentence = self._lack(types) or f"No frame in {self.path}: {why}."
+            raise BagError(f"{sentence} {CUT_OFF}" if bag.cut_off else sentence)
         for count, what in (
             (robot.unpaired, "images have no counterpart with a near stamp"),
             (robot.counts.clock_jumps, "times stamps jumped back: a clock was set, or was wrong"),
@@ -72,13 +76,20 @@ class Ros2Bag:
             yield frame
 
     def _lack(self, types: dict[str, str]) -> str:
-        """Which topic is not in the bag, and which of its type is; empty if all are there."""
+        """Which topics are not in the bag, and which could be meant; empty if all are there."""
+        lacks = []
         for kind, (name, ros_type) in read_topics(self.config).items():
-            if name not in types and kind != "tf_static":
-                fitting = sorted(topic for topic, schema in types.items() if schema == ros_type)
-                there = f"those are {', '.join(fitting)}" if fitting else "there is none"
-                return (
-                    f"{self.path} holds no {name} (ros2.topics.{kind}) of type {ros_type}: "
-                    f"{there}; name the topics in --config."
-                )
-        return ""
+            if name in types or kind == "tf_static":
+                continue
+            fits = (IMAGE, COMPRESSED_IMAGE) if kind in ("color", "depth") else (ros_type,)
+            there = sorted(topic for topic, schema in types.items() if schema in fits)
+            if kind == "tf":
+                there = [topic for topic in there if not topic.endswith("_static")]
+            meant = f"which may be {' or '.join(there)}" if there else "which must be recorded too"
+            lacks.append(f"no {name} ({_setting(kind)}), {meant}")
+        return f"{self.path} holds {'; '.join(lacks)}: see --config." if lacks else ""
+
+
+def _setting(kind: str) -> str:
+    """The setting that names a topic; that of tf follows from the namespace."""
+    return f"ros2.topics.{kind}" if kind in TopicParams.model_fields else "ros2.namespace"
