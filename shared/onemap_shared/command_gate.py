@@ -29,6 +29,7 @@ class CommandGate:
     driver: the instance of the driver's own process, as its odometry names it: a command for
     another one was made before its start. planner: its instance; empty before the first command, or
     if it does not say. sequence: of its newest command, at least 0. heard_s: when that arrived.
+    ends_s: when it runs out, and the robot brakes by itself; minus infinity after a stop.
     late, foreign and disordered: counts of commands that were made on old odometry, came from
     another planner or for another driver, or were not newer than the newest.
     """
@@ -38,6 +39,7 @@ class CommandGate:
     planner: str = ""
     sequence: int = 0
     heard_s: float = float("-inf")
+    ends_s: float = float("-inf")
     late: int = 0
     foreign: int = 0
     disordered: int = 0
@@ -48,7 +50,8 @@ class CommandGate:
         """The gate after a command that arrived at ``now_s``, and what the robot does.
 
         None: the command counts for nothing. A late command becomes a stop: the planner does not
-        see what happens now. So does one made on odometry of the future: the clock was set back.
+        see what happens now. So does one made on odometry of the future: the clock was set back;
+        and one of before the robot began to brake by itself: the planner had not seen that.
         ``stamp_ns``: the time now, as odometry would be stamped with it.
         """
         if command.driver not in ("", self.driver):
@@ -62,9 +65,11 @@ class CommandGate:
             self, planner=command.planner, sequence=max(command.sequence, 0), heard_s=now_s
         )
         age_s = (stamp_ns - command.odometry_stamp_ns) * 1e-9
-        fresh = command.odometry_stamp_ns == 0 or 0.0 <= age_s <= self.max_age_s
-        if fresh or not command.moves:
-            return gate, command
+        fresh = 0.0 <= age_s <= self.max_age_s and not now_s - age_s < self.ends_s < now_s
+        if not command.moves:
+            return replace(gate, ends_s=float("-inf")), command
+        if fresh or command.odometry_stamp_ns == 0:
+            return replace(gate, ends_s=now_s + command.validity_ms * 1e-3), command
         stop = replace(command, linear_mps=0.0, angular_radps=0.0, lateral_mps=0.0)
         return replace(gate, late=self.late + 1), stop
 

@@ -75,6 +75,15 @@ def test_whichever_command_is_the_last_the_robot_stands_before_the_wall(
     assert outcome.left_m > -CENTIMETRE
 
 
+@pytest.mark.parametrize("held_s", [0.4, 0.5])
+def test_commands_that_a_link_held_back_drive_no_robot_that_has_braked(held_s: float) -> None:
+    """It stands elsewhere than the planner took it to be when it made them."""
+    outcome = drive(lambda at_s: 0.02 + max(held_s - at_s % 1.0, 0.0), duration_s=16.0, dies=True)
+    assert outcome.driven_m > 5.0
+    assert outcome.left_m > -CENTIMETRE
+    assert outcome.late > 0
+
+
 def test_the_robot_drives_again_once_the_link_is_fast() -> None:
     outcome = drive(lambda now_s: 1.0 if 4.0 <= now_s < 10.0 else 0.02, duration_s=20.0)
     assert any(at_s > 12.0 for at_s in outcome.moving_s)

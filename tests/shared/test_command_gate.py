@@ -68,3 +68,15 @@ def test_a_command_made_on_old_odometry_brakes(age_s: float, linear: float) -> N
         assert allowed.moves != old
         assert gate.late == old
     assert gate.echo(10.0) == ("a", 3)  # so that the planner can measure its loop
+
+
+def test_a_robot_that_has_braked_by_itself_obeys_what_was_made_since_only() -> None:
+    gate, _ = received(CommandGate(), command(1))  # runs out at 10.3 s
+    gate, held_back = received(gate, command(2, age_s=-0.25), 10.4)  # made on odometry of 10.25 s
+    assert held_back is not None
+    assert not held_back.moves
+    assert gate.late == 1
+    braked, _ = received(CommandGate(), command(1))
+    _, later = received(braked, command(2, age_s=-0.35), 10.4)
+    assert later is not None
+    assert later.moves
