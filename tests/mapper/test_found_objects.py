@@ -157,15 +157,19 @@ def test_objects_survive_a_restart_with_their_version(tmp_path: Path) -> None:
     assert (again.object_id, again.times_found) == (bed.object_id, 2)
 
 
+def replaced(kept: Kept, by: objects.ObjectMemory) -> None:
+    kept.keeper.kept.change(lambda memory: memory.changed_to(by))
+
+
 def test_other_objects_take_their_place(tmp_path: Path) -> None:
     kept = Kept(tmp_path)
-    kept.keeper.replace(objects.NO_OBJECTS)
+    replaced(kept, objects.NO_OBJECTS)
     assert kept.announced == []  # as empty as before
     kept.remember("bed")
     other = objects.NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
-    kept.keeper.replace(other)
+    replaced(kept, other)
     assert kept.names() == Kept(tmp_path).names() == ["sofa"]
-    kept.keeper.replace(objects.NO_OBJECTS)
+    replaced(kept, objects.NO_OBJECTS)
     assert kept.names() == []
     assert not (tmp_path / objects.FORM.file_name).exists()
     assert kept.announced == [1, 2, 3]

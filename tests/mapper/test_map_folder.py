@@ -40,8 +40,7 @@ from tests.gateway.fakes import kept_object
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 from tests.mapper.test_map_file import rewritten
-from tests.mapper.test_places import ZONE
-from tests.mapper.test_service import Rig
+from tests.mapper.test_service import ZONE, Rig
 
 PARAMS = scenes.params()
 

@@ -31,10 +31,9 @@ from onemap_shared.wire import decode, encode
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 from tests.mapper.test_rooms import cut, grid_of, plan, rooms
-from tests.mapper.test_service import Rig
+from tests.mapper.test_service import ZONE, Rig
 from tests.memory_bus import MemoryRouter
 
-ZONE = m.Place("Stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
 LIST, DRAW = m.PlacesRequest(), m.PlacesChange((ZONE,))
 coordinates = st.floats(-100, 100)
 points = st.tuples(coordinates, coordinates)

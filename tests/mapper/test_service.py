@@ -25,6 +25,7 @@ from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.shared.samples import PNG
 
 SOFA = np.eye(16, dtype=np.float32)[3]
+ZONE = m.Place("Stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
 WORDS = {"desk": np.eye(16, dtype=np.float32)[1], "cup": np.eye(16, dtype=np.float32)[2]}
 NEUTRAL = np.eye(16, dtype=np.float32)[[5, 6]]
 
@@ -416,26 +417,88 @@ def test_what_is_of_another_world_is_set_aside(
     folder, before = tmp_path / "maps", "flat"
     rig.feed(*(replace(sofa_ahead(k), world=before) for k in range(2)))
     rig.client.call(keys.MAP_REMEMBER, object_find())
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
     again = rig
     if mapper != "runs":
         rig.mapper.close()
         again = restarted(folder, resume=mapper == "resumes")
     again.feed(replace(sofa_ahead(2), world=now))
     again.feed(replace(sofa_ahead(3), world=now))  # the first one may have been dropped
-    same, aside = before == now, folder / "other_worlds" / "1"
-    if same and mapper != "begins anew":
+    same = before == now and mapper != "begins anew"
+    aside = folder / "other_worlds" / "1"
+    if same:
         assert again.metric("frames_fused") == 4
     else:
         assert again.metric("frames_fused") <= 2
     found = again.client.call(keys.MAP_OBJECTS, m.ObjectListRequest()).objects
     assert len(found) == same
+    named = again.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
+    assert (ZONE in named) is same
     assert aside.exists() is not same
     if not same:
         assert (aside / "objects.bin").exists()
+        assert (aside / "places.bin").exists()
         assert bool(list(aside.glob("*.npz"))) is (mapper != "runs")  # none was due yet
-        assert f"another world (/{before})" in again.mapper.health().problem
+        why = "driver was started anew" if before == now else f"another world (/{before})"
+        assert why in again.mapper.health().problem
     again.mapper.close()
     assert restarted(folder).metric("frames_fused") == again.metric("frames_fused")
+
+
+def driven(rig: Rig, instance: str) -> MemoryBus:
+    """A driver of the robot on the rig's bus."""
+    bus = rig.router.bus("simulator")
+    bus.instance = instance
+    bus.claim()
+    return bus
+
+
+@pytest.mark.parametrize(
+    ("settings", "world"),
+    [({"resume": False}, "flat"), ({}, "frame odom"), ({}, "frame r1/odom_combined")],
+)
+@pytest.mark.parametrize("driver", ["first", "second"])
+def test_a_map_whose_frame_begins_anew_goes_with_its_driver(
+    tmp_path: Path, settings: dict[str, Any], world: str, driver: str
+) -> None:
+    """A mapper that alone is restarted goes on with map, zones and objects; no other one does."""
+
+    def kept(rig: Rig) -> tuple[bool, bool, float]:
+        places = rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
+        objects = rig.client.call(keys.MAP_OBJECTS, m.ObjectListRequest()).objects
+        return ZONE in places, bool(objects), rig.metric("frames_fused")
+
+    rig = Rig(tmp_path, **settings)
+    driven(rig, "first")
+    rig.feed(*(replace(sofa_ahead(k), world=world) for k in range(2)))
+    rig.client.call(keys.MAP_REMEMBER, object_find())
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
+    rig.mapper.close()
+    again = Rig(tmp_path, **settings)
+    bus, same = driven(again, driver), driver == "first"
+    assert again.metric("frames_fused") == 0  # not known yet
+    again.feed(*(replace(sofa_ahead(k), world=world) for k in range(2, 4)))
+    assert kept(again) == ((True, True, 4) if same else (False, False, 2))
+    assert (tmp_path / "other_worlds").exists() is not same
+    bus.close()
+    again.feed(replace(sofa_ahead(4), world=world))  # it may only have lost the router
+    assert kept(again)[0] is same
+    driven(again, "third")
+    again.feed(*(replace(sofa_ahead(k), world=world) for k in range(5, 7)))
+    assert kept(again) == (False, False, 2)
+
+
+def test_frames_wait_until_what_is_of_another_world_is_set_aside(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(replace(sofa_ahead(0), world="flat"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
+    (tmp_path / "maps" / "other_worlds").write_text("in the way")
+    rig.feed(replace(sofa_ahead(1), world="office"))
+    assert "cannot keep apart" in rig.mapper.health().problem
+    assert not rig.mapper.health().ready
+    assert ZONE in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
+    (tmp_path / "maps" / "other_worlds").unlink()
+    rig.feed(*(replace(sofa_ahead(k), world="office") for k in (2, 3)))
+    assert ZONE not in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
 
 
 def test_a_map_of_an_earlier_release_is_of_the_world_of_the_next_frame(

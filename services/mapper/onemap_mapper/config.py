@@ -70,11 +70,12 @@ class MapperConfig(Params):
         description="MB that the saved maps may take together; beyond it saving is refused. A flat "
         "of 5,200 cells takes 16 MB with 768 channels.",
     )
-    resume: bool = Field(
-        default=True,
-        description="Whether a started mapper goes on with the map of its newest checkpoint, which "
-        "is at most 15 s old. Set to false where the frame of the robot's poses begins anew with "
-        "each start.",
+    resume: bool | None = Field(
+        default=None,
+        description="Whether the map, with found objects and places, outlives the robot's driver. "
+        "false: where the frame of its poses begins anew with each start; then they are set aside "
+        "when another driver process sends frames, and a mapper that alone was restarted goes on "
+        "with them. null: false in a frame of ROS 2 whose name begins with odom, else true.",
     )
     robots: tuple[Namespace, ...] = Field(
         default=(),

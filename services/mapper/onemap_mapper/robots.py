@@ -35,7 +35,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import HEARTBEAT_S, StartError
-from onemap_shared.services import installed_version
+from onemap_shared.services import DRIVER, installed_version, role_of
 from onemap_shared.transport import Bus, Counters, Health
 
 SILENT_AFTER_S = 5.0  # without a frame for this long the map is not up to date
@@ -214,6 +214,13 @@ class MapRobot:
         self.answered = bus.publish(keys.MAP_QUERIES)
         self._heartbeats = bus.publish(keys.heartbeat(SERVICE)) if number else None
         self._beat_due_s = 0.0
+
+    @property
+    def driver(self) -> str:
+        """Instance of the process that drives it; empty if it is not shown, or several are."""
+        members = self.bus.members()
+        drivers = [instance for service, instance in members if role_of(service) == DRIVER]
+        return drivers[0] if len(drivers) == 1 else ""
 
     def take_field(self) -> FeatureField | None:
         """The newest field, if one has arrived; its sender is told."""

@@ -37,6 +37,7 @@ from onemap_mapper.session import MapSession, PoseGraphFollower
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import (
     Checkpoints,
+    World,
     read_world,
     resumed,
     set_aside,
@@ -45,7 +46,7 @@ from onemap_mapper.storage.checkpoints import (
 )
 from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
-from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper
+from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper, ObjectMemory
 from onemap_mapper.storage.snapshot import digest_of, restore
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
@@ -59,6 +60,7 @@ from onemap_shared.messages import (
     MapDigestRequest,
     MapFile,
     MapSummary,
+    Place,
     PoseGraph,
     SearchReset,
     SearchView,
@@ -93,12 +95,13 @@ class Mapper:
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
         sweep(config.map_folder)
-        kept = resumed(config.map_folder, config.map) if config.resume else None
+        self._world = read_world(config.map_folder)  # of what is there
+        # Until the first frame says who drives the robot: a map that goes with its driver waits.
+        self._undecided = self._goes_with_driver(self._world)
+        kept = None if self._undecided else resumed(config.map_folder, config.map)
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
         self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
-        self._world = read_world(config.map_folder)  # of what is there; empty: not known
-        self._forgets = not config.resume  # the checkpoints, with the first frame
         self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(config.map_folder, self._live)
@@ -280,25 +283,15 @@ class Mapper:
             restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
-        self._places.replace(content.places)  # first: its zones hold when it is announced
-        with self._lock:
-            restored.revision = self._map.revision + 1
-            self._replace(restored)
-            self._world = ""  # who loads a map says that it is of the robot's world
-            self._checkpoints.replaced(due=True)
-        self._objects.replace(content.objects)
+        self._world, self._undecided = World(), False  # who loads it says that it is of this world
+        self._exchange(restored, content.places, content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return summary
 
     def clear(self, _request: MapClear) -> MapSummary:
         """Start an empty map, without found objects and places."""
-        with self._lock:
-            self._replace(BeliefMap(self._config.map, first_revision=self._map.revision + 1))
-            self._checkpoints.replaced(due=False)
-            summary = summary_of(self._map)
-        self._places.replace(())
-        self._objects.replace(NO_OBJECTS)
-        return summary
+        self._undecided = False
+        return self._exchange(BeliefMap(self._config.map))
 
     def digest(self, _request: MapDigestRequest) -> MapDigest:
         """What the map holds, as one number; frames are fused while it is copied and read."""
@@ -352,13 +345,21 @@ class Mapper:
             robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
+    def _goes_with_driver(self, world: World) -> bool:
+        """Whether a map of this world is one of a single life of the robot's driver."""
+        resume = self._config.resume
+        return world.begins_anew if resume is None else not resume
+
     def _of_world(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> BeliefMap:
         """The map of the world that a field is of: an empty one if ours is of another.
 
-        Raises ``FieldRejected`` if another robot of a shared map is in another world.
+        Raises ``FieldRejected`` if another robot of a shared map is in another world, or if what is
+        of another one cannot be set aside.
         """
-        name = f"{self._robots[0].bus.namespace}/{field.world}"
-        if name == self._world and not self._forgets:
+        before, driver = self._world, self._robots[0].driver
+        lives_on = driver == before.driver if driver and before.driver else not self._undecided
+        now = World(f"{self._robots[0].bus.namespace}/{field.world}", driver or before.driver)
+        if now == before and not self._undecided:
             return belief
         others = {other.world for other in self._robots} - {None, field.world}
         if others:
@@ -366,34 +367,75 @@ class Mapper:
                 f"robot {robot.bus.namespace} is in world {field.world!r}, but others of its map "
                 f"are in {', '.join(map(repr, others))}"
             )
-        before, folder = self._world, self._config.map_folder
-        left = before not in ("", name)
-        with self._lock:
-            if self._map is not belief:
-                return belief  # the field will be dropped
-            try:
-                if left:
-                    self._say_left(before, name, set_aside(folder))
-                write_world(folder, name)
-            except OSError as problem:
-                LOG.error("cannot keep apart in %s what is of another world: %s", folder, problem)
-            if left:
-                self._replace(BeliefMap(self._config.map, first_revision=belief.revision + 1))
-            if left or self._forgets:
-                self._checkpoints.replaced(due=False)
-            self._world, self._forgets = name, False
-        if left:
-            self._places.replace(())
-            self._objects.replace(NO_OBJECTS)
+        anew = self._goes_with_driver(now) and not lives_on
+        folder = self._config.map_folder
+        try:
+            if anew or before.name not in ("", now.name):
+                self._leave(belief, before, now)
+            elif self._undecided and (kept := resumed(folder, self._config.map)) is not None:
+                self._take_up(kept)
+            write_world(folder, now)
+        except OSError as problem:
+            raise FieldRejected(
+                f"cannot keep apart in {folder} what is of another world: {problem.strerror}"
+            ) from problem
+        self._world, self._undecided = now, False
         return self._map
 
-    def _say_left(self, before: str, now: str, aside: Path) -> None:
+    def _leave(self, belief: BeliefMap, before: World, now: World) -> None:
+        """Begin with nothing; what there was is set aside whole. Raises OSError."""
+        aside: Path | None = None
+
+        def moved() -> None:
+            nonlocal aside
+            if self._map is not belief:
+                raise FieldRejected("another map has taken the place of its own")
+            aside = set_aside(self._config.map_folder)
+
+        self._exchange(BeliefMap(self._config.map), first=moved)
+        if aside is None:
+            return
+        why = f"the map was of another world ({before.name}) than the robot's frames ({now.name})"
+        if before.name in ("", now.name):
+            why = "the robot's driver was started anew, and the frame of its poses with it"
         self._notice = (
-            f"the map was of another world ({before}) than the robot's frames ({now}): it is set "
-            f"aside, with what was found there, in {aside}, and a new one begins"
+            f"{why}: the map is set aside, with what was found and named there, in {aside}, and a "
+            "new one begins"
         )
         self._notice_until_s = time.monotonic() + NOTICE_S
         LOG.warning("%s", self._notice)
+
+    def _take_up(self, kept: BeliefMap) -> None:
+        """Go on with the map of a checkpoint, whose places and objects are those in use."""
+        with self._lock:
+            kept.revision = self._map.revision + 1
+            self._replace(kept)
+            self._session.resumed = True
+
+    def _exchange(
+        self,
+        belief: BeliefMap,
+        places: tuple[Place, ...] = (),
+        objects: ObjectMemory = NO_OBJECTS,
+        *,
+        first: Callable[[], None] = lambda: None,
+    ) -> MapSummary:
+        """Another map with its places and found objects, in one announced revision.
+
+        first: called with all locks held; what it raises leaves everything as it was.
+        """
+        with (
+            self._places.kept.exclusive() as put_places,
+            self._objects.kept.exclusive() as put_objects,
+            self._lock,
+        ):
+            first()
+            put_places(self._places.exchanged(places))
+            put_objects(self._objects.memory.changed_to(objects))
+            belief.revision = self._map.revision + 1
+            self._replace(belief)
+            self._checkpoints.replaced(due=belief.dimension > 0)
+            return summary_of(belief)
 
     def _without_resumed_of_another(self, belief: BeliefMap, encoder_id: str) -> BeliefMap:
         """An empty map if the resumed one is of another encoder: perception was changed."""

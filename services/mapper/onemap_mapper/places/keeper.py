@@ -96,13 +96,13 @@ class PlaceKeeper:
 
     def replace(self, places: tuple[Place, ...]) -> None:
         """Keep these places instead, whatever was there, also what cannot be read."""
+        self.kept.replace(lambda: self.exchanged(places))
 
-        def exchanged() -> PlaceMemory:
-            if self.kept.unreadable:  # nobody has counted so far
-                return PlaceMemory(places, version=int(time.time()))
-            return self.kept.value.changed_to(places)
-
-        self.kept.replace(exchanged)
+    def exchanged(self, places: tuple[Place, ...]) -> PlaceMemory:
+        """The memory with these places instead, whatever was there."""
+        if self.kept.unreadable:  # nobody has counted so far
+            return PlaceMemory(places, version=int(time.time()))
+        return self.kept.value.changed_to(places)
 
 
 def map_places(memory: PlaceMemory, rooms: Rooms, finds: Iterable[KeptObject] = ()) -> MapPlaces:

@@ -4,8 +4,7 @@ One checkpoint at a time is written, in a thread that lasts: each new one would 
 own. The mapper's lock is held for a part of the map at a time, so that fusing waits for a few
 milliseconds.
 
-A world is what poses are in: a robot's namespace, and the name that its frames give. What the map
-folder holds of another one is set aside, with the text that names it.
+What the map folder holds of another world is set aside whole: map, found objects, places.
 """
 # Talks: writes in a thread, and logs.
 # Touches files: checkpoints, and the world that they are of.
@@ -13,9 +12,12 @@ folder holds of another one is set aside, with the text that names it.
 from __future__ import annotations
 
 import logging
+import re
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
@@ -82,28 +84,67 @@ ASIDE = "other_worlds"  # inside the map folder
 MAX_WORLD_CHARS = 400
 
 
-def read_world(folder: Path) -> str:
-    """The world of what the folder holds; empty if that is not known, as of earlier releases."""
+UNREADABLE = "a world that cannot be read"  # that no frame is of
+ODOMETRY = re.compile(
+    r".*/frame (.*/)?odom\w*"
+)  # as the ROS 2 adapter names a frame like odom, REP 105
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What poses are in.
+
+    name: a robot's namespace, and what its frames name; empty: not known, as of earlier releases.
+    driver: instance of the process that drove the robot; empty: not known.
+    """
+
+    name: str = ""
+    driver: str = ""
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether its frame of reference begins where the odometry did, with each start."""
+        return ODOMETRY.fullmatch(self.name) is not None
+
+
+def read_world(folder: Path) -> World:
+    """The world of what the folder holds."""
     try:
-        return (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")[:MAX_WORLD_CHARS]
+        text = (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return World()
     except OSError:
-        return ""
+        return World(UNREADABLE)
+    name, _, driver = text[:MAX_WORLD_CHARS].partition("\n")
+    return World(name, driver)
 
 
-def write_world(folder: Path, world: str) -> None:
+def write_world(folder: Path, world: World) -> None:
     """Raises OSError."""
     with replacing(folder / WORLD_FILE) as file:
-        file.write(world.encode())
+        file.write("\n".join(filter(None, (world.name, world.driver))).encode())
 
 
-def set_aside(folder: Path) -> Path:
-    """Move what the folder holds into a new folder beside it, which is returned; raises OSError."""
-    names = (objects.FORM.file_name, keeper.FORM.file_name, WORLD_FILE)
-    kept = [*all_of(folder), *(folder / name for name in names)]
+def set_aside(folder: Path) -> Path | None:
+    """Move what the folder holds of a world into a new folder in it, which is returned.
+
+    None if there is nothing. Raises OSError; what was not moved then is in the next call.
+    """
+    names = (objects.FORM.file_name, keeper.FORM.file_name)
+    kept = [*all_of(folder), *filter(Path.exists, (folder / name for name in names))]
+    if not kept:
+        return None
     aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
     aside.mkdir(parents=True)
-    for path in filter(Path.exists, kept):
-        path.rename(aside / path.name)
+    try:
+        for path in kept:
+            path.rename(aside / path.name)
+        if (world := folder / WORLD_FILE).exists():  # last: it says whose the others are
+            world.rename(aside / WORLD_FILE)
+    except OSError:
+        with suppress(OSError):  # what was moved stays there
+            aside.rmdir()
+        raise
     return aside
 
 

@@ -259,7 +259,3 @@ class ObjectKeeper:
         self.kept.change(lambda memory: memory.without(known.object_id))
         LOG.info("forgot %s at (%.2f, %.2f)", known.name, *known.position_m[:2])
         return known
-
-    def replace(self, objects: ObjectMemory) -> None:
-        """Keep these objects instead, because the map is another one."""
-        self.kept.change(lambda memory: memory.changed_to(objects))
