@@ -2,20 +2,20 @@
 
 Messages are encoded and decoded, so what would be refused on the wire is
 refused here; a subscription keeps the newest only; a call without a server raises
-``NoReply``.
+``NoReply``; each procedure has threads of its own, and refuses what waited too long for them.
 """
 # Talks: the bus inside one process.
 
 from __future__ import annotations
 
 import threading
+import time
 import uuid
 from collections import defaultdict
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
 from fnmatch import fnmatchcase
-from functools import partial
 from typing import Any, Generic, TypeVar
 
 from onemap_shared.keys import Procedure, Topic
@@ -30,6 +30,7 @@ from onemap_shared.transport import (
     Subscription,
     answer,
     read_reply,
+    refuse_stale,
 )
 from onemap_shared.wire import Packet, encode
 
@@ -45,9 +46,7 @@ class MemoryRouter:
         self.lock = threading.Lock()
         self.inboxes: dict[str, list[Inbox[Any]]] = defaultdict(list)
         self.latched: dict[str, Packet] = {}
-        self.handlers: dict[str, list[tuple[MemoryBus, Callable[[Packet], Packet]]]] = defaultdict(
-            list
-        )
+        self.servers: dict[str, list[tuple[MemoryBus, _Server]]] = defaultdict(list)
         self.services: dict[MemoryBus, str] = {}
         self.namespace = ""
         self.namespaces: dict[str, MemoryRouter] = {}  # of siblings
@@ -81,7 +80,6 @@ class MemoryBus:
     def __init__(self, router: MemoryRouter, service: str = "") -> None:
         self._router, self._service = router, service
         self.instance = uuid.uuid4().hex[:12]
-        self._pool = ThreadPoolExecutor(4, "memory-bus")
 
     @property
     def namespace(self) -> str:
@@ -101,13 +99,12 @@ class MemoryBus:
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        handle = partial(answer, procedure, handler)
-        self._router.handlers[procedure.key].append((self, handle))
+        self._router.servers[procedure.key].append((self, _Server(procedure, handler)))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
-        entries = self._router.handlers.get(procedure.key, [])
+        entries = self._router.servers.get(procedure.key, [])
         asked = entries if procedure.to_all else entries[-1:]
-        futures = [bus._pool.submit(handle, encode(request)) for bus, handle in asked]
+        futures = [server.ask(encode(request), timeout_s) for _, server in asked]
         refusal: RemoteError | None = None
         for future in futures:
             try:
@@ -150,9 +147,31 @@ class MemoryBus:
     def close(self) -> None:
         """Leave at once, as a killed process would: its handlers answer no more."""
         self._router.services.pop(self, None)
-        handlers = self._router.handlers
-        for key, entries in list(handlers.items()):
-            handlers[key] = [entry for entry in entries if entry[0] is not self]
+        servers = self._router.servers
+        for key, entries in list(servers.items()):
+            servers[key] = [entry for entry in entries if entry[0] is not self]
+            for bus, server in entries:
+                if bus is self:
+                    server.close()
+
+
+class _Server:
+    """Answers one procedure in threads of its own."""
+
+    def __init__(self, procedure: Procedure[Any, Any], handler: Callable[[Any], Any]) -> None:
+        self._procedure, self._handler = procedure, handler
+        self._pool = ThreadPoolExecutor(procedure.parallel, procedure.key)
+
+    def ask(self, packet: Packet, patience_s: float) -> Future[Packet]:
+        """The reply to come."""
+        return self._pool.submit(self._answer, packet, patience_s, time.monotonic())
+
+    def _answer(self, packet: Packet, patience_s: float, arrived_s: float) -> Packet:
+        refuse_stale(self._procedure, time.monotonic() - arrived_s, patience_s)
+        return answer(self._procedure, self._handler, packet)
+
+    def close(self) -> None:
+        """Answer no more."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -67,6 +68,7 @@ TO_ALL: dict[str, Any] = {
     "target": zenoh.QueryTarget.ALL,
     "consolidation": zenoh.ConsolidationMode.NONE,
 }
+PATIENCE = "patience_s"  # parameter of a query: how long its caller waits for the reply
 PRIORITIES = {
     Delivery.FRAME: zenoh.Priority.DATA_LOW,
     Delivery.STATE: zenoh.Priority.DATA,
@@ -192,6 +194,7 @@ class ZenohBus:
             self._settings.insert_json5("namespace", json.dumps(config.namespace))
         self._session = zenoh.open(self._settings)
         self._command_session: zenoh.Session | None = None
+        self._opening = threading.Lock()
         self._servers: list[_Server] = []
         self._declared: list[Any] = []
         self._senders: list[FrameSender[Any]] = []
@@ -210,9 +213,10 @@ class ZenohBus:
     def _session_for(self, delivery: Delivery) -> zenoh.Session:
         if delivery is not Delivery.COMMAND:
             return self._session
-        if self._command_session is None:
-            self._command_session = zenoh.open(self._settings)
-        return self._command_session
+        with self._opening:
+            if self._command_session is None:
+                self._command_session = zenoh.open(self._settings)
+            return self._command_session
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
         session = self._session_for(topic.delivery)
@@ -265,15 +269,18 @@ class ZenohBus:
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        self._servers.append(_Server(self._session, procedure, handler))
+        session = self._session_for(procedure.delivery)
+        self._servers.append(_Server(session, procedure, handler))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
         packet, asked_at = encode(request), time.monotonic()
-        replies = self._session.get(
-            procedure.key,
+        replies = self._session_for(procedure.delivery).get(
+            f"{procedure.key}?{PATIENCE}={timeout_s:g}",
             payload=packet.body,
             attachment=packet.header,
             timeout=timeout_s,
+            priority=PRIORITIES[procedure.delivery],
+            express=procedure.delivery is Delivery.COMMAND,
             **(TO_ALL if procedure.to_all else {}),
         )
         refusal: RemoteError | None = None
@@ -403,6 +410,14 @@ class _ZenohPublisher(Generic[M]):
         self._publisher.put(packet.body, attachment=packet.header)
 
 
+def patience_of(query: zenoh.Query) -> float:
+    """The seconds for which the caller of a query waits; infinite if it does not say."""
+    try:
+        return float(query.parameters.get(PATIENCE) or "inf")
+    except ValueError:  # of another program
+        return math.inf
+
+
 class _Server(Generic[Q, R]):
     """Answers one procedure in threads of its own; every query gets an answer."""
 
@@ -434,7 +449,7 @@ class _Server(Generic[Q, R]):
     def _answer(self, query: zenoh.Query, waited_s: float) -> None:
         request = _packet(query.attachment, query.payload) if query.payload is not None else None
         try:
-            refuse_stale(self._procedure, waited_s)
+            refuse_stale(self._procedure, waited_s, patience_of(query))
             packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
         except RemoteError as error:
             body = json.dumps({"code": error.code, "message": str(error), "details": error.details})

@@ -42,10 +42,11 @@ class Topic(Generic[M]):
 class Procedure(Generic[Q, R]):
     """A question of type Q that one service answers with an R.
 
-    stale_after_s: a request that waited longer for its turn is refused, because its caller may
-    have given up; None: it is served however late. parallel: requests that are served at once,
+    A request that waited for its turn longer than its caller waits for the reply is refused, and
+    never carried out; stale_after_s: a shorter limit. parallel: requests that are served at once,
     by a handler that allows it. to_all: every process that serves it is asked, and one that does
-    not refuse answers for all.
+    not refuse answers for all. delivery: COMMAND travels as commands do, and is carried out
+    however late, as a stop is.
     """
 
     key: str
@@ -54,6 +55,7 @@ class Procedure(Generic[Q, R]):
     stale_after_s: float | None = None
     parallel: int = 1
     to_all: bool = False
+    delivery: Delivery = Delivery.STATE
 
 
 RGBD_RECEIPTS = Topic("perception/rgbd_receipts/v1", m.FrameReceipt)
@@ -97,7 +99,9 @@ MAP_FORGET = Procedure("map/forget/v1", m.ObjectId, m.KeptObject)
 SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)
 SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
 SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, stale_after_s=0.5)
-SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus, to_all=True)
+SEARCH_CANCEL = Procedure(
+    "search/cancel/v1", m.SearchId, m.SearchStatus, to_all=True, delivery=Delivery.COMMAND
+)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
 SEARCH_LIST = Procedure("search/list/v1", m.SearchListRequest, m.SearchList)
 SEARCH_RECORD = Procedure("search/record/v1", m.SearchId, m.SearchRecord)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import threading
 import time
 from collections import deque
@@ -16,7 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Generic, Protocol, TypeVar
 
-from onemap_shared.keys import Procedure, Topic
+from onemap_shared.keys import Delivery, Procedure, Topic
 from onemap_shared.wire import Packet, WireError, decode, encode
 
 LOG = logging.getLogger("onemap.bus")
@@ -137,6 +138,7 @@ class Bus(Protocol):
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """Answer a procedure; the handler runs in threads of its own, ``parallel`` calls at once.
 
+        A request that waited for its turn longer than its caller waits for the reply is refused.
         A handler refuses by raising ``RequestRejected`` (its code travels) or ``ValueError``
         (code ``invalid``); any other exception is logged and answered as ``internal``.
         """
@@ -262,10 +264,15 @@ class Inbox(Generic[M]):
         return self._counters
 
 
-def refuse_stale(procedure: Procedure[Q, R], waited_s: float) -> None:
-    """Raise ``RemoteError`` for a request that waited too long for its turn."""
-    limit_s = procedure.stale_after_s
-    if limit_s is not None and waited_s > limit_s:
+def refuse_stale(procedure: Procedure[Q, R], waited_s: float, patience_s: float = math.inf) -> None:
+    """Raise ``RemoteError`` for a request that waited too long for its turn.
+
+    patience_s: for which its caller waits for the reply, infinite if it does not say.
+    """
+    if procedure.delivery is Delivery.COMMAND:
+        return
+    limit_s = min(patience_s, math.inf if (late := procedure.stale_after_s) is None else late)
+    if waited_s > limit_s:
         raise RemoteError(
             "busy",
             f"{procedure.key} was busy: the request waited {waited_s:.1f} s, more than "

@@ -91,7 +91,7 @@ def robot(tmp_path: Path) -> Iterator[Robot]:
 
 def restarted(robot: Robot) -> MemoryBus:
     """The mapper is gone, and another one runs on the same folder."""
-    robot.rig.router.handlers[keys.MAP_OBJECTS.key][0][0].close()
+    robot.rig.router.servers[keys.MAP_OBJECTS.key][0][0].close()
     assert robot.http.get("/v1/objects").status_code == 503
     bus = robot.rig.router.bus("mapper")
     robot.rig.mapper = build_mapper(bus, MapperConfig(map_folder=robot.folder))

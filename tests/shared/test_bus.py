@@ -23,7 +23,7 @@ from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig, LinkParams
-from onemap_shared.keys import Procedure
+from onemap_shared.keys import Delivery, Procedure
 from onemap_shared.transport import (
     Bus,
     CallError,
@@ -256,6 +256,36 @@ def test_a_request_that_waited_too_long_is_not_carried_out(space: Router) -> Non
             late.result(PATIENCE_S)
     assert refused.value.code == "busy"
     assert served == ["first", "slow"]
+    for bus in (here, there):
+        bus.close()
+
+
+@pytest.mark.parametrize("delivery", [Delivery.STATE, Delivery.COMMAND])
+def test_a_request_whose_caller_gave_up_is_carried_out_only_if_it_stops(
+    space: Router, delivery: Delivery
+) -> None:
+    there, here = join(space, "planner"), join(space, "gateway")
+    released, served = threading.Event(), []
+    procedure = replace(keys.MAP_SAVE, delivery=delivery)
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        served.append(request.name)
+        if request.name == "slow":
+            released.wait(PATIENCE_S)
+        return summary(request.name)
+
+    there.serve(procedure, handler)
+    eventually(lambda: answered(here, "first"))
+    with ThreadPoolExecutor() as pool:
+        slow = pool.submit(here.call, procedure, m.MapFile("slow"), PATIENCE_S)
+        eventually(lambda: "slow" in served or None)
+        with pytest.raises(QueryTimeout):
+            here.call(procedure, m.MapFile("late"), 0.2)
+        released.set()
+        assert slow.result(PATIENCE_S) == summary("slow")
+    here.call(procedure, m.MapFile("next"), PATIENCE_S)
+    late = ["late"] if delivery is Delivery.COMMAND else []
+    assert served == ["first", "slow", *late, "next"]
     for bus in (here, there):
         bus.close()
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from onemap_shared import keys, messages, wire
-from onemap_shared.keys import Procedure, Topic
+from onemap_shared.keys import Delivery, Procedure, Topic
 
 # Without rotation, at x = 1.5 m, y = -2 m.
 EXAMPLE = messages.Odometry(
@@ -98,7 +98,9 @@ def _keys() -> Iterator[str]:
     head = "| key | request | reply | refused after waiting | asked |"
     yield from ("", "## Procedures", "", head, "|---|---|---|---|---|")
     for procedure in _procedures():
-        late = f"{procedure.stale_after_s:g} s" if procedure.stale_after_s is not None else "never"
+        late = "" if procedure.stale_after_s is None else f"{procedure.stale_after_s:g} s"
+        if procedure.delivery is Delivery.COMMAND:
+            late = "never"
         asked = "all" if procedure.to_all else "one"
         types = f"{_link(procedure.request)} | {_link(procedure.reply)}"
         yield f"| `{procedure.key}` | {types} | {late} | {asked} |"
