@@ -15,7 +15,7 @@ from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig, with_token_file
 from onemap_gateway.connections import MAX_CONNECTIONS, LimitedConnection, connection_limit, listen
 from onemap_gateway.http.app import create_app
-from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.context import PACES, GatewayContext, Paces
 from onemap_gateway.http.middleware import FleetApp
 from onemap_gateway.http.security import MAX_BODY_BYTES, LockOut
 from onemap_gateway.present.service_status import hung_for_s
@@ -45,7 +45,7 @@ class HttpServer(uvicorn.Server):
 class GatewayWorker:
     """Serves HTTP until ``close``."""
 
-    def __init__(self, bus: Bus, config: GatewayConfig) -> None:
+    def __init__(self, bus: Bus, config: GatewayConfig, paces: Paces = PACES) -> None:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._cache = StateCache(bus)
@@ -54,11 +54,14 @@ class GatewayWorker:
         self._caches = [self._cache, *caches.values()]
         lock_out = LockOut()
         apps = {
-            name: create_app(GatewayContext(caches[name], RpcClient(at), config, lock_out=lock_out))
+            name: create_app(
+                GatewayContext(caches[name], RpcClient(at), config, lock_out=lock_out, paces=paces)
+            )
             for name, at in self._robots.items()
         }
         rpc = RpcClient(bus)
-        app = create_app(GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out))
+        own = GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out, paces=paces)
+        app = create_app(own)
         self._server = HttpServer(
             uvicorn.Config(
                 FleetApp(app, apps),

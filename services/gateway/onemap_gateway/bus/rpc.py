@@ -3,20 +3,22 @@
 
 from __future__ import annotations
 
+import asyncio
+import math
+from functools import partial
 from typing import Any, TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
 from onemap_shared import keys
-from onemap_shared.keys import Procedure
+from onemap_shared.keys import Delivery, Procedure
 from onemap_shared.transport import Bus, QueryTimeout
 
 Q = TypeVar("Q")
 R = TypeVar("R")
 
-# Beyond the call's own time limit: waiting this long for a free thread means overload.
-QUEUE_TIMEOUT_S = 0.5
+LATE_S = 0.5  # beyond the time limit of a call, which itself ends at that limit
 # To one service, which handles one of a kind at a time anyway; queries have threads of their own.
 MAX_CONCURRENT_CALLS = 4
 
@@ -31,31 +33,48 @@ def served_by(procedure: Procedure[Any, Any]) -> str:
 class RpcClient:
     """Calls procedures without blocking the event loop.
 
-    Each service has its own ``max_concurrent_calls`` threads, so a service that hangs does not
-    delay the replies of another; so has a procedure that is served in parallel.
+    Each service is called ``max_concurrent_calls`` times at once, so a service that hangs does not
+    delay the replies of another; so is a procedure that is served in parallel. A call whose caller
+    has gone counts until it ends, so that callers who give up leave no more work than others. What
+    stops the robot waits for none of them.
     """
 
     def __init__(self, bus: Bus, max_concurrent_calls: int = MAX_CONCURRENT_CALLS) -> None:
         self._bus = bus
         self._max_concurrent_calls = max_concurrent_calls
         self._limiters: dict[str, CapacityLimiter] = {}
+        self._unlimited = CapacityLimiter(math.inf)
 
     async def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float) -> R:
-        """The reply; raises ``CallError``, also if no thread becomes free in time."""
+        """The reply; raises ``CallError``, also if the call's turn does not come in time."""
+        deadline_s = anyio.current_time() + timeout_s
+        turn, limiter = object(), self._limiter(procedure)
         try:
-            with anyio.fail_after(timeout_s + QUEUE_TIMEOUT_S):
-                return await to_thread.run_sync(
-                    self._bus.call,
-                    procedure,
-                    request,
-                    timeout_s,
-                    abandon_on_cancel=True,
-                    limiter=self._limiter(procedure),
-                )
+            with anyio.fail_after(timeout_s):
+                await limiter.acquire_on_behalf_of(turn)
+            left_s = max(deadline_s - anyio.current_time(), 0.0)
+            call = asyncio.create_task(self._in_thread(procedure, request, left_s))
         except TimeoutError:
             raise QueryTimeout from None
 
+        def ended(done: asyncio.Task[R]) -> None:
+            limiter.release_on_behalf_of(turn)
+            _ = done.cancelled() or done.exception()  # nobody may wait for it any more
+
+        call.add_done_callback(ended)
+        try:
+            with anyio.fail_after(left_s + LATE_S):
+                return await asyncio.shield(call)
+        except TimeoutError:
+            raise QueryTimeout from None
+
+    async def _in_thread(self, procedure: Procedure[Q, R], request: Q, timeout_s: float) -> R:
+        call = partial(self._bus.call, procedure, request, timeout_s)
+        return await to_thread.run_sync(call, abandon_on_cancel=True, limiter=self._unlimited)
+
     def _limiter(self, procedure: Procedure[Any, Any]) -> CapacityLimiter:
+        if procedure.delivery is Delivery.COMMAND:
+            return self._unlimited
         name, limit = served_by(procedure), self._max_concurrent_calls
         if procedure.parallel > 1:
             name, limit = procedure.key, procedure.parallel

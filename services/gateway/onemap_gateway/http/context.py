@@ -53,6 +53,9 @@ class Paces:
     ask_map_s: float = 0.5
 
 
+PACES = Paces()
+
+
 @dataclass(frozen=True, slots=True)
 class GatewayContext:
     """The state cache, the RPC client and the configuration of one gateway.
@@ -66,7 +69,7 @@ class GatewayContext:
     robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
     lock_out: LockOut = field(default_factory=LockOut)
-    paces: Paces = Paces()
+    paces: Paces = PACES
     images: SharedResults = field(init=False)
 
     def __post_init__(self) -> None:
@@ -119,8 +122,12 @@ class GatewayContext:
         return await self.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
 
 
-def get_gateway(connection: HTTPConnection) -> GatewayContext:
-    """The context of the application that serves this connection."""
+async def get_gateway(connection: HTTPConnection) -> GatewayContext:
+    """The context of the application that serves this connection.
+
+    Asynchronous, as all that a request depends on: FastAPI runs the rest in threads which all
+    requests share.
+    """
     gateway: GatewayContext = connection.app.state.gateway
     return gateway
 

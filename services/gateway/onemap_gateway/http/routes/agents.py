@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
 from typing import Any, Literal
 
 from anyio import to_thread
@@ -13,6 +15,7 @@ from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, from_validation_error, problem_responses
 from onemap_gateway.http.security import JSON, ROLE, media_type
 
+SDK_USER = "onemap_gateway.http.mcp_server"
 WANTED = (
     'send one JSON-RPC request to /mcp, such as {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}'
 )
@@ -65,8 +68,10 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
         )
     body = await request.body()
     check_message(body)
-    try:  # in a thread: the first import of the SDK takes a second
-        return await to_thread.run_sync(_response, gateway, request, body)
+    try:
+        if SDK_USER not in sys.modules:  # in a thread: the import of the SDK takes a second
+            await to_thread.run_sync(import_module, SDK_USER)
+        return _response(gateway, request, body)
     except ModuleNotFoundError as missing:
         raise HttpProblem(
             "not_installed",

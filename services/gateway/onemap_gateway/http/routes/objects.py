@@ -23,7 +23,7 @@ register_url_convertor("object", _ObjectIdConvertor())
 router = APIRouter(prefix="/v1/objects", tags=["objects"])
 
 
-def checked_object_id(
+async def checked_object_id(
     object_id: Annotated[
         str, Path(description="The object's id, as in the list.", examples=["3f9a12c4"])
     ],

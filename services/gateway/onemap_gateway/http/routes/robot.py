@@ -131,7 +131,7 @@ async def follow(socket: WebSocket) -> None:
     more: a slow one misses states and delays no other client.
     """
     await accept(socket)
-    await speak(socket, partial(_send_states, socket, get_gateway(socket)))
+    await speak(socket, partial(_send_states, socket, await get_gateway(socket)))
 
 
 async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:

@@ -79,7 +79,7 @@ router = APIRouter(prefix="/v1/searches", tags=["searches"])
 ID_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
-def planner_search_id(
+async def planner_search_id(
     search_id: Annotated[str, Path(description="The search's id, or `current`: the newest.")],
 ) -> str:
     """The id for the planner, empty for the newest search; a malformed id is not found."""
