@@ -100,7 +100,7 @@ def test_more_connections_than_there_is_room_for_get_a_problem(
     with ExitStack() as stack:
         held = [stack.enter_context(opened(worker, REQUEST)) for _ in range(LIMIT)]
         assert all(b"200 OK" in client.recv(4096) for client in held)
-        answer = everything(stack.enter_context(opened(worker)))
+        answer = everything(stack.enter_context(opened(worker, REQUEST)))
         assert answer.startswith(b"HTTP/1.1 503 ")
         assert b"room for another" in answer
         held[0].close()

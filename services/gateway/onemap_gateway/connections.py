@@ -2,7 +2,7 @@
 
 How many, how long a request may take to come, how slow a reader. uvicorn waits for ever for the
 first byte of a request, for the rest of its headers, and for a client that does not read; each
-such connection holds a descriptor.
+such connection holds a descriptor. What stops the robot is served beyond the number, too.
 """
 # Talks: opens the socket, ends connections.
 
@@ -13,17 +13,19 @@ import errno
 import resource
 import socket
 from http import HTTPStatus
-from typing import Any
+from typing import Any, TypeGuard
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from onemap_gateway.http.problems import HttpProblem, problem_response
+from onemap_gateway.http.stops import StopsOnly
 from onemap_shared.runner import StartError
 
 REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
 MAX_CONNECTIONS = 256  # of all clients; a page has up to 7
 READER_TIMEOUT_S = 20.0  # a client that takes nothing for so long is gone
-RESERVED_DESCRIPTORS = 128  # for the bus, files and libraries
+STOP_CONNECTIONS = 16  # further ones, which only requests that stop the robot may use
+RESERVED_DESCRIPTORS = 128 + STOP_CONNECTIONS  # for the bus, files and libraries
 
 
 class LimitedConnection(H11Protocol):
@@ -34,17 +36,27 @@ class LimitedConnection(H11Protocol):
         self._limit = connection_limit()
         self._deadline: asyncio.TimerHandle | None = None
         self._stalled: asyncio.TimerHandle | None = None
+        self._stops_only: StopsOnly | None = None  # beyond the limit
+        self._began_s = self.loop.time()
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Wait for a request, or refuse the connection if there are too many."""
+        """Wait for a request, beyond the limit for one that stops the robot."""
         super().connection_made(transport)
         if len(self.connections) > self._limit:
-            detail = (
-                f"The gateway serves {self._limit} connections at once and has no room for "
-                "another: try again."
-            )
-            self._refuse(HttpProblem("busy", detail, service="gateway"))
+            self._stops_only = StopsOnly(self.app, self._no_room())
+            self.app = self._stops_only
+            idle = [each for each in self.connections if _may_be_refused(each)]
+            if len(idle) > STOP_CONNECTIONS:
+                min(idle, key=lambda each: each._began_s).refuse(self._no_room())
         self._watch()
+
+    def _no_room(self) -> HttpProblem:
+        return HttpProblem(
+            "busy",
+            f"The gateway serves {self._limit} connections at once and has no room for another, "
+            "except to stop the robot: try again.",
+            service="gateway",
+        )
 
     def handle_events(self) -> None:
         """Pass on what has arrived; the deadline ends with the headers."""
@@ -58,6 +70,9 @@ class LimitedConnection(H11Protocol):
 
     def handle_websocket_upgrade(self, event: Any) -> None:
         """Leave the connection to the WebSocket, which has its own pings."""
+        if self._stops_only is not None:
+            self.refuse(self._no_room())
+            return
         self._cancel()
         super().handle_websocket_upgrade(event)
 
@@ -79,7 +94,7 @@ class LimitedConnection(H11Protocol):
 
     def send_400_response(self, msg: str) -> None:
         """Say that the bytes are no HTTP request."""
-        self._refuse(HttpProblem("http", f"{msg} Send HTTP/1.1 with headers below 64 kB."))
+        self.refuse(HttpProblem("http", f"{msg} Send HTTP/1.1 with headers below 64 kB."))
 
     def _expect_reading(self) -> None:
         """Give the connection up unless the client takes something within the limit."""
@@ -93,7 +108,8 @@ class LimitedConnection(H11Protocol):
 
         self._stalled = self.loop.call_later(READER_TIMEOUT_S, look)
 
-    def _refuse(self, problem: HttpProblem) -> None:
+    def refuse(self, problem: HttpProblem) -> None:
+        """End the connection with a response."""
         self.transport.write(raw_response(problem))
         self.transport.close()
 
@@ -110,6 +126,13 @@ class LimitedConnection(H11Protocol):
             if timer is not None:
                 timer.cancel()
         self._deadline = self._stalled = None
+
+
+def _may_be_refused(connection: object) -> TypeGuard[LimitedConnection]:
+    """Whether a connection is beyond the limit, without a request that stops the robot."""
+    if not isinstance(connection, LimitedConnection) or connection._stops_only is None:
+        return False
+    return not connection._stops_only.stopping
 
 
 def raw_response(problem: HttpProblem) -> bytes:

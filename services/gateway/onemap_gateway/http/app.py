@@ -12,7 +12,12 @@ from starlette.responses import Response
 
 from onemap_gateway.config import Role
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.middleware import MethodMiddleware, ResponseMiddleware, allowed_methods
+from onemap_gateway.http.middleware import (
+    DepartureMiddleware,
+    MethodMiddleware,
+    ResponseMiddleware,
+    allowed_methods,
+)
 from onemap_gateway.http.problems import (
     PROBLEM_TYPES,
     HttpProblem,
@@ -88,6 +93,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(HttpProblem, _on_problem)
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(HTTPException, _on_http)
+    app.add_middleware(DepartureMiddleware)
     app.add_middleware(MethodMiddleware)
     app.add_middleware(SecurityMiddleware, config=gateway.config, lock_out=gateway.lock_out)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)

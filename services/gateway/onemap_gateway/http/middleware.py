@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute, Match, Mount
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from onemap_gateway.http.problems import HttpProblem, problem_response
+from onemap_gateway.http.security import only_looks
 from onemap_gateway.present.metrics import RequestCounter
 
 LOG = logging.getLogger("onemap.gateway")
@@ -69,6 +70,39 @@ class ResponseMiddleware:
 def _known_method(method: str) -> str:
     """The method, or "other": each method that a client invents would be a new time series."""
     return method if method in {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS"} else "other"
+
+
+class DepartureMiddleware:
+    """Ends the work for a request that changes nothing when its client has gone.
+
+    Otherwise clients that give up and ask again would wait behind the work for those who gave up.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """The ASGI interface."""
+        if scope["type"] != "http" or not only_looks(scope["method"], scope["path"]):
+            await self._app(scope, receive, send)
+            return
+        unread, left = [await receive()], anyio.Event()  # a body was read before, and is whole
+
+        async def watch() -> None:
+            while (await receive())["type"] != "http.disconnect":
+                pass
+            left.set()
+            tasks.cancel_scope.cancel()
+
+        async def receive_again() -> Message:
+            if not unread:
+                await left.wait()
+            return unread.pop() if unread else {"type": "http.disconnect"}
+
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(watch)
+            await self._app(scope, receive_again, send)
+            tasks.cancel_scope.cancel()
 
 
 METHODS = ("GET", "POST", "PUT", "DELETE")

@@ -29,10 +29,9 @@ from onemap_shared.messages import MAX_IMAGE_BYTES
 PUBLIC_PATHS = frozenset({"/", "/docs", "/openapi.json", "/favicon.ico", "/healthz", "/readyz"})
 PUBLIC_FOLDER = "/static/"
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-# Requests that change nothing by themselves; each tool of an agent checks the role it needs.
-LOOKING = frozenset(
-    ("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/v1/map.png", "/mcp")
-)
+# Requests that change nothing by themselves. Each tool of an agent checks the role it needs.
+LOOKING = frozenset(("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/v1/map.png"))
+AGENTS = ("POST", "/mcp")
 
 MAX_FAILURES = 10  # wrong tokens of one address within FAILURE_WINDOW_S
 FAILURE_WINDOW_S = 60.0
@@ -45,7 +44,7 @@ def required_role(method: str, path: str) -> Role:
     if method in READING:
         public = path in PUBLIC_PATHS or path.startswith(PUBLIC_FOLDER)
         return Role.NOBODY if public else Role.LOOK
-    if (method, path) in LOOKING:
+    if only_looks(method, path) or (method, path) == AGENTS:
         return Role.LOOK
     folder, _, name = path.rpartition("/")
     starts = path == "/v1/searches" or (path.startswith("/v1/searches/") and name == "again")
@@ -53,6 +52,11 @@ def required_role(method: str, path: str) -> Role:
     if (method == "POST" and starts) or (method == "DELETE" and ends):
         return Role.SEARCH
     return Role.ADMINISTER
+
+
+def only_looks(method: str, path: str) -> bool:
+    """Whether a request changes nothing, whatever its body says."""
+    return method in READING or (method, path) in LOOKING
 
 
 class LockOut:
@@ -133,7 +137,7 @@ class SecurityMiddleware:
             if method not in READING:
                 large = scope["path"].endswith(LARGE_PATHS)
                 limit = MAX_IMAGE_BODY_BYTES if large else MAX_BODY_BYTES
-                receive = await _buffered_body(headers, receive, limit)
+                receive = replayed(await buffered_body(headers, receive, limit), receive)
         except HttpProblem as problem:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close", "code": 1008, "reason": ""})
@@ -236,8 +240,8 @@ def _is_address(name: str) -> bool:
     return True
 
 
-async def _buffered_body(headers: Headers, receive: Receive, limit_bytes: int) -> Receive:
-    """Read the body within its limits; returns a ``receive`` that yields it again."""
+async def buffered_body(headers: Headers, receive: Receive, limit_bytes: int) -> bytes:
+    """Read the body within its limits; raises HttpProblem."""
     length = headers.get("content-length", "0")
     if not length.isdecimal() or int(length[:20]) > limit_bytes:
         raise _too_large(limit_bytes)
@@ -262,7 +266,7 @@ async def _buffered_body(headers: Headers, receive: Receive, limit_bytes: int) -
             f"Send JSON with the header 'Content-Type: {JSON}'; /docs has an example for each "
             "request.",
         )
-    return replayed(body, receive)
+    return body
 
 
 def media_type(headers: Headers) -> str:
