@@ -106,7 +106,7 @@ class LogConfig(Params):
     """How a process logs."""
 
     format: Literal["human", "json"] = Field(
-        default="human", description="json for journald and log collectors."
+        default="human", description="json: an object a line, for log collectors."
     )
     level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="info names every change of state and no single frame."
