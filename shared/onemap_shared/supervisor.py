@@ -15,6 +15,7 @@ from pathlib import Path
 import sdnotify
 
 SUPERVISOR_VARIABLE = "ONEMAP_SUPERVISOR"  # systemd or compose; a shell without it
+LAUNCHED_VARIABLE = "ONEMAP_LAUNCHED"  # services that the launcher of this process starts again
 READY_FILE_VARIABLE = "ONEMAP_READY_FILE"
 JOURNAL_VARIABLE = "JOURNAL_STREAM"  # set by systemd where the output goes to its journal
 MORE_TIME_US = 30_000_000  # asked of systemd each second of a start, beyond TimeoutStartSec
@@ -25,10 +26,14 @@ START_COMMANDS = {
 PRIORITIES = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
 
 
-def start_command(service: str) -> str:
-    """The command that starts a service where this process runs."""
+def start_hint(service: str) -> str:
+    """What to do about a service that does not run, in words that fit where this process runs."""
+    if service in os.environ.get(LAUNCHED_VARIABLE, "").split():
+        return "it is started again by itself, and its log says why it ended"
     supervisor = os.environ.get(SUPERVISOR_VARIABLE, "")
-    return START_COMMANDS.get(supervisor, "onemap {service}").format(service=service)
+    if command := START_COMMANDS.get(supervisor, ""):
+        return f"start it with '{command.format(service=service)}', or see 'onemap status'"
+    return f"start it with 'onemap service {service}' and the same --config, or see 'onemap status'"
 
 
 class Supervisor:

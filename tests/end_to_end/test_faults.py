@@ -230,7 +230,7 @@ def test_a_hanging_service_is_to_be_restarted_and_an_ended_one_started(system: S
         words = " ".join(output.split())
         assert "process hangs or its link" in words
         assert f"The {service} is not running" not in words
-        assert f"onemap {service}" not in words
+        assert f"onemap service {service}" not in words
     system.kill(service)
     system.start(service)
     system.until(system.is_ready, "the system is ready again", START_S)
@@ -239,7 +239,8 @@ def test_a_hanging_service_is_to_be_restarted_and_an_ended_one_started(system: S
     assert last is not None
     system.processes[service].terminate()
     system.until(
-        lambda: f"start it with 'onemap {service}'" in problem_of(system, service), "it ended"
+        lambda: f"start it with 'onemap service {service}'" in problem_of(system, service),
+        "it ended",
     )
     assert system.processes[service].wait(PATIENCE_S) == 0
     assert frames_kept(system) >= last.frames_fused  # the map was written once more

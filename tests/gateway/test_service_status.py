@@ -44,7 +44,7 @@ def test_a_killed_service_is_named_at_once_with_the_command_that_starts_it(servi
     state = well(10.0).with_members(MEMBERS - members(service), 10.5)
     report = service_status.assess_service(service, state, 11.0)
     assert (report.condition, report.ready) == (service_status.DOWN, False)
-    assert f"onemap {service}" in report.problem
+    assert f"onemap service {service}" in report.problem
     fault = service_status.find_pipeline_fault(state, 11.0, 5.0)
     assert fault is not None
     assert fault.service == service
@@ -88,7 +88,7 @@ def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
     fault = service_status.find_pipeline_fault(state, 10.0, 5.0)
     assert fault is not None
     assert fault.service == "router"
-    assert "lost the router: start it with 'onemap router'" in fault.detail
+    assert "lost the router: start it with 'onemap service router' and the same" in fault.detail
     assert {each.problem for each in service_status.assess_services(state, 10.0)} == {fault.detail}
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from onemap_shared.messages import Odometry
 from onemap_shared.runner import MAX_CHARS, PERIOD_S, LogLimit
-from onemap_shared.supervisor import JournalFormatter, start_command
+from onemap_shared.supervisor import JournalFormatter, start_hint
 from onemap_shared.transport import Inbox
 from onemap_shared.wire import Packet, encode
 from tests.shared.samples import sample
@@ -107,11 +107,17 @@ def test_each_line_has_the_priority_of_its_record(level: int, priority: int) -> 
 
 
 @pytest.mark.parametrize(
-    ("supervisor", "command"),
-    [("", "onemap planner"), ("systemd", "systemctl start onemap-planner")],
+    ("variables", "hint"),
+    [
+        ({}, "'onemap service planner' and the same --config"),
+        ({"ONEMAP_SUPERVISOR": "systemd"}, "'systemctl start onemap-planner'"),
+        ({"ONEMAP_LAUNCHED": "router planner"}, "it is started again by itself"),
+        ({"ONEMAP_LAUNCHED": "router mapper"}, "'onemap service planner'"),
+    ],
 )
 def test_a_hint_names_the_command_that_works_here(
-    supervisor: str, command: str, monkeypatch: pytest.MonkeyPatch
+    variables: dict[str, str], hint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("ONEMAP_SUPERVISOR", supervisor)
-    assert start_command("planner") == command
+    for name in ("ONEMAP_SUPERVISOR", "ONEMAP_LAUNCHED"):
+        monkeypatch.setenv(name, variables.get(name, ""))
+    assert hint in start_hint("planner")

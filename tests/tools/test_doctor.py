@@ -118,7 +118,7 @@ WRONG_FLOOR = {**FLOOR, "floor_height_m": 0.31, "floor_tilt_deg": 5.2, "floor_wr
 OTHER_ENCODER = {**HEALTHY.encoders, "camera features": ("clip-7", "clip")}
 NOT_YET = "cannot tell yet whether the floor lies at z = 0, from 1 viewpoints. Drive or turn"
 ERRORS = (
-    (changed(alive=NO_MAPPER), "mapper is not running. Start it: onemap mapper"),
+    (changed(alive=NO_MAPPER), "mapper is not running. Start it: onemap service mapper"),
     (changed(doubled={"planner": TWO["planner"]}), "are the planner (planner a, planner b)"),
     (changed(doubled={"robot": TWO["robot"]}), "2 processes are the robot (robot a, robot b)"),
     (

@@ -251,7 +251,11 @@ def _absent(name: str, observed: Observations) -> Finding:
     """A service that is not connected: it ended, or it hangs by the gateway's metrics."""
     silent_s = _metrics_with(f"hung_{name}_s", observed).get(f"hung_{name}_s")
     if silent_s is None:
-        return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
+        return _error(
+            f"The {name} is not running.",
+            f"Start it: onemap service {name}, with the same --config; what 'onemap up' began it "
+            "starts again.",
+        )
     return _error(
         f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
         "down.",

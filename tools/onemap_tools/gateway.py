@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from onemap import Client, InvalidSetting, OneMapError, RemoteSearch, Unreachable
 from onemap_shared.messages import SearchState
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
+TARGET = "onemap.target"
+UNITS = (Path("/usr/local/lib/systemd/system"), Path("/etc/systemd/system"))  # as install.sh has it
 MAX_FAILED_POLLS = 20  # in a row; a gateway that was killed restarts within that time
 USAGE_ERROR_STATUSES = (400, 413, 415, 422)  # the request itself is wrong
 
@@ -28,11 +31,17 @@ def cli_error(error: OneMapError) -> CliError:
     """The error that ends a command."""
     if isinstance(error, Unreachable) and not error.timed_out:
         return CliError(
-            f"No gateway at {error.url}: start everything with 'onemap up' or 'onemap demo', "
-            "or give its address with --url."
+            f"No gateway at {error.url}: start everything with {start_all()}, or give its address "
+            "with --url."
         )
     usage_error = isinstance(error, InvalidSetting) or error.status in USAGE_ERROR_STATUSES
     return CliError(error.detail, EXIT_USAGE_ERROR if usage_error else EXIT_FAILED)
+
+
+def start_all() -> str:
+    """The command that starts everything on this machine: where units are installed, systemd's."""
+    installed = any((folder / TARGET).exists() for folder in UNITS)
+    return f"'sudo systemctl start {TARGET}'" if installed else "'onemap up' or 'onemap demo'"
 
 
 class SearchHandle:

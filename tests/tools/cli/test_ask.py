@@ -21,6 +21,7 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
 from onemap_ros2 import discovery
+from onemap_tools import gateway
 from onemap_tools.cli import remote
 from onemap_tools.cli.app import app
 from onemap_tools.cli.remote import follow, is_done
@@ -196,6 +197,15 @@ def test_without_a_gateway_there_is_one_sentence(command: str) -> None:
     assert result.exit_code == EXIT_FAILED
     assert len(result.stderr.splitlines()) == 1
     assert error_of(result)["error"].startswith("No gateway at ")
+
+
+def test_where_units_are_installed_systemd_starts_everything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "onemap.target").touch()
+    monkeypatch.setattr(gateway, "UNITS", (tmp_path,))
+    result = RUNNER.invoke(app, ["status", "--url", "http://127.0.0.1:9", "--json"])
+    assert "start everything with 'sudo systemctl start onemap" in error_of(result)["error"]
 
 
 @pytest.mark.parametrize(

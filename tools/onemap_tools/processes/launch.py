@@ -20,6 +20,7 @@ from pathlib import Path
 import psutil
 
 from onemap_shared.runner import PARENT_VARIABLE
+from onemap_shared.supervisor import LAUNCHED_VARIABLE
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
@@ -131,7 +132,10 @@ class Processes:
         make_folder(log_folder)
         self.folder = log_folder
         self._children = [_Child(spec, log_folder / f"{spec.name}.log") for spec in specs]
-        self._environment = child_environment(os.environ if environment is None else environment)
+        self._environment = {
+            **child_environment(os.environ if environment is None else environment),
+            LAUNCHED_VARIABLE: " ".join(spec.name for spec in specs),
+        }
 
     def __enter__(self) -> Processes:
         return self

@@ -83,8 +83,8 @@ def problem_of(name: str, beat: Heartbeat | None) -> str:
     """Why the service is not ready, in a sentence; empty if it is."""
     if beat is None:
         return (
-            f"No heartbeat of the {name} within {PATIENCE_S:g} s: start it with 'onemap {name}' if "
-            "it does not run, restart it if its process hangs."
+            f"No heartbeat of the {name} within {PATIENCE_S:g} s: start it with 'onemap service "
+            f"{name}' and the same --config if it does not run, restart it if its process hangs."
         )
     if beat.ready:
         return ""

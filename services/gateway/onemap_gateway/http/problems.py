@@ -14,7 +14,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from starlette.responses import Response
 
 from onemap_gateway.present.formats import json_text
-from onemap_gateway.present.service_status import sentence, sentence_subject, start_hint
+from onemap_gateway.present.service_status import sentence, sentence_subject
+from onemap_shared.supervisor import start_hint
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
 
 MEDIA_TYPE = "application/problem+json"
@@ -211,8 +212,8 @@ class ProblemDetails(BaseModel):
                     "type": "/docs#problem-unavailable",
                     "title": "A service is missing",
                     "status": 503,
-                    "detail": "The mapper is not running: start it with 'onemap mapper', "
-                    "or see 'onemap status'.",
+                    "detail": "The mapper is not running: start it with 'onemap service "
+                    "mapper' and the same --config, or see 'onemap status'.",
                     "service": "mapper",
                 }
             ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from onemap.replies import ServiceHealth
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
 from onemap_shared.services import SERVICES, STAGES, doubled_sentence, installed_version
-from onemap_shared.supervisor import start_command
+from onemap_shared.supervisor import start_hint
 
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
@@ -19,11 +19,6 @@ TOKEN_LAG_S = 1.6
 # A service loop runs at 10 Hz; no step of a healthy service takes so long.
 PROGRESS_TIMEOUT_S = 5.0
 PIPELINE_STAGES = ("robot", *STAGES)  # in the order a frame passes them
-
-
-def start_hint(service: str) -> str:
-    """What to do about a service that does not run, in words that fit where the gateway runs."""
-    return f"start it with '{start_command(service)}', or see 'onemap status'"
 
 
 OK, DEGRADED, DOWN = "ok", "degraded", "down"  # degraded: runs, but does not do all of its work
