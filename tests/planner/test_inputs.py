@@ -108,6 +108,17 @@ def test_another_map_is_noticed_whatever_its_size(
     assert (after.exchange_count > inputs.exchange_count) == exchanged
 
 
+@pytest.mark.parametrize(("map_id", "another"), [("m1", False), ("m2", True)])
+@pytest.mark.parametrize(("revision", "frames"), [(11, 10), (11, 0), (11, 500), (3, 3)])
+def test_the_map_s_id_says_whether_it_is_another_one(
+    map_id: str, another: bool, revision: int, frames: int
+) -> None:
+    known = MapRevision(10, 1, 1, "e", "s", 10, 10, 10, 1.0, 8.0, map_id="m1")
+    inputs = with_revision(LatestInputs(), known, 0.0)
+    now = replace(known, revision=revision, frames_fused=frames, map_id=map_id)
+    assert (with_revision(inputs, now, 1.0).map_count > inputs.map_count) == another
+
+
 def test_the_map_s_period_is_measured_at_its_frames() -> None:
     state = inputs()
     for k in range(2, 8):

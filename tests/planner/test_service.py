@@ -204,6 +204,29 @@ def test_it_stops_when_a_stream_falls_silent_and_says_so(
     assert "waiting" not in services.get().reason
 
 
+def test_another_map_of_the_same_size_resets_what_came_from_the_one_before(
+    services: SimulatedServices,
+) -> None:
+    shown = "m1"
+    view = services.answer
+    services.answer = lambda request: replace(view(request), map_id=shown)
+    services.start("sofa")
+    services.until(lambda: bool(services.get().choice.options))
+    registry = services.planner._registry
+    swapped = False
+    while not swapped:
+        known = registry.state
+        assert known is not None
+        given_up = replace(known, unreached_frontiers=((9.0, 9.0),))
+        swapped = registry.compare_and_swap(known, given_up)
+    shown = "m2"
+    services.until(lambda: "the map began anew" in services.get().reason)
+    state = registry.state
+    assert state is not None
+    assert state.unreached_frontiers == ()
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+
 @pytest.mark.parametrize("lag_s", [4.0, 8.0, 3600.0, -0.7, -3600.0])
 def test_it_stands_while_stamps_of_map_and_odometry_do_not_fit(
     services: SimulatedServices, lag_s: float

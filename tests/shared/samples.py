@@ -87,7 +87,7 @@ SAMPLES: tuple[Any, ...] = (
         "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
         0.3,
     ),
-    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9, (SEES,)),
+    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9, (SEES,), map_id="5f3a"),
     m.SimilarityRequest(
         "sofa", 3, include_grid=True, negatives=("bed",), area_m=(0.0, -1.0, 2.0, 1.0),
         robot_xy_m=(0.5, 0.0),
@@ -105,6 +105,7 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
         np.full((4, 5), np.nan, np.float32), f32(4, 5), tops_dm=np.full((4, 5), 8, np.uint8),
+        map_id="5f3a",
     ),
     m.ViewChangesRequest("sofa", ("bed", "desk"), m.ViewKey("5f3a", "1.2.3", 4)),
     m.ViewChanges(

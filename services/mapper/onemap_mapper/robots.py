@@ -18,11 +18,11 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 import torch
 
-from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor, FloorState
 from onemap_mapper.query.replies import revision_of
 from onemap_mapper.query.texts import MapQueries
+from onemap_mapper.session import MapSession
 from onemap_shared import keys
 from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
@@ -255,16 +255,17 @@ class MapRobot:
             "out of it; clear the map, or restart the mapper if the poses are right"
         )
 
-    def announce(self, belief: BeliefMap, objects_version: int, places_version: int) -> None:
+    def announce(self, session: MapSession, objects_version: int, places_version: int) -> None:
         """Publish the revision of the map; the caller holds the map's lock."""
         revision = revision_of(
-            belief,
+            session.belief,
             update_ms=self.telemetry.update_ms,
             rate_hz=self.telemetry.rate_hz(time.monotonic()),
             objects_version=objects_version,
             robot=self.number,
         )
-        self._revisions.put(replace(revision, camera=self.camera, places_version=places_version))
+        known = replace(revision, camera=self.camera, places_version=places_version)
+        self._revisions.put(replace(known, map_id=session.map_id))
 
     def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:
         """Numbers of its frames for the heartbeat."""

@@ -487,7 +487,7 @@ class Mapper:
     def _announce(self) -> None:
         """Publish the revision; the caller holds the lock, so that revisions leave in order."""
         for robot in self._robots:
-            robot.announce(self._map, self._objects.memory.version, self._places.version)
+            robot.announce(self._session, self._objects.memory.version, self._places.version)
 
     def _announce_kept(self) -> None:
         with self._lock:

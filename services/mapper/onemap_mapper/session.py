@@ -26,7 +26,7 @@ class MapSession:
 
     lock: while it is held, the map changes. resumed: the map is that of a checkpoint, and no frame
     was fused since. learned: perception was asked which words compete with texts.
-    coverages: by the number of the robot.
+    map_id: no other session, of any mapper, has it. coverages: by the number of the robot.
     """
 
     def __init__(
@@ -39,7 +39,8 @@ class MapSession:
     ) -> None:
         self.belief, self.resumed, self.learned = belief, resumed, False
         self.scores = MapScores(belief, lock)
-        self.views = ViewReplies(self.scores, uuid4().hex)
+        self.map_id = uuid4().hex
+        self.views = ViewReplies(self.scores, self.map_id)
         self.rooms = RoomKeeper()
         self.coverages = [CoverageCache(time.monotonic) for _ in range(robots)]
 

@@ -72,9 +72,9 @@ class LatestInputs:
     """The newest message of each stream. Times are seconds of the planner's monotonic clock.
 
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
-    map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
-    map_count: different maps so far; places_version: that count, and the version of this map's
-    places; exchange_count: of these, those that took the place of
+    map_rate: of new frames in the map; map_id and map_version: of the newest map, the latter
+    (revision, frames fused); map_count: different maps so far; places_version: that count, and the
+    version of this map's places; exchange_count: of these, those that took the place of
     another in a running mapper; stages: the processes of perception and mapper, and
     stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
     when; loop and delay: how long commands and odometry travel; mixed: why messages of several
@@ -90,6 +90,7 @@ class LatestInputs:
     odometer_m: float = 0.0
     odometry: Arrival | None = None
     revision: Arrival | None = None
+    map_id: str = ""
     map_version: tuple[int, int] = (0, 0)
     map_count: int = 0
     exchange_count: int = 0
@@ -203,20 +204,24 @@ def with_sent(inputs: LatestInputs, command: SentCommand) -> LatestInputs:
 def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> LatestInputs:
     """The inputs with the new revision of the map, which is fresh if it holds a new frame.
 
-    It is another map (cleared, loaded, or of a restarted mapper) if it holds fewer frames than
-    before, or gained more frames than revisions. A restarted mapper counts revisions anew; its
-    found objects and their frame are those of before, unlike after clear and load.
+    It is another map (cleared, loaded, or of a restarted mapper) if its id says so; where a mapper
+    of an earlier release says none, if it holds fewer frames than before, or gained more frames
+    than revisions. A restarted mapper counts revisions anew; its found objects and their frame are
+    those of before, unlike after clear and load.
     """
     # A new frame has a new stamp; the revision changes also when a layer is reset.
     arrival = newest(inputs.revision, Arrival(message.stamp_ns, message.stamp_ns, now_s))
     fresh = arrival is not inputs.revision
     revisions = message.revision - inputs.map_version[0]
     frames = message.frames_fused - inputs.map_version[1]
-    another = inputs.revision is None or frames < 0 or frames > revisions
+    another = message.map_id != inputs.map_id
+    if not message.map_id:
+        another = inputs.revision is None or frames < 0 or frames > revisions
     return replace(
         inputs,
         revision=arrival,
         map_rate=inputs.map_rate.with_event(now_s) if fresh else inputs.map_rate,
+        map_id=message.map_id,
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
         places_version=(inputs.map_count + another, message.places_version),

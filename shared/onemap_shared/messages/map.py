@@ -96,6 +96,7 @@ class MapRevision:
         places_version: changes whenever a person changed a place; -1: they cannot be read.
         offset_m: how far beside where the map has it what the newest frame shows stands, metres:
             the robot was moved, or its pose is wrong; 0 if it fits.
+        map_id: another one after clear, load and restart; empty: the mapper does not say.
     """
 
     revision: int
@@ -112,6 +113,7 @@ class MapRevision:
     camera: tuple[CameraView, ...] = ()
     places_version: int = 0
     offset_m: float = 0.0
+    map_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +147,7 @@ class SearchView(Message):
         calibrated: whether the similarity is a probability; else only its order means anything.
         tops_dm: (nx, ny) how high what stands in occupied cells reaches, in decimetres, 22 also
             for what is higher; 0 elsewhere, and where it is not known; (0, 0) from older mappers.
+        map_id: as in ``MapRevision``; empty in a reply to ``SearchViewRequest``.
     """
 
     text: str
@@ -159,6 +162,7 @@ class SearchView(Message):
     guidance: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
     calibrated: bool = True
     tops_dm: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
+    map_id: str = ""
 
     def _check(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)

@@ -262,7 +262,7 @@ class ViewReplies:
     """
 
     def __init__(self, scores: MapScores, map_id: str) -> None:
-        self._scores, self._map_id = scores, map_id
+        self._scores, self.map_id = scores, map_id
 
     def reply(
         self, request: ViewChangesRequest, queries: Sequence[TextQuery], robot: int = 0
@@ -280,8 +280,8 @@ class ViewReplies:
         since = cells.since
         return ViewChanges(
             text=request.text,
-            base=NO_VIEW if since is None else ViewKey(self._map_id, query, since),
-            key=ViewKey(self._map_id, query, cells.number),
+            base=NO_VIEW if since is None else ViewKey(self.map_id, query, since),
+            key=ViewKey(self.map_id, query, cells.number),
             revision=cells.revision,
             sequence=cells.sequence,
             stamp_ns=cells.stamp_ns,
@@ -297,7 +297,7 @@ class ViewReplies:
 
     def _known(self, have: ViewKey) -> KnownScores:
         """What a caller holds, as this map counts; nothing that fits if it is of another one."""
-        serials = _serials(have.query) if have.map_id == self._map_id else None
+        serials = _serials(have.query) if have.map_id == self.map_id else None
         return KnownScores((-1,), -1) if serials is None else KnownScores(serials, have.number)
 
 

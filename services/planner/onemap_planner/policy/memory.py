@@ -347,10 +347,11 @@ class PlannerState:
     for it; unreached_frontiers: those of them that were given up on the way. crosses_gaps: paths
     may cross narrow gaps of unknown floor, because nothing else was left. trail: where the robot
     has been, metres. found_objects: of this search and those before on the same map; synonyms: of
-    all these names. known_m2: known area at the last step. active_time_s: seconds with fresh
-    inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are stale, None
-    while they are fresh; both of the planner's monotonic clock. crept_s: active time for which it
-    has crept without a break. dead_ends: the places given up with
+    all these names. map_id and known_m2: of the map at the last step, the latter its known area.
+    active_time_s: seconds with fresh inputs; last_step_s: time of the last step; stale_since_s:
+    since when the inputs are stale, None while they are fresh; both of the planner's monotonic
+    clock. crept_s: active time for which it has crept without a break. dead_ends: the places given
+    up with
     what was around them. other_memories: what is known of objects, by their indices, that wait
     while others are sought, and places: where the map may show them; asked_turn: the last turn of
     asking it; ordered_s: active time of the last revision of their order. appeared: what has just
@@ -368,6 +369,7 @@ class PlannerState:
     pose: Pose2d | None = None
     found_objects: tuple[FoundObject, ...] = ()
     synonyms: Synonyms = NO_SYNONYMS
+    map_id: str = ""
     known_m2: float = 0.0
     active_time_s: float = 0.0
     last_step_s: float | None = None

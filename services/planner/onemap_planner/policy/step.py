@@ -123,7 +123,8 @@ PATIENCE_S = 30.0
 MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
 CREEPS_S = 1.0  # of creeping before the search says why: less is a corner
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
-MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
+# A map without an id whose known area falls below this part was begun again.
+MAP_RESTART_FRACTION = 0.5
 
 # Chooses where to drive while no candidate is approached, as ``explore`` does.
 Exploration = Callable[[PlannerState, PlanningContext], Move]
@@ -254,9 +255,13 @@ def _description(
 
 def _take_in_map(state: PlannerState, observation: Observation, context: PlanningContext) -> None:
     """Take in the new detections; a map that was begun again resets what came from it."""
-    known_m2 = known_area_m2(observation.view) if observation.view is not None else 0.0
+    known_m2, map_id = 0.0, ""
+    if observation.view is not None:
+        known_m2, map_id = known_area_m2(observation.view), observation.view.map_id
     begun_again = known_m2 < MAP_RESTART_FRACTION * state.known_m2
-    state.known_m2 = known_m2
+    if map_id and state.map_id:
+        begun_again = map_id != state.map_id
+    state.known_m2, state.map_id = known_m2, map_id
     if begun_again:
         state.forget_map()
         _apply(state, MapRestarted(), observation)

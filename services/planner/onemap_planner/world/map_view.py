@@ -62,6 +62,11 @@ class AssembledView:
     rank_limits: F32
     calibrated: bool = True
 
+    @property
+    def map_id(self) -> str:
+        """See ``SearchView``."""
+        return self.key.map_id
+
     def whole(self) -> SearchView:
         """The whole view, as the mapper replies to ``SearchViewRequest``."""
         planes, nothing = len(self.values), np.zeros((0, 0), np.float32)
@@ -83,6 +88,7 @@ class AssembledView:
             rival=self.values[RIVAL] if planes > RIVAL else nothing,
             guidance=guidance,
             calibrated=self.calibrated,
+            map_id=self.map_id,
         )
 
 
