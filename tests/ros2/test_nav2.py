@@ -14,7 +14,9 @@ from onemap_ros2.cdr import TWIST, FormatError, decode, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive import nav2
 from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow, goal_of
+from onemap_ros2.drive.stand_watch import HELD_S, RELEASE_S
 from onemap_ros2.network.interface import Endpoint
+from onemap_ros2.service import STANDS_MPS
 from onemap_shared.geometry import wrap_angle
 from onemap_shared.messages import SearchState
 from tests.planner.grid_world import in_four_rooms, start
@@ -196,13 +198,13 @@ class Ride:
         self.network = FakeNetwork(SERVER)
         self.said: list[str] = []
         self.driver = nav2.Nav2Driver(self.network, Ros2Config(drive="nav2"), self.said.append)
-        self.now_s = 100.0
+        self.now_s, self.period_s = 100.0, 0.1
         self.fresh, self.moving = True, True
         self.voice = PlannerVoice().with_status(status("s1"))
 
     def step(self, x_m: float | None = 4.0) -> None:
         """One step; without ``x_m`` the planner is silent."""
-        self.now_s += 0.1
+        self.now_s += self.period_s
         if x_m is not None:
             self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s)
             self.voice = self.voice.with_command(self.now_s)
@@ -265,9 +267,11 @@ def test_whatever_ends_the_permission_cancels_the_goal(ride: Ride, why: str) -> 
 def test_the_adapter_that_ends_cancels(ride: Ride) -> None:
     ride.driver.close()
     assert ride.network.calls == []
+    ride.network.known = (SERVER, BASE)
     ride.drive()
     ride.driver.close()
     assert len(ride.calls("cancel_goal")) == 1
+    assert len(ride.network.writers["/cmd_vel", TWIST].sent) > 5  # whether it answers or not
 
 
 def test_a_lost_link_is_named_and_the_goal_cancelled(ride: Ride) -> None:
@@ -335,15 +339,16 @@ def test_without_the_newest_goal_the_one_before_is_cancelled(ride: Ride) -> None
     assert ride.calls("cancel_goal")[-1].request[4:20] == before
 
 
-def test_an_unanswered_cancellation_is_named_and_the_base_stopped(ride: Ride) -> None:
+def test_an_unanswered_cancellation_is_named_and_stops_the_base_at_once(ride: Ride) -> None:
     ride.network.known = (SERVER, BASE)
     asked = ride.drive()
     base = ride.network.writers["/cmd_vel", TWIST]
-    for _ in range(10):
+    for _ in range(4):
         ride.step(None)
     assert (ride.driver.problem(), base.sent) == ("", [])
     while not ride.calls("cancel_goal"):
         ride.step(None)
+    assert len(base.sent) == 1
     for _ in range(12):
         ride.step(4.0)  # a new search waits, and nothing else is sent
     hold = ride.driver.report().hold
@@ -351,20 +356,89 @@ def test_an_unanswered_cancellation_is_named_and_the_base_stopped(ride: Ride) ->
     assert ride.driver.problem() == hold
     velocities = [decode(data, TWIST) for data in base.sent]
     assert {(each.linear.x, each.angular.z) for each in velocities} == {(0.0, 0.0)}
-    # nav2 is gone, and the robot stands: a joystick may drive.
-    ride.network.known, ride.moving = (BASE,), False
-    ride.step()
-    quiet = len(base.sent)
-    ride.moving = True
-    ride.step()
-    assert len(base.sent) == quiet
     assert len(ride.calls("send_goal")) == 1
-    ride.network.known = (SERVER, BASE)
     asked.answer(result(5))
     ride.step()
     ride.step()
     assert (ride.driver.report().hold, ride.driver.problem()) == ("", "")
     assert len(ride.calls("send_goal")) == 2
+
+
+@pytest.mark.parametrize("cancel", [None, CANCELLING, UNKNOWN])
+def test_what_drives_on_after_a_goal_gets_zeros_as_long_as_it_does(
+    ride: Ride, cancel: bytes | None
+) -> None:
+    """nav2's action server is killed, or says that it ended; its controller drives on at 20 Hz."""
+    ride.network.known = (SERVER, BASE)
+    asked = ride.drive()
+    base = ride.network.writers["/cmd_vel", TWIST]
+    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    speed_mps, driven_m, ride.period_s = 0.5, 0.0, 0.01
+    wanted_mps = 0.5
+    for step in range(3000):  # 30 s, in which it would drive 15 m
+        if step % 5 == 0:
+            wanted_mps = 0.5
+        before = len(base.sent)
+        ride.step(None)
+        wanted_mps = 0.0 if len(base.sent) > before else wanted_mps
+        change = max(min(wanted_mps - speed_mps, 0.01), -0.01)  # 1 m/s^2
+        speed_mps += change
+        driven_m += speed_mps * ride.period_s
+        ride.moving = speed_mps > STANDS_MPS
+        if step == 20:
+            ride.network.known = (BASE,)
+            asked.answer(None if cancel is None else result(6))
+            ride.calls("cancel_goal")[-1].answer(cancel)
+    assert driven_m < 0.5
+
+
+def test_a_person_may_drive_once_nav2_has_ended_and_the_robot_stood(ride: Ride) -> None:
+    ride.network.known = (SERVER, BASE)
+    asked = ride.drive()
+    base = ride.network.writers["/cmd_vel", TWIST]
+    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    ride.step(None)
+    asked.answer(result(5))
+    ride.moving = False
+    for _ in range(int(10 * (HELD_S + RELEASE_S)) + 2):
+        ride.step(None)
+    quiet, ride.moving = len(base.sent), True
+    for _ in range(20):
+        ride.step(None)
+    assert len(base.sent) == quiet
+
+
+def test_a_nav2_that_never_answers_is_named_and_not_asked_on_and_on(ride: Ride) -> None:
+    ride.network.known = (SERVER, BASE)
+    holds = []
+    for _ in range(300):  # 30 s, after which the search ends with the reason
+        held = bool(ride.driver.report().hold)
+        ride.step(None if held else 4.0)
+        for call in ride.calls("cancel_goal"):
+            call.answer(UNKNOWN)
+        holds.append(ride.driver.report().hold)
+    assert holds[:10] == [""] * 10
+    assert "takes goals and has not answered for 1 s: is nav2 active?" in holds[12]
+    assert all(holds[-100:])
+    assert ride.driver.problem() == holds[-1]
+    assert len(ride.calls("send_goal")) <= 3
+    ride.network.known = (BASE,)
+    ride.step(None)
+    ride.network.known = (SERVER, BASE)  # it was started anew
+    for _ in range(12):
+        ride.step()
+    ride.calls("send_goal")[-1].answer(ACCEPTED)
+    ride.step()
+    assert ride.driver.report().hold == ""
+
+
+def test_a_failed_goal_is_no_problem_once_nobody_wants_it(ride: Ride) -> None:
+    ride.drive().answer(result(6))
+    ride.step()
+    assert ride.driver.problem() == "/navigate_to_pose: aborted"
+    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    ride.step(None)
+    assert ride.driver.problem() == ""
 
 
 def test_a_goal_that_a_killed_adapter_left_is_cancelled(ride: Ride) -> None:

@@ -197,8 +197,12 @@ class Driver(Protocol):
     def report(self) -> GoalReport:
         """What the planner must know of the goals."""
 
+    @property
+    def idle(self) -> bool:
+        """Whether nothing that it sent may move the robot."""
+
     def metrics(self) -> dict[str, float]:
         """Counts for health."""
 
     def close(self) -> None:
-        """Stop the robot."""
+        """Stop the robot, at once, and then whatever else has to end."""

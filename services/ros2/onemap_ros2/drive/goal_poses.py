@@ -62,6 +62,11 @@ class GoalPoseDriver:
         stands_s = robot.now_s - max(self._moved_s, self._sent_s)
         return GoalReport(goal if stands_s >= STILL_S else None)
 
+    @property
+    def idle(self) -> bool:
+        """See ``Driver``."""
+        return self._goal is None
+
     def metrics(self) -> dict[str, float]:
         """See ``Driver``."""
         return {"goals_sent": float(self._sent)}

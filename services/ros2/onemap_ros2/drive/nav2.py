@@ -39,6 +39,7 @@ from onemap_ros2.drive.driver import (
     Say,
     stamped_pose,
 )
+from onemap_ros2.drive.stand_watch import StandWatch
 from onemap_ros2.drive.velocity import STOPPED, ZEROS, Base
 from onemap_ros2.network.interface import PendingCall, RosNetwork
 from onemap_ros2.topic_list import missing, serves_action
@@ -49,7 +50,11 @@ RANDOM_BYTES = 10
 RESULT_S = 86_400.0  # a goal takes as long as it takes; a lost link ends the question earlier
 CLOSE_S = 2.0
 ANSWER_S = 2.0  # for nav2 to answer a goal, which is cancelled then
+NAMED_S = 1.0  # after so long without an answer to a goal nav2 is named
 CANCEL_S = 1.0  # the same for a cancellation, which is asked again: the robot may still drive
+# After the second goal in a row without an answer: longer than a search waits, which ends with the
+# reason. A later answer, or a server that is started anew, ends it before.
+SILENT_S = 35.0
 END_S = 3.0  # for a goal to end after nav2 accepted that: it brakes within one
 RETRY_S = 3.0  # after a goal that nav2 refused or aborted, before the same is sent again
 STATUS_KEPT = 5
@@ -271,8 +276,8 @@ class Nav2Driver:
     """Implements ``Driver``. One goal at a time; it ends as soon as it may not rest on anything.
 
     Goals carry a mark in their ids: those that an adapter left behind when it was killed are
-    cancelled by the next one of the same name. While a goal that must end does not, the base gets
-    zero velocities beside nav2's own.
+    cancelled by the next one of the same name. From when a goal must end, the base gets zero
+    velocities beside nav2's own, as long as the robot moves: see ``StandWatch``.
     """
 
     def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
@@ -293,7 +298,8 @@ class Nav2Driver:
         self._problem = ""
         self._failed: GoalPose | None = None  # what the problem is about, if it is about a goal
         self._robot: RobotNow | None = None
-        self._braked = False  # the robot stands, and nav2 is gone: others may drive
+        self._watch, self._was_served = StandWatch(), False
+        self._unanswered, self._silent_s = 0, NEVER  # goals in a row, and when the last one ended
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
@@ -301,7 +307,8 @@ class Nav2Driver:
         self._robot = robot
         self._base.find()
         self._hear_topics(robot.now_s)
-        heard = self._hear()
+        served, heard = self._was_served, self._hear()
+        self._was_served = heard.served
         before = self._goal
         self._goal, order = before.step(robot.now_s, voice.goal(robot), heard, robot.pose)
         if order is Order.SEND and self._goal.target is not None:
@@ -316,7 +323,10 @@ class Nav2Driver:
             self._ask_result()
             if not self._is_retry():
                 self._problem = ""
-        self._brake(robot)
+        self._count_silence(before, heard, robot.now_s, back=heard.served and not served)
+        if voice.goal(robot) is None and self._failed is not None and self.idle:
+            self._problem = ""  # of a goal that nobody wants any more
+        self._brake(robot, before)
 
     def problem(self) -> str:
         """See ``Driver``."""
@@ -328,9 +338,12 @@ class Nav2Driver:
 
     def report(self) -> GoalReport:
         """See ``Driver``: where nav2 says it is, and that it does not end a goal."""
-        overdue_s = self._goal.overdue_s(self._robot.now_s) if self._robot is not None else 0.0
+        if self._robot is None:
+            return GoalReport()
+        now_s = self._robot.now_s
+        overdue_s = self._goal.overdue_s(now_s)
         if not overdue_s:
-            return GoalReport(self._goal.reached)
+            return GoalReport(self._goal.reached, self._silence(now_s))
         code, since = self._goal.cancel_code, f"{overdue_s:.0f} s"
         what = f"has not answered a cancellation for {since}"
         if code is not None:
@@ -340,6 +353,11 @@ class Nav2Driver:
             )
         return GoalReport(hold=f"{self._action} {what}: the robot may still drive")
 
+    @property
+    def idle(self) -> bool:
+        """See ``Driver``."""
+        return self._goal.phase is GoalPhase.NONE
+
     def metrics(self) -> dict[str, float]:
         """See ``Driver``: goals by what became of them, and what remains of the present one."""
         counts = {f"goals_{name}": float(count) for name, count in self._counts.items()}
@@ -347,17 +365,19 @@ class Nav2Driver:
         return {**counts, "goal_remaining_m": self._remaining_m if active else 0.0}
 
     def close(self) -> None:
-        """Cancel the goal, and wait shortly for nav2 to say so; else stop the base."""
-        if self._goal.phase is GoalPhase.NONE or self._robot is None:
+        """Stop the base; cancel the goal, and send zeros until nav2 says so, for a while."""
+        if self._robot is None or (self.idle and not self._watch.on):
+            return
+        for _ in range(1 + ZEROS):
+            self._base.publish(STOPPED, self._robot)
+        if self.idle:
             return
         self._ask_to_cancel()
         for _ in range(int(CLOSE_S / 0.05)):
             if self._cancel is None or self._cancel.done:
                 break
             self._network.wait(0.05)
-        if self._cancel is not None and self._cancel.reply is None:
-            for _ in range(1 + ZEROS):
-                self._base.publish(STOPPED, self._robot)
+            self._base.publish(STOPPED, self._robot)
 
     def _is_retry(self) -> bool:
         """Whether nav2 failed at this goal before; what failed with another one is over."""
@@ -367,13 +387,36 @@ class Nav2Driver:
     def _served(self) -> bool:
         return serves_action(self._network.endpoints(), self._action)
 
-    def _brake(self, robot: RobotNow) -> None:
-        """Zero velocity while nav2 does not end its goal; if it is gone, until the robot stands."""
-        if not self._goal.overdue_s(robot.now_s):
-            self._braked = False
-        elif self._served() or not self._braked:
+    def _brake(self, robot: RobotNow, before: NavGoal) -> None:
+        """Zero velocity while the robot moves and no goal of ours is driven to."""
+        phase = self._goal.phase
+        if phase in (GoalPhase.ASKING, GoalPhase.DRIVING):
+            self._watch = self._watch.armed(robot.now_s)
+            return
+        if phase is GoalPhase.CANCELLING and before.phase is not phase:
+            self._watch = self._watch.begun(robot.now_s)
+        ended = phase is GoalPhase.NONE
+        self._watch, zero = self._watch.step(robot.now_s, moving=robot.moving, ended=ended)
+        if zero:
             self._base.publish(STOPPED, robot)
-            self._braked = not robot.moving
+
+    def _count_silence(self, before: NavGoal, heard: Heard, now_s: float, *, back: bool) -> None:
+        """Count the goals that nav2 leaves without an answer; ``back``: it was started anew."""
+        if heard.accepted is not None or back:
+            self._unanswered = 0
+        elif before.phase is GoalPhase.ASKING and self._goal.phase is GoalPhase.CANCELLING:
+            self._unanswered += now_s - before.since_s > ANSWER_S
+            self._silent_s = now_s
+
+    def _silence(self, now_s: float) -> str:
+        """That nav2 takes goals and does not answer; empty if it does."""
+        goal = self._goal
+        asked_s = now_s - goal.since_s if goal.phase is GoalPhase.ASKING else 0.0
+        again = self._unanswered > 1 and now_s - self._silent_s <= SILENT_S
+        if asked_s <= NAMED_S and not again:
+            return ""
+        since = f"for {asked_s:.0f} s" if asked_s > NAMED_S else f"{self._unanswered} times"
+        return f"{self._action} takes goals and has not answered {since}: is nav2 active?"
 
     def _send(self, goal: GoalPose, stamp_ns: int) -> None:
         self._replaced, self._result = (self._goal_id, self._result), None

@@ -71,6 +71,11 @@ class VelocityDriver:
         """See ``Driver``: there are no goals."""
         return GoalReport()
 
+    @property
+    def idle(self) -> bool:
+        """See ``Driver``."""
+        return not self._relay.driving
+
     def metrics(self) -> dict[str, float]:
         """See ``Driver``."""
         return {"velocities_sent": float(self._sent)}
