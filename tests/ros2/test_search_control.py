@@ -43,7 +43,7 @@ class Planner:
         self.started: list[tuple[str, ...]] = []
         self.details: list[tuple[str, ...]] = []
         self.stay_out: tuple[str, ...] = ()
-        self.rejects = ""
+        self.rejects, self.stands = "", True
         self.network = FakeNetwork()
         config = Ros2Config.model_validate({"namespace": "/r1", "map_frame": "odom"})
         self.control = SearchControl(router.bus("ros2"), self.network, config)
@@ -66,11 +66,11 @@ class Planner:
 
     def say(self, word: str) -> None:
         self.network.say("/r1/onemap/search", encode(new(STRING, word), STRING))
-        self.control.step(None)
+        self.control.step(None, stands=self.stands)
 
     def state(self, newest: m.SearchStatus | None = None) -> dict[str, Any]:
         """What ``/onemap/state`` shows."""
-        self.control.step(newest)
+        self.control.step(newest, stands=self.stands)
         sent = self.network.writers["/r1/onemap/state", STRING].sent
         document: dict[str, Any] = json.loads(decode(sent[-1], STRING).data)
         return document
@@ -78,7 +78,7 @@ class Planner:
     def cancel(self) -> tuple[bool, str]:
         request = FakeRequest(b"")
         self.network.services["/r1/onemap/cancel"].waiting.append(request)
-        self.control.step(None)
+        self.control.step(None, stands=self.stands)
         answer = decode(request.answers.get(timeout=30), f"{TRIGGER}_Response")
         return answer.success, answer.message
 
@@ -98,6 +98,19 @@ def test_words_start_a_search_and_a_service_cancels_it(planner: Planner) -> None
     eventually(lambda: planner.started or None)
     assert planner.started == [("sofa", "lamp")]
     assert planner.details == [("", "red")]
+    assert planner.cancel() == (True, "it looks")
+
+
+def test_a_cancellation_succeeds_only_if_the_robot_stands(
+    planner: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_ros2.search_control.STAND_S", 0.0)
+    planner.serve()
+    planner.stands = False
+    succeeded, message = planner.cancel()
+    assert not succeeded
+    assert "the robot does not stand after 0 s: stop it by other means" in message
+    planner.stands = True
     assert planner.cancel() == (True, "it looks")
 
 

@@ -233,11 +233,16 @@ def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
     assert f"no node publishes {TOPICS.color}" in made.worker.health().problem
     made.robot_says(T0 + 1)
     assert "no node subscribes to /cmd_vel" in made.worker.health().problem
+    waiting = made.odometry.take(0.0)
+    assert waiting is not None
+    assert "no node subscribes to /cmd_vel" in waiting.hold  # no search is begun on it
     made.network.known = (base(TWIST),)
+    clock.now_s += 1.0
+    made.robot_says(T0 + 10**9)
     health = made.worker.health()
     assert (health.ready, health.problem) == (True, "")
     assert health.metrics is not None
-    assert health.metrics["frames"] == 1
+    assert health.metrics["frames"] == 2
 
 
 def test_a_camera_that_falls_silent_is_named_with_its_rate_and_last_stamp(clock: Clock) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import logging
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
@@ -26,6 +27,7 @@ LOG = logging.getLogger("onemap.ros2")
 T = TypeVar("T")
 SEARCH, CANCEL, STATE = "search", "cancel", "state"  # below /onemap
 ANSWER_S = 3.0  # for the planner to answer, as the gateway gives it
+STAND_S = 3.0  # for the robot to stand after the search was cancelled: nav2 brakes within one
 KEPT = 5  # words between two steps
 THREADS = 2  # so that a cancellation does not wait for a start
 
@@ -41,12 +43,17 @@ class SearchControl:
         self._cancels = network.serve(f"{prefix}/{CANCEL}", TRIGGER)
         self._writer = network.write(f"{prefix}/{STATE}", STRING, latched=True)
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="search-control")
+        self._stands = threading.Event()  # the robot does, and nothing of ours may move it
         self._refused = self._said = ""
         self.status: SearchStatus | None = None
 
-    def step(self, status: SearchStatus | None) -> None:
-        """Take commands and publish what is new; ``status``: that the planner sent just now."""
+    def step(self, status: SearchStatus | None, *, stands: bool) -> None:
+        """Take commands and publish what is new; ``status``: that the planner sent just now.
+
+        stands: whether the robot does, and nothing of ours may move it.
+        """
         self.status = status or self.status
+        (self._stands.set if stands else self._stands.clear)()
         for data in self._words.take():
             self._run(self._start, data)
         for request in self._cancels.take():
@@ -89,6 +96,9 @@ class SearchControl:
         try:
             status = self._bus.call(SEARCH_CANCEL, SearchId(), ANSWER_S)
             answer = True, status.reason
+            if not self._stands.wait(STAND_S):
+                how = f"but the robot does not stand after {STAND_S:g} s: stop it by other means"
+                answer = False, f"{status.reason}, {how}"
         except CallError as problem:
             answer = False, str(problem)
         request.reply(encode(new(f"{TRIGGER}_Response", *answer), f"{TRIGGER}_Response"))

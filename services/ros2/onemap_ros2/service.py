@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import asdict, replace
 
 from onemap_ros2.cdr import DIAGNOSTICS
@@ -47,6 +48,8 @@ STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the 
 STANDS_MPS, STANDS_RADPS = 0.02, 0.05  # up to this a base that stands may report
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
 DIAGNOSTICS_PERIOD_S = 1.0  # as ROS 2's own nodes send them
+DRIVEN_BY = ("command", "goal_pose", "navigate")  # by setting, where the robot has such a node
+LACK_PERIOD_S = 0.5  # between two looks for it: odometry comes 50 times a second
 KEPT_BEATS = 20  # of all services, between two diagnostics
 KEPT = {"tf_static": 100, "tf": 100, "odometry": 5, "color": 5, "depth": 5}  # between two steps
 DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Say], Driver]] = {
@@ -88,7 +91,8 @@ class Ros2Worker:
         self._beats = bus.subscribe(ALL_HEARTBEATS, KEPT_BEATS)
         self._services: dict[str, tuple[float, Heartbeat]] = {}  # when it came
         self._diagnostics = network.write(config.diagnostics, DIAGNOSTICS)
-        self._next_diagnostics_s = began_s
+        self._next_diagnostics_s = self._next_lack_s = began_s
+        self._lack = ""
         self._last: tuple[float, Odometry] | None = None  # when it was sent
         self._display: Display | None = None
         if config.display:
@@ -129,12 +133,13 @@ class Ros2Worker:
         return Health(ready=not problem, problem=problem or self._input.problem, metrics=metrics)
 
     def close(self) -> None:
-        """Stop the robot and leave its network."""
-        if self._display is not None:
-            self._display.close()
-        self._control.close()
-        self._driver.close()
-        self._network.close()
+        """Stop the robot, before anything that may wait; then leave its network."""
+        with ExitStack() as later:  # in the opposite order, each whatever happens to the others
+            later.callback(self._network.close)
+            if self._display is not None:
+                later.callback(self._display.close)
+            later.callback(self._control.close)
+            later.callback(self._driver.close)
 
     def _send(self, odometry: Odometry, now_s: float) -> None:
         self._last = (now_s, odometry)
@@ -146,7 +151,16 @@ class Ros2Worker:
         known = replace(
             odometry, planner=planner, command_sequence=sequence, driver=self._gate.driver
         )
-        self._odometry.put(replace(known, reached=reached, hold=report.hold))
+        hold = report.hold or self._undriven(now_s)
+        self._odometry.put(replace(known, reached=reached, hold=hold))
+
+    def _undriven(self, now_s: float) -> str:
+        """Why nothing can drive the robot, as no node of it takes goals or velocities."""
+        if now_s >= self._next_lack_s:
+            self._next_lack_s = now_s + LACK_PERIOD_S
+            lacking = missing(self._network.endpoints(), self._config)
+            self._lack = next((lacking[each] for each in DRIVEN_BY if each in lacking), "")
+        return self._lack
 
     def _drive(self, now_s: float) -> None:
         robot = RobotNow(
@@ -177,7 +191,7 @@ class Ros2Worker:
             self._voice = self._voice.with_places(revision.places_version)
         if status is not None:
             self._voice = self._voice.with_status(status)
-        self._control.step(status)
+        self._control.step(status, stands=self._driver.idle and not self._moving(now_s))
         if path is not None:
             self._voice = self._voice.with_path(path, now_s)
         return self._voice
@@ -239,7 +253,7 @@ class Ros2Worker:
             reason = _both(reason, silent) or "no color and depth images with near stamps"
             since = f" for {waited_s:.0f} s" if self._input.counts.frames else ""
             return f"no frame from {topics.color} and {topics.depth}{since}: {reason}"
-        return self._driver.problem()
+        return self._undriven(now_s) or self._driver.problem()
 
 
 def _both(reason: str, silent: str) -> str:
