@@ -64,6 +64,10 @@ class StartError(Exception):
         self.temporary = temporary
 
 
+class WorkerFailed(Exception):
+    """The worker cannot go on, but a new process may; the text is one sentence for the user."""
+
+
 # Seconds for which a thread that computes keeps the interpreter from those that wait. At Python's
 # 0.005 a query, which passes five threads of a mapper that fuses, waits for that at each; at 0.0003
 # the slowest queries take longer again.
@@ -212,6 +216,9 @@ def _work(
         while not stop.is_set():
             worker.step(STEP_S)
             heartbeats.progress.advance()
+    except WorkerFailed as problem:
+        LOG.error("%s: %s ends, to be started again", problem, service)
+        return EXIT_CRASHED
     except Exception:
         LOG.exception("%s crashed", service)
         return EXIT_CRASHED

@@ -11,9 +11,9 @@ import pytest
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detection, DetectorError, Image
 from onemap_perception.encoders.protocol import ImageEncoder
-from onemap_perception.errors import OutOfDeviceMemoryError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_perception.feature_field import VarianceParams
-from onemap_perception.service import Perception, PerceptionComponents
+from onemap_perception.service import MAX_FAILED_IN_ROW, Perception, PerceptionComponents
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import (
@@ -24,6 +24,7 @@ from onemap_shared.messages import (
     TextEmbeddings,
     TextRequest,
 )
+from onemap_shared.runner import WorkerFailed
 from onemap_shared.transport import RemoteError
 from tests.memory_bus import MemoryBus, MemoryRouter
 from tests.perception.encoders.test_images import png
@@ -273,6 +274,53 @@ def test_a_failing_detector_does_not_stop_the_fields() -> None:
     world.service.step(0.0)
     assert world.service.health().problem == ""  # nothing is to be detected any more
     world.service.close()
+
+
+class BrokenEncoder(ColourEncoder):
+    """As after an error of CUDA; what it raises on each frame."""
+
+    def __init__(self, raises: type[BackendError]) -> None:
+        self.raises: type[BackendError] | None = raises
+
+    def encode(self, rgb: U8) -> F16:
+        if self.raises:
+            raise self.raises("the network failed on cuda: an illegal memory access")
+        return super().encode(rgb)
+
+
+def shown(world: World, first: int, count: int) -> None:
+    for sequence in range(first, first + count):
+        world.camera.put(frame(sequence))
+        world.service.step(0.0)
+
+
+def test_an_encoder_that_fails_for_ever_ends_perception() -> None:
+    """A full memory does not, and one frame that succeeds begins the count anew."""
+    encoder = BrokenEncoder(OutOfDeviceMemoryError)
+    world = World(encoder)
+    shown(world, 0, 2 * MAX_FAILED_IN_ROW)
+    encoder.raises = BackendError
+    shown(world, 200, MAX_FAILED_IN_ROW - 1)
+    encoder.raises = None
+    shown(world, 300, 1)
+    encoder.raises = BackendError
+    shown(world, 400, MAX_FAILED_IN_ROW - 1)
+    with pytest.raises(WorkerFailed, match=r"50 frames in a row .* an illegal memory access"):
+        shown(world, 500, 1)
+
+
+def test_a_detector_that_fails_for_ever_ends_perception() -> None:
+    world = SlowWorld()
+    world.detector.broken = True
+
+    def look(sequence: int) -> None:
+        world.show(sequence)
+        world.release()
+
+    for sequence in range(MAX_FAILED_IN_ROW - 1):
+        look(sequence)
+    with pytest.raises(WorkerFailed, match=r"detector failed on 50 .* the weights are damaged"):
+        look(MAX_FAILED_IN_ROW)
 
 
 def test_a_picture_is_embedded_as_the_encoder_sees_it() -> None:

@@ -27,7 +27,7 @@ __all__ = ["shared_router", "space"]  # the fixtures
 SERVICE = """
 import sys, threading, time
 from onemap_shared.params import Params
-from onemap_shared.runner import StartError, run_service
+from onemap_shared.runner import StartError, WorkerFailed, run_service
 from onemap_shared.compression import CompressionError
 from onemap_shared.transport import Health
 from onemap_shared import watchdog
@@ -47,6 +47,8 @@ class Worker:
     def step(self, timeout_s):
         if self.mode == "crash":
             raise RuntimeError("out of luck")
+        if self.mode == "failed":
+            raise WorkerFailed("no frame can be encoded")
         if self.mode == "hang":
             print("hanging", flush=True)
             threading.Event().wait()
@@ -122,12 +124,20 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(space: Router) -> Non
     bus.close()
 
 
-@pytest.mark.parametrize(("mode", "message"), [("crash", "out of luck"), ("thread", "helper died")])
+@pytest.mark.parametrize(
+    ("mode", "message"),
+    [
+        ("crash", "out of luck"),
+        ("thread", "helper died"),
+        ("failed", "no frame can be encoded: mapper ends, to be started again"),
+    ],
+)
 def test_a_service_that_dies_ends_its_process(space: Router, mode: str, message: str) -> None:
     process = start(space, mode)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert message in stderr
+    assert ("Traceback" in stderr) is (mode != "failed")
 
 
 def test_a_main_loop_that_hangs_ends_its_process(space: Router) -> None:

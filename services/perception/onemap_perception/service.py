@@ -34,12 +34,15 @@ from onemap_shared.messages import (
     TextRequest,
 )
 from onemap_shared.rates import RateMeter
-from onemap_shared.runner import StartError
+from onemap_shared.runner import StartError, WorkerFailed
 from onemap_shared.transport import Bus, Health, RequestRejected, Worker
 
 LOG = logging.getLogger("onemap.perception")
 FRAME_TIMEOUT_S = 5.0  # without a camera frame, after which perception is not ready
 SHORT_SILENCE_S = 2.0  # a shorter pause between frames is no problem
+# Frames in a row that fail for another reason than a full memory, after which only a new process
+# helps: after an error of CUDA every later call fails. A strange image is one, not so many.
+MAX_FAILED_IN_ROW = 50
 
 
 @dataclass(slots=True)
@@ -55,6 +58,8 @@ class PerceptionTelemetry:
     frames_failed: int = 0
     detections_failed: int = 0
     out_of_memory: int = 0
+    encoder_failed_in_row: int = 0
+    detector_failed_in_row: int = 0
     failure: str = ""
     detector_failure: str = ""
     text_problem: str = ""
@@ -63,24 +68,38 @@ class PerceptionTelemetry:
         """A frame was encoded and published at ``now_s`` (monotonic)."""
         self.encoded = self.encoded.with_event(now_s)
         self.encode_ms, self.frame_age_ms = encode_ms, frame_age_ms
-        self.failure = ""
+        self.failure, self.encoder_failed_in_row = "", 0
 
     def frame_failed(self, problem: BackendError) -> None:
         """A frame was dropped because of this."""
+        full = isinstance(problem, OutOfDeviceMemoryError)
         self.frames_failed += 1
-        self.out_of_memory += isinstance(problem, OutOfDeviceMemoryError)
+        self.out_of_memory += full
+        self.encoder_failed_in_row += not full
         self.failure = str(problem)
 
     def detection_done(self, detect_ms: float) -> None:
         """The detector finished a frame."""
         self.detect_ms = detect_ms
-        self.detector_failure = ""
+        self.detector_failure, self.detector_failed_in_row = "", 0
 
     def detection_failed(self, problem: BackendError) -> None:
         """The detector failed on a frame because of this."""
+        full = isinstance(problem, OutOfDeviceMemoryError)
         self.detections_failed += 1
-        self.out_of_memory += isinstance(problem, OutOfDeviceMemoryError)
+        self.out_of_memory += full
+        self.detector_failed_in_row += not full
         self.detector_failure = str(problem)
+
+    @property
+    def hopeless(self) -> str:
+        """Why no later frame can be expected to succeed, in one sentence; empty if it can."""
+        if self.encoder_failed_in_row >= MAX_FAILED_IN_ROW:
+            return f"{MAX_FAILED_IN_ROW} frames in a row could not be encoded: {self.failure}"
+        if self.detector_failed_in_row >= MAX_FAILED_IN_ROW:
+            why = self.detector_failure
+            return f"the detector failed on {MAX_FAILED_IN_ROW} frames in a row: {why}"
+        return ""
 
     @property
     def timings(self) -> dict[str, float]:
@@ -207,7 +226,10 @@ class Perception:
         bus.serve(keys.EMBED_IMAGE, self.embed_image)
 
     def step(self, timeout_s: float) -> None:
-        """Encode the newest frame, if one arrives in time; detect the target of the search."""
+        """Encode the newest frame, if one arrives in time; detect the target of the search.
+
+        Raises ``WorkerFailed`` after many failures in a row.
+        """
         frame = self._frames.take(timeout_s)
         if frame is not None:
             self._receipts.put(FrameReceipt(frame.sequence, frame.stamp_ns))
@@ -219,6 +241,8 @@ class Perception:
                 self._detector_runner.before_encoding(frame, self._target)
             features = self._encode(frame)
         self._detect(frame, features)
+        if problem := self._telemetry.hopeless:
+            raise WorkerFailed(problem)
 
     def health(self) -> Health:
         """Readiness, timings and counters, and the most serious problem."""
