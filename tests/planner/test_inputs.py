@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from onemap_planner.inputs import (
@@ -77,6 +78,26 @@ def test_the_odometer_counts_driving_only() -> None:
     assert with_odometry(state, sideways, 0.2).odometer_m == pytest.approx(0.5)
     assert trembling.pose is not None
     assert trembling.pose.yaw_rad == pytest.approx(0.3)
+
+
+def test_a_robot_that_tells_no_speed_has_driven_too() -> None:
+    """As one made from the example: 10 m on a circle of 0.5 m."""
+    state = LatestInputs()
+    for tick in range(400):
+        angle = tick * 0.025 / 0.5
+        pose = pose_2d(0.5 * math.cos(angle), 0.5 * math.sin(angle), angle)
+        message = replace(odometry(tick, 0, speed=0.0), T_map_body=pose)
+        state = with_odometry(state, message, tick / 20)
+    assert 9.6 < state.odometer_m <= 10.0
+
+
+def test_noise_and_jumps_of_a_robot_that_stands_are_no_way() -> None:
+    rng, state = np.random.default_rng(1), LatestInputs()
+    for tick, (x, y) in enumerate(rng.normal(0.0, 0.02, (20_000, 2))):
+        jumped = 0.6 * (tick // 1000 % 2)  # a loop closure every 50 s
+        message = replace(odometry(tick, 0, speed=0.0), T_map_body=pose_2d(x + jumped, y, 0.0))
+        state = with_odometry(state, message, tick / 20)
+    assert state.odometer_m == 0.0
 
 
 def test_a_collision_is_remembered_until_the_next_plan() -> None:

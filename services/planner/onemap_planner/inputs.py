@@ -26,7 +26,11 @@ from onemap_shared.messages import CameraView, Heartbeat, MapRevision, Odometry
 from onemap_shared.rates import RateMeter
 from onemap_shared.services import DRIVER, doubled, doubled_sentence, role_of
 
-MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
+# A longer step between two messages was not driven: the robot was carried, or its pose corrected.
+JUMP_M, JUMP_MPS, JUMP_S = 0.3, 1.0, 1.0  # 0.3 m, and 1 m/s since the last message, 1 s at most
+# Metres from where the odometer last counted, at which a robot that tells no speed has driven: the
+# pose of one that stands is within a tenth of that.
+COUNTED_M = 0.2
 STAGES = ("perception", "mapper")  # starts that a search waits for; no robot drives off at boot
 START_TOLD_S = 3.0  # a stage that starts says so once a second
 USUAL_LOOP_S = 0.1  # of a command on one computer: in USUAL_DELIVERY_S, with one control period
@@ -71,16 +75,16 @@ class DriverLife:
 class LatestInputs:
     """The newest message of each stream. Times are seconds of the planner's monotonic clock.
 
-    collided_s: when a collision was last reported; odometer_m: distance driven since the start;
-    map_rate: of new frames in the map; map_id and map_version: of the newest map, the latter
-    (revision, frames fused); map_count: different maps so far; places_version: that count, and the
-    version of this map's places; exchange_count: of these, those that took the place of
-    another in a running mapper; stages: the processes of perception and mapper, and
-    stages_at_s when they last changed; start: what one of them says about its start, and start_at_s
-    when; loop and delay: how long commands and odometry travel; mixed: why messages of several
-    robots or mappers come, empty if they do not; driver: who drives the robot; camera: of the
-    robot, and offset_m, see ``MapRevision``, as the mapper last told them; reached and hold: what
-    the robot's own navigation says, see ``Odometry``.
+    collided_s: when a collision was last reported; odometer_m: distance driven since the start, up
+    to counted_xy, metres; map_rate: of new frames in the map; map_id and map_version: of the newest
+    map, the latter (revision, frames fused); map_count: different maps so far; places_version: that
+    count, and the version of this map's places; exchange_count: of these, those that took the place
+    of another in a running mapper; stages: the processes of perception and mapper, and stages_at_s
+    when they last changed; start: what one of them says about its start, and start_at_s when; loop
+    and delay: how long commands and odometry travel; mixed: why messages of several robots or
+    mappers come, empty if they do not; driver: who drives the robot; camera: of the robot, and
+    offset_m, see ``MapRevision``, as the mapper last told them; reached and hold: what the robot's
+    own navigation says, see ``Odometry``.
     """
 
     pose: Pose2d | None = None
@@ -88,6 +92,7 @@ class LatestInputs:
     hold: str = ""
     collided_s: float = float("-inf")
     odometer_m: float = 0.0
+    counted_xy: tuple[float, float] | None = None
     odometry: Arrival | None = None
     revision: Arrival | None = None
     map_id: str = ""
@@ -157,21 +162,34 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
     """The inputs with the new pose, and the odometer advanced by the distance driven."""
     T = message.T_map_body
     pose = Pose2d(float(T[0, 3]), float(T[1, 3]), yaw_of(T))
-    speed_mps = math.hypot(message.linear_mps, message.lateral_mps)
-    moving = inputs.pose is not None and speed_mps > MIN_SPEED_MPS
-    driven_m = pose.distance_to(inputs.pose.xy) if inputs.pose is not None and moving else 0.0
+    inputs = _with_way(inputs, pose, math.hypot(message.linear_mps, message.lateral_mps), now_s)
     return replace(
         inputs,
         pose=pose,
         reached=Pose2d(*message.reached) if message.reached else None,
         hold=message.hold,
         collided_s=now_s if message.collided else inputs.collided_s,
-        odometer_m=inputs.odometer_m + (driven_m if driven_m < MAX_ODOMETRY_STEP_M else 0.0),
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
         loop=inputs.loop.with_odometry(message, now_s),
         driver=inputs.driver.with_odometry(message),
         delay=inputs.delay.with_odometry(message.stamp_ns, now_s),
     )
+
+
+def _with_way(inputs: LatestInputs, pose: Pose2d, speed_mps: float, now_s: float) -> LatestInputs:
+    """The inputs with the way to this pose: each step of a robot that says that it moves.
+
+    One that says it stands may not tell its speed: then its way counts in chords of ``COUNTED_M``.
+    """
+    if inputs.pose is None or inputs.counted_xy is None or inputs.odometry is None:
+        return replace(inputs, counted_xy=pose.xy)
+    since_s = min(now_s - inputs.odometry.at_s, JUMP_S)
+    if pose.distance_to(inputs.pose.xy) > JUMP_M + JUMP_MPS * since_s:
+        return replace(inputs, counted_xy=pose.xy)
+    way_m = pose.distance_to(inputs.counted_xy)
+    if speed_mps <= MIN_SPEED_MPS and way_m < COUNTED_M:
+        return inputs
+    return replace(inputs, odometer_m=inputs.odometer_m + way_m, counted_xy=pose.xy)
 
 
 def with_start(inputs: LatestInputs, beat: Heartbeat, now_s: float) -> LatestInputs:

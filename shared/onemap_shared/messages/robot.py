@@ -71,12 +71,12 @@ class Odometry(Message):
     sequence: int
     stamp_ns: int
     T_map_body: Pose
-    linear_mps: float
-    angular_radps: float
+    linear_mps: Finite
+    angular_radps: Finite
     collided: bool = False
     planner: Name = ""
     command_sequence: int = -1
-    lateral_mps: float = 0.0
+    lateral_mps: Finite = 0.0
     reached: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
     hold: str = ""
     driver: Name = ""

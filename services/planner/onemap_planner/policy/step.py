@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import radians
+from math import inf, radians
 
 from pydantic import Field, PositiveFloat
 
@@ -148,6 +148,8 @@ def step(
     pose, view = observation.pose, observation.view
     if observation.stale_reason or pose is None or view is None:
         _wait_for_inputs(state, observation)
+        if (limit := limit_reached(state, observation)) is not None:
+            _apply(state, limit, observation)
         return Outcome(state)
     turned_rad = wrap_angle(pose.yaw_rad - (state.pose or pose).yaw_rad)
     state.move_to(pose)
@@ -387,10 +389,12 @@ def stuck_failure(state: PlannerState) -> Ending:
     return _failed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
 
 
-def limit_reached(state: PlannerState, observation: Observation, limit_s: float) -> Event | None:
+def limit_reached(
+    state: PlannerState, observation: Observation, limit_s: float = inf
+) -> Event | None:
     """The event that ends the search, or the object, whose limit is reached; None without.
 
-    limit_s: of one object; the search's own limits are in its budget.
+    limit_s: of one object; the search's own limits are in its budget, and count while it waits too.
     """
     search, budget = state.search, state.search.budget
     driven = driven_m(search, observation.odometer_m)
