@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,12 +18,14 @@ from onemap_ros2.cdr import (
     type_hash,
 )
 from onemap_ros2.config import Ros2Config
+from onemap_ros2.frame_images import FrameImages
+from onemap_ros2.frame_thread import FrameThread
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import Ros2Worker, build
 from onemap_ros2.topic_list import TopicNeed, needs
 from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
-from onemap_shared.messages import Heartbeat, VelocityCommand
+from onemap_shared.messages import Heartbeat, RgbdFrame, VelocityCommand
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
@@ -99,6 +102,8 @@ class System:
         say(TOPICS.odometry, odometry(stamp_ns, 1.0))
         say(TOPICS.color, image(stamp_ns, np.zeros((HEIGHT, WIDTH, 3), np.uint8), "rgb8"))
         say(TOPICS.depth, image(stamp_ns, np.ones((HEIGHT, WIDTH), np.uint16), "16UC1"))
+        self.worker.step(0.1)
+        self.worker._making.wait_idle()
         self.worker.step(0.1)
 
     def command(self, linear_mps: float = 0.25, odometry_ns: int = 0) -> None:
@@ -187,6 +192,34 @@ def test_a_loop_of_transforms_is_named_and_over_when_nobody_says_it(clock: Clock
         while made.odometry.take(0.0) is not None:
             driven.append(step)
     assert [step for step in driven if step < 40 or step > 70] == [*range(20), *range(71, 100)]
+
+
+def test_an_image_that_takes_long_delays_no_command(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes_on = threading.Event()
+    slow = FrameImages.frame
+
+    def blocked(images: FrameImages) -> RgbdFrame:
+        goes_on.wait()
+        return slow(images)
+
+    made = System(clock, base(TWIST))
+    made.robot_says()
+    monkeypatch.setattr(FrameImages, "frame", blocked)
+    monkeypatch.setattr(made.worker._making, "wait_idle", lambda: None)
+    for number in range(1, 30):
+        clock.now_s += 0.1
+        made.robot_says(T0 + number * 10**8)
+        made.command(0.25, T0 + number * 10**8)
+    assert made.sent(TWIST) == [0.25] * 29
+    goes_on.set()
+    FrameThread.wait_idle(made.worker._making)
+    made.worker.step(0.1)
+    stamps = []
+    while (frame := made.frames.take(0.0)) is not None:
+        stamps.append(frame.stamp_ns)
+    assert stamps == [T0, T0 + 29 * 10**8]  # only the newest of those that came meanwhile
 
 
 @pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])

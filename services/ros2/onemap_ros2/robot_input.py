@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from onemap_ros2.cdr import (
     CAMERA_INFO,
     CLOCK,
-    IMAGE,
     ODOMETRY,
     TF,
     FormatError,
@@ -24,18 +21,9 @@ from onemap_ros2.cdr import (
     stamp_ns,
 )
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.images import (
-    CalibratedCamera,
-    CameraPair,
-    calibrated_camera,
-    color_image,
-    compressed_color,
-    compressed_depth_mm,
-    depth_image_mm,
-    register_depth,
-)
+from onemap_ros2.frame_images import FrameImages, naming
+from onemap_ros2.images import CalibratedCamera, calibrated_camera
 from onemap_ros2.transform_buffer import TransformBuffer, TransformError, TransformLate, rigid
-from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Odometry, RgbdFrame
 
@@ -179,8 +167,8 @@ class RobotInput:
                 return made
         return None
 
-    def take_frame(self, now_s: float) -> RgbdFrame | None:
-        """The newest frame whose color, depth, camera and transform are there."""
+    def take_images(self, now_s: float) -> FrameImages | None:
+        """The newest color and depth image whose cameras and transform are there."""
         if not (self.has_camera() and self.has_camera("depth_camera_info")):
             return None
         try:
@@ -189,15 +177,31 @@ class RobotInput:
             self._refuse(problem)
         if self._images is None:
             return None
-        made = self._made(self._images, self._make_frame, now_s)
+        made = self._made(self._images, self._place_images, now_s)
         if made is WAITS:
             return None
         self._images = None
-        if not isinstance(made, RgbdFrame):
+        return made if isinstance(made, FrameImages) else None
+
+    def numbered(self, made: RgbdFrame | ValueError) -> RgbdFrame | None:
+        """The frame that was made of images, counted; None for images of which none can be made."""
+        if isinstance(made, ValueError):
+            self._refuse(made)
             return None
+        number = self.counts.frames
         self.counts.frames += 1
         self.problem = ""
-        return made
+        return replace(made, sequence=number)
+
+    def take_frame(self, now_s: float) -> RgbdFrame | None:
+        """The newest frame, for who has the time to wait until it is made."""
+        images = self.take_images(now_s)
+        if images is None:
+            return None
+        try:
+            return self.numbered(images.frame())
+        except ValueError as problem:
+            return self.numbered(problem)
 
     def _made(self, waiting: _Waiting, make: Callable[..., object], now_s: float) -> object:
         """What becomes of it; WAITS if its transform may still come, None if it is of no use."""
@@ -219,7 +223,7 @@ class RobotInput:
             self._pairs.add(kind, stamp, data)
         elif kind in ("camera_info", "depth_camera_info"):
             info = decode(data, CAMERA_INFO)
-            with self._naming(kind):
+            with naming(self._config, kind):
                 camera = calibrated_camera(info, rectified=self._config.rectified)
             self._cameras[kind] = camera
         elif kind == "clock":
@@ -307,41 +311,14 @@ class RobotInput:
                 raise
             raise TransformError(str(problem)) from problem
 
-    def _make_frame(self, images: _Waiting, T_map_camera: F64, now_s: float) -> RgbdFrame:
-        raw_color, raw_depth = (each == IMAGE for each in self._image_types)
-        depth_mm = (depth_image_mm if raw_depth else compressed_depth_mm)(images.message)
-        rgb = (color_image if raw_color else compressed_color)(images.color)
-        camera = self._camera("camera_info", rgb)
+    def _place_images(self, images: _Waiting, T_map_camera: F64, now_s: float) -> FrameImages:
+        T_color_depth = None
         if self._registers:
             between = replace(images, frame=_frame(images.message.header.frame_id))
             T_color_depth = self._lookup(between, now_s, target=images.frame)
-            pair = CameraPair(self._camera("depth_camera_info", depth_mm), camera, T_color_depth)
-            depth_mm = register_depth(depth_mm, pair, rgb.shape[:2])
-        if rgb.shape[:2] != depth_mm.shape:
-            raise FormatError(
-                f"the depth image has {depth_mm.shape[1]} x {depth_mm.shape[0]} pixels and the "
-                f"color image {rgb.shape[1]} x {rgb.shape[0]}: choose a depth topic that is "
-                "registered to the color image, or set ros2.topics.depth_camera_info"
-            )
-        world = f"frame {self._config.map_frame[:50]}"  # of the 64 characters of a name
-        return RgbdFrame(
-            self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera, world
-        )
-
-    def _camera(self, kind: str, image: NDArray) -> Intrinsics:
-        """The camera of an image (H, W, ...), by the camera information of this setting."""
-        height, width = image.shape[:2]
-        with self._naming(kind):
-            return self._cameras[kind].of_image(width, height)
-
-    @contextmanager
-    def _naming(self, kind: str) -> Iterator[None]:
-        """What is wrong inside names the topic of this setting."""
-        try:
-            yield
-        except ValueError as problem:
-            topic = getattr(self._config.names, kind)
-            raise FormatError(f"{topic} (ros2.topics.{kind}): {problem}") from problem
+        cameras, config = dict(self._cameras), self._config
+        stamp, color, depth = images.stamp_ns, images.color, images.message
+        return FrameImages(stamp, color, depth, T_map_camera, T_color_depth, cameras, config)
 
     def _make_odometry(self, waiting: _Waiting, T_map_odom: F64, _: float) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist

@@ -24,6 +24,7 @@ from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, Say, pose_o
 from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
+from onemap_ros2.frame_thread import FrameThread
 from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
 from onemap_ros2.robot_input import RobotInput
 from onemap_ros2.search_control import SearchControl
@@ -65,7 +66,7 @@ class Ros2Worker:
     def __init__(self, bus: Bus, network: RosNetwork, config: Ros2Config) -> None:
         self._network = network
         self._config, self._topics = config, config.names
-        self._input = RobotInput(config)
+        self._input, self._making = RobotInput(config), FrameThread()
         self._readers = {
             kind: network.read(topic, types[0], KEPT.get(kind, 1), latched=kind == "tf_static")
             for kind, topic, types, role in needs(config)
@@ -110,8 +111,10 @@ class Ros2Worker:
                     self._watches[kind].add(data, now_s)
         while (odometry := self._input.take_odometry(now_s)) is not None:
             self._send(odometry, now_s)
-        frame = self._input.take_frame(now_s)
-        if frame is not None:
+        if (images := self._input.take_images(now_s)) is not None:
+            self._making.offer(images)
+        made = self._making.take()
+        if made is not None and (frame := self._input.numbered(made)) is not None:
             self._frames.put(frame)
             self._last_frame_s = now_s
         self._drive(time.monotonic())
@@ -138,6 +141,7 @@ class Ros2Worker:
             later.callback(self._network.close)
             if self._display is not None:
                 later.callback(self._display.close)
+            later.callback(self._making.close)
             later.callback(self._control.close)
             later.callback(self._driver.close)
 
