@@ -372,6 +372,7 @@ class FakePlanner:
     router: MemoryRouter
     status: m.SearchStatus | None = None
     past: list[m.SearchStatus] = field(default_factory=list)
+    tick_ns: int = 1  # of its wall clock between two states
     requests: list[m.SearchRequest] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -386,7 +387,11 @@ class FakePlanner:
     def move(self, state: m.SearchState, reason: str = "so it is") -> None:
         assert self.status is not None
         self.status = replace(
-            self.status, state=state, reason=reason, updated_ns=self.status.updated_ns + 1
+            self.status,
+            state=state,
+            reason=reason,
+            updated_ns=self.status.updated_ns + self.tick_ns,
+            elapsed_s=self.status.elapsed_s + 0.1,
         )
         self._publisher.put(self.status)
 

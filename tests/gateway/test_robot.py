@@ -21,6 +21,7 @@ from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.messages import Odometry
+from tests.gateway.fakes import WAIT_S, gateway_on, odometry, state_reached
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
@@ -34,6 +35,17 @@ def test_the_status_names_every_service_and_stream(client: TestClient) -> None:
     assert missing == {"robot", "perception"}
     assert {stream["name"] for stream in status["streams"]} >= {"rgbd", "odometry", "revision"}
     assert isinstance(status["latencies"], list)
+
+
+def test_ages_are_of_the_robot_s_clock_whatever_the_gateway_s_says(
+    router: MemoryRouter,
+) -> None:
+    with gateway_on(router) as gateway:
+        now = odometry(0.0, 0.0)  # of a clock that stands months behind
+        router.bus().publish(keys.ROBOT_ODOMETRY).put(now)
+        assert state_reached(gateway.cache, lambda state: state.odometry is not None)
+        told_ns = gateway.now_ns() - now.stamp_ns
+        assert 0 <= told_ns < WAIT_S * 1e9
 
 
 def test_metrics_count_requests_by_route(client: TestClient) -> None:

@@ -29,6 +29,8 @@ from onemap_shared import messages as m
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, next_event, past_search, search
 from tests.memory_bus import MemoryRouter
 
+EXPLORING = m.SearchState.EXPLORING
+
 
 @contextmanager
 def on_socket(router: MemoryRouter) -> Iterator[httpx.Client]:
@@ -164,9 +166,12 @@ def listen(
         anyio.run(scenario, gateway, events)
 
 
+@pytest.mark.parametrize("tick_s", [1, -3600], ids=["as ever", "the planner's clock is set back"])
 def test_every_change_is_sent_once_up_to_the_final_state(
-    router: MemoryRouter, planner: FakePlanner
+    router: MemoryRouter, planner: FakePlanner, tick_s: int
 ) -> None:
+    planner.tick_ns = tick_s * 10**9
+
     async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         name, status = await next_event(events)
         assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
@@ -212,15 +217,16 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
 
 
 def test_a_later_state_of_the_same_search_supersedes() -> None:
-    first = search("s1", updated_ns=5)
-    assert supersedes(search("s1", m.SearchState.FOUND, updated_ns=6), first)
+    def after(took_s: float, state: m.SearchState = EXPLORING, name: str = "s1") -> m.SearchStatus:
+        return replace(search(name, state), elapsed_s=took_s)
+
+    first = after(5.0)
+    assert supersedes(after(6.0, m.SearchState.FOUND), first)
     assert not supersedes(first, first)
-    assert not supersedes(search("s1", m.SearchState.APPROACHING, updated_ns=4), first)
-    assert supersedes(search("s1", m.SearchState.FOUND, updated_ns=4), first)  # made in one instant
-    assert not supersedes(search("s2", updated_ns=6), first)
-    assert not supersedes(
-        search("s1", updated_ns=7), search("s1", m.SearchState.FOUND, updated_ns=6)
-    )
+    assert not supersedes(after(4.0, m.SearchState.APPROACHING), first)
+    assert supersedes(after(4.0, m.SearchState.FOUND), first)  # made in one instant
+    assert not supersedes(after(6.0, name="s2"), first)
+    assert not supersedes(after(7.0), after(6.0, m.SearchState.FOUND))
 
 
 @pytest.mark.parametrize(

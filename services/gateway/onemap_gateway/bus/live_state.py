@@ -221,6 +221,7 @@ class LiveState:
             case SearchStatus():
                 if (before := newest(self.search)) is None or before.search_id != message.search_id:
                     changes["trail_m"] = ()
+                    changes["path"] = None if before else self.path  # of the search before
                 changes["search_log"] = (*self.search_log, message)[-MAX_LOGGED_STATUSES:]
                 changes["search_count"] = self.search_count + 1
             case Heartbeat() if message.service in SERVICES:
@@ -264,7 +265,7 @@ class LiveState:
             return None
         if self.search is not None:
             search = self.search.message
-            if not search.active or self.path.message.stamp_ns < search.started_ns:
+            if not search.active:
                 return None
         return self.path.within(PATH_MAX_AGE_S, now_s)
 

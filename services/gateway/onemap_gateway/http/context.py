@@ -76,8 +76,15 @@ class GatewayContext:
         object.__setattr__(self, "images", SharedResults(self.paces.call_timeout_s))
 
     def now_ns(self) -> int:
-        """Wall-clock time, the clock of capture stamps."""
-        return time.time_ns()
+        """The robot's clock now, which stamps captures; the gateway's before the first odometry.
+
+        As the newest odometry and its age tell it: clocks of two computers are not compared.
+        """
+        newest_odometry = self.cache.state.odometry
+        if newest_odometry is None:
+            return time.time_ns()
+        since_s = newest_odometry.age_s(self.cache.now_s())
+        return newest_odometry.message.stamp_ns + round(since_s * 1e9)
 
     def fault(self) -> PipelineFault | None:
         """The stage at which frames are lost on their way to the map; None if none is."""

@@ -61,11 +61,11 @@ async def search_events(
 def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
     """Whether ``status`` is a later state of the same search, which had not ended.
 
-    The final state counts as later even with an earlier time: one that was made in the same
-    instant may carry it.
+    Later is what has taken longer, by the planner's monotonic clock, whatever its wall clock says.
+    The final state always is: one that was made in the same instant may carry it.
     """
     same = status.search_id == last.search_id and last.active
-    later = status.updated_ns >= last.updated_ns or not status.active
+    later = status.elapsed_s >= last.elapsed_s or not status.active
     return same and status != last and later
 
 
