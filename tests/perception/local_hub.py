@@ -17,8 +17,10 @@ import pytest
 
 POLL_S = 0.01  # between two checks whether the server is shut down
 COMMIT = "0" * 39 + "1"
-RESOLVE = re.compile(r"/(?P<repo>[^/]+/[^/]+)/resolve/[^/]+/(?P<path>.+)")
-ABOUT = re.compile(r"/api/models/(?P<repo>[^/]+/[^/]+?)(?P<tree>/tree/[^/]+)?(/revision/[^/]+)?")
+RESOLVE = re.compile(r"/(?P<repo>[^/]+/[^/]+)/resolve/(?P<revision>[^/]+)/(?P<path>.+)")
+ABOUT = re.compile(
+    r"/api/models/(?P<repo>[^/]+/[^/]+?)(?P<tree>/tree/[^/]+)?(/revision/(?P<revision>[^/]+))?"
+)
 
 
 @dataclass
@@ -51,13 +53,18 @@ class ServedFile:
 
 @dataclass
 class LocalHub:
-    """The models of the hub by name. gated: those that need an account."""
+    """The models of the hub by name. gated: those that need an account.
+
+    commits: the newest of each model that has more than one; former: by name and commit.
+    """
 
     url: str = ""
     models: dict[str, dict[str, ServedFile]] = field(default_factory=dict)
     licences: dict[str, str] = field(default_factory=dict)
     gated: set[str] = field(default_factory=set)
     down: bool = False
+    commits: dict[str, str] = field(default_factory=dict)
+    former: dict[tuple[str, str], dict[str, ServedFile]] = field(default_factory=dict)
 
     def add(self, repo: str, folder: Path, licence: str = "apache-2.0") -> None:
         """Serve the files of a folder under this name."""
@@ -70,12 +77,25 @@ class LocalHub:
             if path.is_file()
         }
 
-    def about(self, repo: str, tree: bool) -> Any:
+    def push(self, repo: str, folder: Path, commit: str) -> None:
+        """Let a model have a newer version."""
+        self.former[repo, self.commits.get(repo, COMMIT)] = self.models[repo]
+        self.add(repo, folder)
+        self.commits[repo] = commit
+
+    def version(self, repo: str, revision: str) -> tuple[str, dict[str, ServedFile]]:
+        """Commit and files of a branch or a commit."""
+        if (repo, revision) in self.former:
+            return revision, self.former[repo, revision]
+        return self.commits.get(repo, COMMIT), self.models[repo]
+
+    def about(self, repo: str, revision: str, tree: bool) -> Any:
         """The answer to a question about a model."""
-        entries = [file.entry(path) for path, file in self.models[repo].items()]
+        commit, files = self.version(repo, revision)
+        entries = [file.entry(path) for path, file in files.items()]
         card = {"license": self.licences[repo]}
         return (
-            entries if tree else {"id": repo, "sha": COMMIT, "siblings": entries, "cardData": card}
+            entries if tree else {"id": repo, "sha": commit, "siblings": entries, "cardData": card}
         )
 
 
@@ -90,20 +110,22 @@ def handler_of(hub: LocalHub) -> type[BaseHTTPRequestHandler]:
             if hub.down:
                 self.close_connection = True
             elif asked := RESOLVE.fullmatch(path):
-                self._file(asked["repo"], asked["path"])
+                self._file(asked["repo"], asked["revision"], asked["path"])
             elif (asked := ABOUT.fullmatch(path)) and asked["repo"] in hub.models:
                 if asked["repo"] in hub.gated:
                     self._refuse()
                 else:
-                    answer = hub.about(asked["repo"], bool(asked["tree"]))
+                    revision = asked["revision"] or (asked["tree"] or "").rpartition("/")[2]
+                    answer = hub.about(asked["repo"], revision, bool(asked["tree"]))
                     self._send(200, json.dumps(answer).encode(), {})
             else:
                 self._send(404, b"{}", {"X-Error-Code": "RepoNotFound"})
 
         do_HEAD = do_GET  # noqa: N815
 
-        def _file(self, repo: str, path: str) -> None:
-            file = hub.models[repo].get(path)
+        def _file(self, repo: str, revision: str, path: str) -> None:
+            commit, files = hub.version(repo, revision)
+            file = files.get(path)
             if file is None:
                 self._send(404, b"", {"X-Error-Code": "EntryNotFound"})
                 return
@@ -112,7 +134,7 @@ def handler_of(hub: LocalHub) -> type[BaseHTTPRequestHandler]:
             end = int(asked[2]) + 1 if asked and asked[2] else len(file.content)
             headers = {
                 "ETag": f'"{file.announced}"',
-                "X-Repo-Commit": COMMIT,
+                "X-Repo-Commit": commit,
                 "Accept-Ranges": "bytes",
                 **({"X-Linked-Etag": f'"{file.announced}"'} if file.large else {}),
             }

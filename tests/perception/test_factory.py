@@ -120,7 +120,7 @@ def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> No
 
 
 def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_perception.model_store.cached", lambda repo, files: None)
+    monkeypatch.setattr("onemap_perception.model_store.cached", lambda *_: None)
     document = {"backend": "openclip_convnext", "model": "laion/CLIP-x"}
     with pytest.raises(StartError, match="not on this machine: onemap models use laion/CLIP-x"):
         build(MemoryRouter().bus(), configured({"encoder": document}))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from onemap_perception import model_store
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.model_store import (
     count_parameters,
@@ -17,6 +18,9 @@ from onemap_perception.model_store import (
     list_files,
     list_snapshot,
 )
+from onemap_perception.service import build
+from onemap_shared.runner import StartError
+from tests.memory_bus import MemoryRouter
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 from tests.perception.local_hub import COMMIT, LocalHub, ServedFile, serve_hub, use_hub
 
@@ -103,9 +107,60 @@ def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
 
 def test_a_path_is_a_path(tmp_path: Path) -> None:
     assert model_store.locate(str(tmp_path)) == tmp_path
-    for place in ("/nowhere/at/all", "./here", "weights.pth"):
-        with pytest.raises(BackendError, match="does not exist"):
-            model_store.locate(place)
+    spaced = tmp_path / "my models"
+    spaced.mkdir()
+    assert model_store.locate(str(spaced)) == spaced
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "/nowhere/at/all",
+        "./here",
+        "weights.pth",
+        "my models/tips",
+        "a/b/c",
+        "a/b/",
+        "a--b/c",
+        "~nobody/x",
+    ],
+)
+def test_a_path_that_does_not_exist_is_refused_at_the_start(place: str) -> None:
+    """With exit code 2: no supervisor tries it again."""
+    tips = {"backend": "tipsv2", "model": place}
+    config = PerceptionConfig.model_validate({"encoder": tips})
+    with pytest.raises(StartError, match=f"the model {place} ") as refused:
+        build(MemoryRouter().bus("perception"), config)
+    assert not refused.value.temporary
+    assert "\n" not in str(refused.value)
+
+
+def test_a_path_that_is_too_long_is_one_sentence() -> None:
+    with pytest.raises(BackendError, match="cannot be looked for"):
+        model_store.locate("a" * 5000)
+
+
+def test_what_is_fetched_is_what_was_shown(hub: LocalHub, source: Path) -> None:
+    """The hub has a newer version by then; another program fetches that one."""
+    listing = model_store.look_up(REPO, NEEDED)
+    weights = served(hub).content
+    (source / "config.json").write_text('{"newer": true}')
+    hub.push(REPO, source, "0" * 39 + "2")
+    folder = model_store.fetch(listing, NEEDED)
+    assert (folder.name, (folder / "config.json").read_text()) == (COMMIT, "{}")
+    assert (folder / WEIGHTS).read_bytes() == weights
+    newer = Path(model_store.client().snapshot_download(REPO, allow_patterns=list(NEEDED)))
+    assert newer != folder
+    assert model_store.locate(REPO) == model_store.locate(REPO, runs_code=True) == folder
+    again = model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED)
+    assert model_store.locate(REPO, runs_code=True) == again == newer
+
+
+def test_code_that_nobody_was_shown_is_not_located(cache: Path) -> None:
+    folder = put_in_cache(cache)  # by another program
+    assert model_store.locate(REPO) == folder
+    with pytest.raises(BackendError, match=f"onemap models use {REPO}"):
+        model_store.locate(REPO, runs_code=True)
 
 
 def test_without_the_hubs_client_the_error_says_what_to_install(

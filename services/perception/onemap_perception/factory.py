@@ -71,7 +71,7 @@ def _make_encoder(params: EncoderParams) -> ImageEncoder:
         return MiniEncoder(params)
     if isinstance(params, PhotoParams):
         return PhotoEncoder(params)
-    path = locate(params.model)
+    path = locate(params.model, runs_code=isinstance(params, RadioParams))
     from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
 

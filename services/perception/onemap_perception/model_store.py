@@ -9,7 +9,9 @@ layout is Hugging Face's cache (``HF_HOME``), shared with every other program th
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from math import prod
@@ -18,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from onemap_perception.errors import BackendError, first_line
+from onemap_shared.atomic_file import replacing
 
 INSTALL = "pip install -e '.[openclip]'"
 SHA256_DIGITS = 64  # git's SHA-1 has 40
@@ -199,30 +202,52 @@ KNOWN_MODELS = (
 )
 
 
-def locate(model: str) -> Path:
-    """The folder or file of a path or a hub id; raises BackendError with the command to run."""
-    place = Path(model).expanduser()
-    if place.exists():
-        return place
-    if model.count("/") != 1 or place.is_absolute() or model.startswith("."):
-        raise BackendError(f"the model {model} does not exist")
+def locate(model: str, *, runs_code: bool = False) -> Path:
+    """The folder or file of a path or a hub id; raises BackendError with the command to run.
+
+    runs_code: of the hub only the version that 'onemap models use' showed: another program that
+    uses the cache may have fetched a newer one.
+    """
+    try:
+        place = Path(model).expanduser()
+        if place.exists():
+            return place
+    except (OSError, RuntimeError, ValueError) as problem:  # no such user, too long, not allowed
+        raise BackendError(f"the model {model} cannot be looked for: {first_line(problem)}") from (
+            problem
+        )
     files = next((entry.files for entry in KNOWN_MODELS if entry.repo == model), ("*",))
-    folder = cached(model, files)
+    try:
+        if not HUB_ID.fullmatch(model):
+            raise ValueError("it is no hub id either")
+        folder = cached(model, files, (SHOWN,) if runs_code else NEWEST)
+    except ValueError as problem:  # the hub has rules of its own
+        raise BackendError(f"the model {model} does not exist: correct the path") from problem
     if folder is not None:
         return folder
-    raise BackendError(f"the model {model} is not on this machine: onemap models use {model}")
+    raise BackendError(
+        f"the model {model} is no path and not on this machine: onemap models use {model}"
+    )
 
 
-def cached(repo: str, files: tuple[str, ...]) -> Path | None:
-    """The model's folder in the cache, None if it was never fetched."""
+HUB_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*/[A-Za-z0-9_-][A-Za-z0-9._-]*")
+# In the cache, beside its client's "main": the commit whose licence and code were shown.
+SHOWN = "onemap"
+NEWEST = (SHOWN, "main")
+
+
+def cached(repo: str, files: tuple[str, ...], revisions: tuple[str, ...] = NEWEST) -> Path | None:
+    """The model's folder of the first of these revisions in the cache; None if there is none."""
     hub = client()
     from huggingface_hub.errors import LocalEntryNotFoundError
 
-    try:
-        place = hub.snapshot_download(repo, allow_patterns=list(files), local_files_only=True)
-        return Path(place)
-    except LocalEntryNotFoundError:
-        return None
+    for revision in revisions:
+        with suppress(LocalEntryNotFoundError):
+            place = hub.snapshot_download(
+                repo, revision=revision, allow_patterns=list(files), local_files_only=True
+            )
+            return Path(place)
+    return None
 
 
 def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
@@ -240,11 +265,19 @@ def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
 
 
 def fetch(listing: HubListing, files: tuple[str, ...]) -> Path:
-    """Download into the cache with a progress bar of the hub's client; raises BackendError."""
+    """Download the files that are listed, whatever the hub has by now; raises BackendError.
+
+    A progress bar of the hub's client. From then on ``locate`` gives this version.
+    """
     try:
         place = client().snapshot_download(
-            listing.repo, allow_patterns=list(files), local_files_only=listing.offline
+            listing.repo,
+            revision=listing.commit,
+            allow_patterns=list(files),
+            local_files_only=listing.offline,
         )
+        with replacing(blobs_folder(listing.repo).parent / "refs" / SHOWN) as file:
+            file.write(listing.commit.encode())
         return Path(place)
     except Exception as problem:  # of the hub's client, of HTTP, of the disk
         raise BackendError(f"{listing.repo} cannot be fetched: {first_line(problem)}") from problem

@@ -25,6 +25,24 @@ def test_without_the_flag_nothing_is_read(tmp_path: Path) -> None:
         make_encoder(config.encoder)
 
 
+@pytest.mark.parametrize(
+    ("config", "said"),
+    [
+        (
+            '{"auto_map": {"AutoModel": "other/repo--hf_model.RADIOModel"}}',
+            "repository, other/repo",
+        ),
+        ("{}", "names no code"),
+        ("no JSON", "names no code"),
+    ],
+)
+def test_code_of_another_repository_is_not_run(tmp_path: Path, config: str, said: str) -> None:
+    (tmp_path / "config.json").write_text(config)
+    params = RadioParams(model=str(tmp_path), allow_remote_code=True)
+    with pytest.raises(BackendError, match=said):
+        make_encoder(params)
+
+
 class Adaptor(torch.nn.Module):
     def tokenizer(self, prompts: list[str]) -> torch.Tensor:
         return torch.tensor([[float(len(prompt))] for prompt in prompts])

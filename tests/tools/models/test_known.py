@@ -65,7 +65,7 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
 
 def downloaded() -> Path:
     (model,) = (each for each in model_store.KNOWN_MODELS if each.repo == REPO)
-    return known.download(model)
+    return known.download(model, model_store.look_up(model.repo, model.files))
 
 
 def test_what_is_needed_is_downloaded_and_checked(hub: LocalHub) -> None:

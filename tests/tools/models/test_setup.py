@@ -17,6 +17,7 @@ import torch
 import yaml
 from typer.testing import CliRunner
 
+from onemap_perception import model_store
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.factory import make_encoder
 from onemap_shared.config import load
@@ -25,7 +26,7 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.models import setup as memory
 from onemap_tools.models.setup import ALLOWANCE_BYTES, device_memory, needed_memory
 from tests.perception import tiny
-from tests.perception.local_hub import LocalHub, ServedFile, serve_hub, use_hub
+from tests.perception.local_hub import COMMIT, LocalHub, ServedFile, serve_hub, use_hub
 from tests.structure import ROOT
 from tests.test_documents import commands
 from tests.tools.recording.bags import RecordedRobot
@@ -161,6 +162,26 @@ def test_a_device_that_is_too_small_is_refused_before_anything_is_fetched(hub: L
         "Too small: the models need about 8001.0 GB of memory on cpu; it has"
     )
     assert downloads(hub) == 0
+
+
+def test_a_version_that_comes_while_the_user_reads_is_not_fetched(
+    hub: LocalHub, checkpoints: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = memory._describe
+
+    def reads(*parts: Any) -> None:
+        shown(*parts)
+        newer = tmp_path / "newer"
+        shutil.copytree(checkpoints / "coco", newer)
+        (newer / "config.json").write_text("{}")
+        hub.push(COCO, newer, "b" * 40)
+
+    monkeypatch.setattr(memory, "_describe", reads)
+    answer = use("coco", "--device", "cpu", "--yes")
+    assert answer.code == EXIT_OK, answer.text
+    assert f"https://huggingface.co/{COCO}/tree/{COMMIT}" in answer.text
+    config = model_store.locate(COCO) / "config.json"
+    assert config.read_bytes() == (checkpoints / "coco" / "config.json").read_bytes()
 
 
 def test_a_disk_that_is_too_small_is_refused(

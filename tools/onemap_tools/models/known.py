@@ -38,10 +38,9 @@ def inventory() -> list[dict[str, Any]]:
         ]
 
 
-def download(model: model_store.KnownModel) -> Path:
-    """Fetch a model and verify it; CliError if it cannot be had whole."""
+def download(model: model_store.KnownModel, listing: model_store.HubListing) -> Path:
+    """Fetch the version of a model that was listed, and verify it; CliError if it is not whole."""
     with model_errors():
-        listing = model_store.look_up(model.repo, model.files)
         folder = model_store.fetch(listing, model.files)
     damaged = model_store.corrupt_files(folder)
     if damaged:

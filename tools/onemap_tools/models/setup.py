@@ -135,8 +135,8 @@ def set_up(
             )
         confirm()
         for model in wanted:
-            if model.model is not None:
-                download(model.model)
+            if model.model is not None and model.listing is not None:
+                download(model.model, model.listing)
         console.print("Loading them for one image ...")
         try_out(drafted.perception)
         used = {each: used_memory(each) for each in needed}
@@ -185,7 +185,7 @@ def _look_up(params: NetworkParams) -> WantedModel:
     if model is None:
         return WantedModel(params, _parameters_here(model_store.locate(params.model)))
     listing = model_store.look_up(model.repo, model.files)
-    folder = model_store.cached(model.repo, model.files)
+    folder = model_store.cached(model.repo, model.files, (listing.commit,))
     parameters = _parameters_here(folder) if folder else model_store.count_parameters(listing)
     return WantedModel(params, parameters, model, listing)
 
@@ -237,9 +237,12 @@ def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
         stated = each.listing.licence
         licence = each.model.licence + (f" (its page states {stated})" if stated else "")
         size = each.listing.size_bytes / MEGABYTE
-        page = f"https://huggingface.co/{each.model.repo}"
+        page = f"https://huggingface.co/{each.model.repo}/tree/{each.listing.commit}"
         console.print(f"{each.model.repo} for {each.params.backend}")
         console.print(f"  licence: {licence}; {page}", soft_wrap=True)
+        code = [file.path for file in each.listing.files if file.path.endswith(".py")]
+        if code:
+            console.print(f"  runs its own code: {', '.join(code)}", soft_wrap=True)
         console.print(f"  size: {size:.1f} MB, to fetch: {each.missing_bytes / MEGABYTE:.1f} MB")
 
 

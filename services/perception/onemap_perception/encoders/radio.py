@@ -3,9 +3,11 @@
 Therefore nothing of it is read unless ``allow_remote_code`` is set. The repository's interface
 is used as its documentation states it.
 """
+# Touches files: which code a model's configuration names.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -68,7 +70,11 @@ def load_radio(params: RadioParams, path: Path, device: torch.device) -> VisionL
 
 
 def read_model(folder: Path) -> Any:
-    """The repository's model from files of this machine; raises BackendError."""
+    """The repository's model from files of this machine; raises BackendError.
+
+    Code of another repository, which its configuration may name, is refused: nobody was shown it.
+    """
+    _check_own_code(folder)
     with optional_import("transformers", TRANSFORMERS, backend="radio"):
         from transformers import AutoModel
     try:
@@ -84,3 +90,19 @@ def read_model(folder: Path) -> Any:
         )
     except Exception as problem:  # of the model's own code
         raise BackendError(f"{folder} holds no RADIO model: {first_line(problem)}") from problem
+
+
+def _check_own_code(folder: Path) -> None:
+    try:
+        named = json.loads((folder / "config.json").read_text(encoding="utf-8"))["auto_map"]
+        classes = [str(each) for each in named.values()]
+    except (OSError, ValueError, LookupError, AttributeError, TypeError) as problem:
+        raise BackendError(f"{folder} holds no RADIO model: its config.json names no code") from (
+            problem
+        )
+    foreign = [each for each in classes if "--" in each]  # repository--module.Class
+    if foreign:
+        raise BackendError(
+            f"{folder} would run code of another repository, {foreign[0].partition('--')[0]}: "
+            "nobody has shown it to you"
+        )
