@@ -277,6 +277,7 @@ class SimulatedSearch:
     stale_reason: str = ""
     patience_from_s: float = float("-inf")
     reached: Pose2d | None = None
+    refused: Pose2d | None = None
     places: MapPlaces = NOWHERE
     offset_m: float = 0.0
     controls_per_step: int = CONTROLS_PER_STEP
@@ -311,6 +312,7 @@ class SimulatedSearch:
             stale_reason=self.stale_reason,
             patience_from_s=self.patience_from_s,
             reached=self.reached,
+            refused=self.refused,
             places=self.places,
             offset_m=self.offset_m,
             anchor_views=tuple(map(self.world.view, self.state.search.detail.anchors)),

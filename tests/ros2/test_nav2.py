@@ -432,6 +432,18 @@ def test_a_nav2_that_never_answers_is_named_and_not_asked_on_and_on(ride: Ride) 
     assert ride.driver.report().hold == ""
 
 
+def test_a_goal_that_fails_twice_is_told_to_the_planner(ride: Ride) -> None:
+    while ride.driver.report().refused is None:
+        ride.step()
+        for call in ride.calls("send_goal"):
+            call.answer(REFUSED)
+    assert ride.driver.report().refused == GoalPose(4.0, 0.0, 0.0)
+    assert len(ride.calls("send_goal")) == nav2.GIVEN_UP
+    while len(ride.calls("send_goal")) == nav2.GIVEN_UP:
+        ride.step(8.0)
+    assert ride.driver.report().refused is None  # another one is tried
+
+
 def test_a_failed_goal_is_no_problem_once_nobody_wants_it(ride: Ride) -> None:
     ride.drive().answer(result(6))
     ride.step()

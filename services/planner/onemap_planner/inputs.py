@@ -89,6 +89,7 @@ class LatestInputs:
 
     pose: Pose2d | None = None
     reached: Pose2d | None = None
+    refused: Pose2d | None = None
     hold: str = ""
     collided_s: float = float("-inf")
     odometer_m: float = 0.0
@@ -167,6 +168,7 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
         inputs,
         pose=pose,
         reached=Pose2d(*message.reached) if message.reached else None,
+        refused=Pose2d(*message.refused) if message.refused else None,
         hold=message.hold,
         collided_s=now_s if message.collided else inputs.collided_s,
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),

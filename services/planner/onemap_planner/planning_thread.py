@@ -368,6 +368,7 @@ class PlanningThread:
             patience_from_s=now.inputs.patience_from_s(now_s),
             camera=now.inputs.camera,
             reached=now.inputs.reached,
+            refused=now.inputs.refused,
             anchor_views=anchor_views,
             places=self._places.known,
             offset_m=now.inputs.offset_m,

@@ -197,6 +197,11 @@ def found_other(name: str, wrong: Sequence[str]) -> str:
     return f"found {a(name)}, but {', '.join(wrong)}"
 
 
+def not_navigable(xy: Xy) -> str:
+    """That the robot's own navigation does not get to a place (metres)."""
+    return f"the robot's own navigation found no way to ({xy[0]:.1f}, {xy[1]:.1f})"
+
+
 CREEPS_CLOSE_BY = "slowly, past what stands close by"
 
 

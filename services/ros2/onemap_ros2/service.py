@@ -20,7 +20,7 @@ from onemap_ros2.diagnostics import (
 )
 from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
-from onemap_ros2.drive.driver import Driver, PlannerVoice, RobotNow, Say, pose_of
+from onemap_ros2.drive.driver import Driver, GoalPose, PlannerVoice, RobotNow, Say, pose_of
 from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
@@ -149,14 +149,12 @@ class Ros2Worker:
         self._last = (now_s, odometry)
         planner, sequence = self._gate.echo(now_s)
         report = self._driver.report()
-        reached: tuple[float, ...] = ()
-        if report.reached is not None:
-            reached = (report.reached.x_m, report.reached.y_m, report.reached.yaw_rad)
+        reached, refused = _numbers(report.reached), _numbers(report.refused)
         known = replace(
             odometry, planner=planner, command_sequence=sequence, driver=self._gate.driver
         )
         hold = report.hold or self._undriven(now_s)
-        self._odometry.put(replace(known, reached=reached, hold=hold))
+        self._odometry.put(replace(known, reached=reached, refused=refused, hold=hold))
 
     def _undriven(self, now_s: float) -> str:
         """Why nothing can drive the robot, as no node of it takes goals or velocities."""
@@ -258,6 +256,10 @@ class Ros2Worker:
             since = f" for {waited_s:.0f} s" if self._input.counts.frames else ""
             return f"no frame from {topics.color} and {topics.depth}{since}: {reason}"
         return self._undriven(now_s) or self._driver.problem()
+
+
+def _numbers(goal: GoalPose | None) -> tuple[float, ...]:
+    return () if goal is None else (goal.x_m, goal.y_m, goal.yaw_rad)
 
 
 def _both(reason: str, silent: str) -> str:

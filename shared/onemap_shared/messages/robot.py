@@ -64,6 +64,8 @@ class Odometry(Message):
         reached: x, y in metres and yaw in radians of the last goal that the robot's own navigation
             says it has reached, while it stands there; empty without one.
         hold: why the planner must wait: the robot may not do what it is told; empty if it does.
+        refused: x, y and yaw of a goal at which the robot's own navigation failed twice in a row,
+            as long as it got no other one; empty without one.
         driver: the instance of the process that drives the robot, as it joined the bus: a search
             ends with the driver that it was accepted for; empty: it does not say.
     """
@@ -80,6 +82,7 @@ class Odometry(Message):
     reached: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
     hold: str = ""
     driver: Name = ""
+    refused: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Drive
-from onemap_planner.policy.goals import GoalKind
+from onemap_planner.motion.motions import Drive, Pose2d
+from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.search.state_machine import (
     Destination,
+    Driving,
     Finished,
 )
 from onemap_shared.messages import Occupancy, SearchKind, SearchState
@@ -18,6 +19,7 @@ from tests.planner.grid_world import (
     GridWorld,
     SimulatedSearch,
     in_two_rooms,
+    start,
     start_drive,
 )
 
@@ -106,3 +108,33 @@ def test_a_place_in_another_room_is_looked_at_through_the_door_at_most() -> None
     assert run.search.destination is not None
     assert abs(run.world.pose.bearing_to(run.search.destination.xy)) < 0.3
     assert run.state.search.reason.startswith("looking at the place (-1.00, 5.70) from ")
+
+
+def test_where_the_robots_own_navigation_fails_the_drive_ends_with_the_reason() -> None:
+    run = start_drive(in_two_rooms(), place(4.0, 1.0))
+    run.until_over(3.0)
+    assert isinstance(run.state.search.phase, Driving)
+    run.refused = Pose2d(2.0, 0.5, 0.0)
+    run.step()
+    assert status_of(run) is SearchState.FAILED
+    assert run.state.search.reason == "the robot's own navigation found no way to (2.0, 0.5)"
+
+
+def test_a_search_takes_another_goal_where_the_robots_own_navigation_fails() -> None:
+    run = start(in_two_rooms(), "sofa")
+    goal: Goal | None = None
+    while goal is None:
+        run.step()
+        goal = run.decision.goal if run.decision else None
+    run.refused = Pose2d(goal.viewpoint_xy[0], goal.viewpoint_xy[1], 0.0)
+    run.step()
+    assert "found no way to" in run.state.search.slow
+    for _ in range(20):
+        run.step()
+        active = run.state.memory.active_goal
+        assert active is None or not active.goal.looks_at(goal.look_xy, 0.5)
+
+
+def status_of(run: SimulatedSearch) -> SearchState | None:
+    phase = run.state.search.phase
+    return phase.state if isinstance(phase, Finished) else None

@@ -356,7 +356,8 @@ class PlannerState:
     while others are sought, and places: where the map may show them; asked_turn: the last turn of
     asking it; ordered_s: active time of the last revision of their order. appeared: what has just
     appeared on the map. cost_to_go: of the last step, for one on the same map from the same place.
-    displacement: while the robot stands because it was moved.
+    displacement: while the robot stands because it was moved. refused: the last goal at which the
+    robot's own navigation failed.
     """
 
     search: Search
@@ -383,6 +384,7 @@ class PlannerState:
     appeared: Appeared = NOTHING
     cost_to_go: CostToGo | None = None
     displacement: Displacement | None = None
+    refused: Pose2d | None = None
 
     def copy(self) -> PlannerState:
         """A state that changes apart from this one."""

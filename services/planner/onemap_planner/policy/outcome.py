@@ -28,7 +28,8 @@ class Observation:
     ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
-    the goal at which its own navigation says it stands, None without one; places: of the map;
+    the goal at which its own navigation says it stands, refused: the one at which that failed
+    twice, None without one; places: of the map;
     anchor_views: of the anchors of the object's description; offset_m: how far beside the map the
     newest frame stands, see ``MapRevision``.
     """
@@ -47,6 +48,7 @@ class Observation:
     patience_from_s: float = float("-inf")
     camera: CameraView = USUAL_CAMERA
     reached: Pose2d | None = None
+    refused: Pose2d | None = None
     anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces = NOWHERE
     offset_m: float = 0.0

@@ -69,6 +69,7 @@ from onemap_planner.search.state_machine import (
     elapsed_s,
     transition,
 )
+from onemap_planner.sentences import not_navigable
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.description import Description, described
@@ -167,6 +168,7 @@ def step(
     )
     state.appeared, state.cost_to_go = context.appeared, context.cost_to_go
     slow = creeping_reason(context) if state.crept_s >= CREEPS_S else ""
+    slow = slow or (not_navigable(observation.refused.xy) if observation.refused else "")
     state.search = replace(state.search, slow=slow)
     _take_in_map(state, observation, context)
     aside = stand(state) or leave_zone(state, context)
@@ -179,6 +181,10 @@ def step(
     if stuck:
         note_contact(state, observation, context)
         events = (*handle_stuck(state), *events)
+    if observation.refused != state.refused:
+        state.refused = observation.refused
+        if state.refused is not None:
+            events = (*leave_goal(state, not_navigable(state.refused.xy)), *events)
     limit = limit_reached(state, observation, params.explore.object_limit_s)
     if limit is not None:
         events = (limit,)
@@ -350,18 +356,27 @@ def note_contact(state: PlannerState, observation: Observation, context: Plannin
 def handle_stuck(state: PlannerState) -> tuple[Event, ...]:
     """Stuck ``MAX_STUCK_COUNT`` times in one place: give up the goal; twice as often: fail."""
     assert state.progress is not None
-    stuck_count, memory = state.progress.stuck_count, state.memory
+    stuck_count = state.progress.stuck_count
     if stuck_count >= 2 * MAX_STUCK_COUNT:
         return (stuck_failure(state),)
-    if stuck_count % MAX_STUCK_COUNT:
-        return ()
+    return () if stuck_count % MAX_STUCK_COUNT else leave_goal(state)
+
+
+def leave_goal(state: PlannerState, why: str = "") -> tuple[Event, ...]:
+    """Give up the goal that cannot be driven to; why: a place, which is the only one, fails.
+
+    Of a candidate the way failed: detected from elsewhere, it is taken up again.
+    """
+    memory = state.memory
     match state.search.phase:
         case Approaching(candidate) | Confirming(candidate, _):
             latest = memory.latest(candidate)
-            # The way failed, not the candidate: detected from elsewhere, it is taken up again.
-            memory.doubt(latest, state.progress.moved_at.xy)
+            if state.progress is not None:
+                memory.doubt(latest, state.progress.moved_at.xy)
             memory.reject(latest)
             return (Rejected(),)
+        case Driving() if why:
+            return (_failed(why, FailureCode.UNREACHABLE),)
         case _ if memory.active_goal is not None:
             state.give_up(memory.active_goal.goal, reached=False)
     return ()

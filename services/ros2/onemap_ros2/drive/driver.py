@@ -183,6 +183,7 @@ class GoalReport:
 
     reached: GoalPose | None = None
     hold: str = ""
+    refused: GoalPose | None = None
 
 
 class Driver(Protocol):

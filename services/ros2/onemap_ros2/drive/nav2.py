@@ -57,6 +57,7 @@ CANCEL_S = 1.0  # the same for a cancellation, which is asked again: the robot m
 SILENT_S = 35.0
 END_S = 3.0  # for a goal to end after nav2 accepted that: it brakes within one
 RETRY_S = 3.0  # after a goal that nav2 refused or aborted, before the same is sent again
+GIVEN_UP = 2  # failures in a row at one goal, after which the planner is told: it has others
 STATUS_KEPT = 5
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6  # of action_msgs/GoalStatus
@@ -297,6 +298,7 @@ class Nav2Driver:
         self._remaining_m = 0.0
         self._problem = ""
         self._failed: GoalPose | None = None  # what the problem is about, if it is about a goal
+        self._failures = 0  # in a row, at that goal
         self._robot: RobotNow | None = None
         self._watch, self._was_served = StandWatch(), False
         self._unanswered, self._silent_s = 0, NEVER  # goals in a row, and when the last one ended
@@ -343,7 +345,8 @@ class Nav2Driver:
         now_s = self._robot.now_s
         overdue_s = self._goal.overdue_s(now_s)
         if not overdue_s:
-            return GoalReport(self._goal.reached, self._silence(now_s))
+            refused = self._failed if self.idle and self._failures >= GIVEN_UP else None
+            return GoalReport(self._goal.reached, self._silence(now_s), refused)
         code, since = self._goal.cancel_code, f"{overdue_s:.0f} s"
         what = f"has not answered a cancellation for {since}"
         if code is not None:
@@ -488,7 +491,7 @@ class Nav2Driver:
         accepted = is_accepted(reply)
         if not accepted:
             self._counts["refused"] += 1
-            self._problem, self._failed = f"{self._action} refused the goal", self._goal.target
+            self._fail(f"{self._action} refused the goal")
             self._say(self._problem)
         return accepted
 
@@ -499,11 +502,17 @@ class Nav2Driver:
         result = read_result(reply)
         outcome = OUTCOMES.get(result.status, "aborted")
         self._counts[outcome] += 1
-        failed = outcome == "aborted"
-        self._problem = f"{self._action}: {result.sentence}" if failed else ""
-        self._failed = self._goal.target if failed else None
+        if outcome == "aborted":
+            self._fail(f"{self._action}: {result.sentence}")
+        else:
+            self._problem, self._failed, self._failures = "", None, 0
         self._say(f"goal of {self._action} was {result.sentence}")
         return result
+
+    def _fail(self, problem: str) -> None:
+        """nav2 failed at the present goal."""
+        self._failures = self._failures + 1 if self._is_retry() else 1
+        self._problem, self._failed = problem, self._goal.target
 
     def _cancelled(self) -> int | None:
         """nav2's answer to a cancellation; without the newest goal it may have the one before."""
