@@ -112,7 +112,7 @@ def test_a_place_in_another_room_is_looked_at_through_the_door_at_most() -> None
 
 def test_where_the_robots_own_navigation_fails_the_drive_ends_with_the_reason() -> None:
     run = start_drive(in_two_rooms(), place(4.0, 1.0))
-    run.until_over(3.0)
+    run.until_over(6.0)
     assert isinstance(run.state.search.phase, Driving)
     run.refused = Pose2d(2.0, 0.5, 0.0)
     run.step()
