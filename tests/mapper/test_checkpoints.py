@@ -50,7 +50,7 @@ class Mapped:
 
 
 def cells_of(folder: Path, params: MapParams = PARAMS) -> int:
-    belief = resumed(folder, params)
+    belief, _ = resumed(folder, params)
     return 0 if belief is None else belief.store.count
 
 

@@ -352,6 +352,23 @@ def test_places_that_cannot_be_read_are_not_no_places(
     assert stays_after(rig, tmp_path).client.call(keys.MAP_PLACES, LIST).places == (ZONE,)
 
 
+def test_places_whose_file_is_gone_are_missed(tmp_path: Path) -> None:
+    """The checkpoint tells that there were some; also the one after a restart without them."""
+    rig = Rig(tmp_path)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.mapper.close()
+    (tmp_path / FORM.file_name).unlink()
+    for k in range(2):
+        rig = Rig(tmp_path)
+        rig.feed(scenes.field(k + 1, scenes.pose()))
+        assert "No such file" in refused(rig, keys.MAP_PLACES, LIST)
+        rig.mapper.close()
+    rig = Rig(tmp_path)
+    assert rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(all_others=True)).places == ()
+    assert stays_after(rig, tmp_path).client.call(keys.MAP_PLACES, LIST).places == ()
+
+
 def test_a_loaded_map_brings_its_places_instead_of_unreadable_ones(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))

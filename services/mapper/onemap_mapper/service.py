@@ -98,13 +98,15 @@ class Mapper:
         self._world = read_world(config.map_folder)  # of what is there
         # Until the first frame says who drives the robot: a map that goes with its driver waits.
         self._undecided = self._goes_with_driver(self._world)
-        kept = None if self._undecided else resumed(config.map_folder, config.map)
+        kept, places = (None, ()) if self._undecided else resumed(config.map_folder, config.map)
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
         self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
         self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
         self._live = LiveMap(self._lock, lambda: self._map)
-        self._checkpoints = Checkpoints(config.map_folder, self._live)
+        self._checkpoints = Checkpoints(
+            config.map_folder, self._live, lambda: self._places.for_checkpoint
+        )
         self._follower = PoseGraphFollower(shared=bool(config.robots))
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
@@ -116,7 +118,12 @@ class Mapper:
         folder, height_m = config.map_folder, self._live.height_m
         self._objects = ObjectKeeper(shared, buses, folder, self._announce_kept, height_m)
         self._places = PlaceKeeper(
-            shared, folder, self._announce_kept, self._rooms, lambda: self._objects.memory
+            shared,
+            folder,
+            self._announce_kept,
+            self._rooms,
+            lambda: self._objects.memory,
+            before=places,
         )
         for robot in self._robots:
             robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
@@ -372,7 +379,7 @@ class Mapper:
         try:
             if anew or before.name not in ("", now.name):
                 self._leave(belief, before, now)
-            elif self._undecided and (kept := resumed(folder, self._config.map)) is not None:
+            elif self._undecided and (kept := resumed(folder, self._config.map)[0]) is not None:
                 self._take_up(kept)
             write_world(folder, now)
         except OSError as problem:

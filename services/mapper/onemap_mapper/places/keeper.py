@@ -52,9 +52,12 @@ class PlaceKeeper:
         announce: Callable[[], None],
         rooms: Callable[[], Rooms],
         objects: Callable[[], ObjectMemory],
+        *,
+        before: tuple[Place, ...] = (),
     ) -> None:
-        self._rooms, self._objects = rooms, objects
-        self.kept = Kept(folder, FORM, announce)
+        """before: those of the checkpoint, older than the file; where there are some is one."""
+        self._rooms, self._objects, self._before = rooms, objects, before
+        self.kept = Kept(folder, FORM, announce, expected=bool(before))
         bus.serve(keys.MAP_PLACES, lambda _request: self.places())
         bus.serve(keys.MAP_CHANGE_PLACES, self.change)
 
@@ -62,6 +65,11 @@ class PlaceKeeper:
     def version(self) -> int:
         """Of the places, as it is announced."""
         return UNKNOWN_PLACES if self.kept.unreadable else self.kept.value.version
+
+    @property
+    def for_checkpoint(self) -> tuple[Place, ...]:
+        """The named places; while they cannot be read, those of before, so that they are missed."""
+        return self._before if self.kept.unreadable else self.kept.value.places
 
     def places(self) -> MapPlaces:
         """Named places, then suggestions, and the rooms as the map is now."""

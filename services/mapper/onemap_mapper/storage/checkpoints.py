@@ -28,6 +28,7 @@ from onemap_mapper.storage import objects
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
 from onemap_shared.atomic_file import replacing, sweep_leftovers
+from onemap_shared.messages import Place
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -151,8 +152,11 @@ def set_aside(folder: Path) -> Path | None:
 class Checkpoints:
     """The checkpoints of one mapper."""
 
-    def __init__(self, folder: Path, live: LiveMap) -> None:
-        self._folder, self._live = folder, live
+    def __init__(
+        self, folder: Path, live: LiveMap, places: Callable[[], tuple[Place, ...]] = tuple
+    ) -> None:
+        """places: those of now, of which a checkpoint tells that there were some."""
+        self._folder, self._live, self._places = folder, live, places
         self._writer = ThreadPoolExecutor(1, "checkpoint")
         self._writing: Future[None] | None = None
         self._saved_revision = 0
@@ -210,7 +214,7 @@ class Checkpoints:
         if not changed:
             return
         try:
-            write_next(self._folder, self._live.write)
+            write_next(self._folder, lambda path: self._live.write(path, places=self._places()))
         except (OSError, MapFileError) as problem:
             self._report(f"cannot write a checkpoint: {problem}; a restart loses the map")
             return
@@ -233,22 +237,25 @@ class Checkpoints:
         self.problem = problem
 
 
-def resumed(folder: Path, params: MapParams) -> BeliefMap | None:
-    """The map of the newest checkpoint that fits the configuration; what does not is logged."""
+def resumed(folder: Path, params: MapParams) -> tuple[BeliefMap | None, tuple[Place, ...]]:
+    """The map of the newest checkpoint, if it fits the configuration, and its places.
+
+    What does not fit is logged.
+    """
     content, problems = newest(folder)
     for problem in problems:
         LOG.error("%s", problem)
     if content is None:
-        return None
+        return None, ()
     try:
         belief = restore(content, params, encoder_id="", first_revision=0)
     except MapFileError as problem:
         LOG.error("the checkpoint is not resumed: %s", problem)
-        return None
+        return None, content.places
     LOG.info(
         "resumed %d cells of %d frames from a checkpoint", belief.store.count, belief.frames_fused
     )
-    return belief
+    return belief, content.places
 
 
 def sweep(folder: Path) -> None:

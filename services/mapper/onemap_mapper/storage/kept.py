@@ -50,7 +50,11 @@ class Kept(Generic[M]):
     every change, without the lock.
     """
 
-    def __init__(self, folder: Path, form: Form[M], announce: Callable[[], None]) -> None:
+    def __init__(
+        self, folder: Path, form: Form[M], announce: Callable[[], None], *, expected: bool = False
+    ) -> None:
+        """expected: something else says that there was a file; one that is gone cannot be read."""
+        self._expected = expected
         self._path, self._form, self._announce = folder / form.file_name, form, announce
         self._lock = threading.Lock()  # changing value and file is read, compute, write
         self.problem = self.unreadable = ""
@@ -100,8 +104,10 @@ class Kept(Generic[M]):
     def _read(self) -> M | None:
         try:
             return self._form.from_bytes(unsealed(self._path.read_bytes()))
-        except FileNotFoundError:
-            return self._form.nothing
+        except FileNotFoundError as problem:
+            if not self._expected:
+                return self._form.nothing
+            why = problem.strerror
         except (OSError, ValueError) as problem:
             why = problem.strerror if isinstance(problem, OSError) else str(problem)
         if self._form.confirm:
