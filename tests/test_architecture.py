@@ -97,7 +97,6 @@ ONLY_IN = {
     "zenoh": {"onemap_shared.bus", "onemap_ros2.network"},
     "msgpack": {"onemap_shared.wire"},
     "mcap": {"onemap_tools.recording.bag_file"},
-    "foxglove": {"onemap_tools.recording.foxglove", "onemap_tools.recording.foxglove_server"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
     "mcp": {"onemap_gateway.http.mcp_server"},

@@ -7,13 +7,11 @@ import resource
 import signal
 import subprocess
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from onemap_tools.processes.launch import onemap_command
-from onemap_tools.processes.network import any_free_port
 from onemap_tools.recording.info import info
 from onemap_tools.recording.replay import ReplayOptions, replay
 from tests.end_to_end.system import PATIENCE_S, START_S, System
@@ -112,33 +110,3 @@ def test_a_full_disk_ends_the_recording_and_not_the_robot(robot: System, tmp_pat
     assert frames_in(path) > 0
     before = fused(robot)
     robot.until(lambda: fused(robot) > before, "the robot goes on")
-
-
-def test_a_viewer_sees_the_robot(robot: System) -> None:
-    for package in ("foxglove", "google.protobuf"):
-        pytest.importorskip(package, reason=f"needs {package}: pip install -e '.[live]'")
-    from onemap_tools.recording import foxglove_server as topics
-    from tests.tools.recording.foxglove_client import FoxgloveClient
-
-    port = any_free_port()
-    arguments = ("--config", str(robot.configuration), "--port", str(port), "--query", "bed")
-    process = subprocess.Popen(
-        onemap_command("live", *arguments),
-        env=robot.environment,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stderr is not None
-        assert f"ws://127.0.0.1:{port}" in process.stderr.readline()
-        with closing(FoxgloveClient(port)) as client:
-            client.discover(len({*topics.TYPED, *topics.JSON}))
-            watched = (topics.IMAGE, topics.OCCUPANCY, topics.SIMILARITY, topics.ROBOT)
-            client.subscribe(*watched, topics.MAP_STATE)
-            waiting = {*watched, topics.MAP_STATE}
-            while waiting:
-                waiting.discard(client.receive()[0])
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(PATIENCE_S) == 0
-    finally:
-        process.kill()

@@ -152,24 +152,3 @@ def replay(
     from onemap_tools.processes.services import run
 
     raise typer.Exit(run("replay", config))
-
-
-@app.command(rich_help_panel=RECORDINGS)
-def live(
-    config: Config = None,
-    *,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="On 127.0.0.1; 0: any that is free.")
-    ] = 8765,
-    query: Annotated[
-        str, typer.Option(help="Show the similarity to this; by default what a search looks for.")
-    ] = "",
-) -> None:
-    """Serve map, camera, plans and numbers to Foxglove or Lichtblick, until Ctrl-C.
-
-    Connect the viewer to ws://127.0.0.1:8765 and import the layout deploy/foxglove/onemap.json.
-    Viewers look and change nothing but the query, a parameter. Costs nothing until one connects.
-    """
-    with requires_extra("live", "This command"):
-        from onemap_tools.recording.live import live as run
-    run(config, port, query, progress_console())
