@@ -399,6 +399,7 @@ class Mapper:
                 raise FieldRejected("another map has taken the place of its own")
             aside = set_aside(self._config.map_folder)
 
+        self._checkpoints.flush()  # so that none of it is lost
         self._exchange(BeliefMap(self._config.map), first=moved)
         if aside is None:
             return

@@ -188,6 +188,13 @@ class Checkpoints:
             self._saved_s = float("-inf")
         self._remove()
 
+    def flush(self) -> None:
+        """Write what changed since the last checkpoint, and return when it is written."""
+        if self._writing is not None:
+            self._writing.result()
+            self._writing = None
+        self._write()
+
     def close(self) -> None:
         """Wait for a checkpoint that is being written; write the newest state."""
         self._writer.shutdown()
