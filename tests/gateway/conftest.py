@@ -14,6 +14,11 @@ def router() -> MemoryRouter:
     return MemoryRouter()
 
 
+@pytest.fixture(autouse=True)
+def _wrong_tokens_are_answered_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("onemap_gateway.http.security.WRONG_TOKEN_S", 0.0)
+
+
 @pytest.fixture
 def mapper(router: MemoryRouter) -> Iterator[FakeMapper]:
     fake = FakeMapper(router)

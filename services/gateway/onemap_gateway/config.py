@@ -11,7 +11,6 @@ from typing import Annotated, ClassVar
 
 from pydantic import (
     Field,
-    IPvAnyNetwork,
     SecretStr,
     ValidationError,
     field_validator,
@@ -84,12 +83,6 @@ class GatewayConfig(Params):
         default=False,
         description="Listen beyond loopback without a token: only on a trusted network, because "
         "whoever reaches the port sees the camera and drives the robot.",
-    )
-    trusted_proxies: tuple[IPvAnyNetwork, ...] = Field(
-        default=(),
-        description="Addresses or networks of proxies whose header X-Forwarded-For says who the "
-        "client is, for the lock-out after wrong tokens. Empty: the header is not read, because "
-        "whoever guesses tokens could name another address with each guess.",
     )
     agent_max_distance_m: float = Field(
         default=100.0,

@@ -12,12 +12,12 @@ import uvicorn
 
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
-from onemap_gateway.config import GatewayConfig, with_token_file
+from onemap_gateway.config import TOKENS, GatewayConfig, is_loopback, with_token_file
 from onemap_gateway.connections import MAX_CONNECTIONS, LimitedConnection, connection_limit, listen
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import PACES, GatewayContext, Paces
 from onemap_gateway.http.middleware import FleetApp
-from onemap_gateway.http.security import MAX_BODY_BYTES, LockOut
+from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_gateway.present.service_status import hung_for_s
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
@@ -28,6 +28,8 @@ LOG = logging.getLogger("onemap.gateway")
 GRACEFUL_SHUTDOWN_S = 1  # open streams end within 0.2 s; connections left are then closed
 JOIN_TIMEOUT_S = 1.5
 
+# Fewer can be guessed over the network in years; 16 random characters take longer than the world.
+GUESSABLE_CHARS = 16
 EVERY_ADDRESS = ("0.0.0.0", "::")
 
 
@@ -52,15 +54,12 @@ class GatewayWorker:
         self._robots = {name: bus.sibling(at) for name, at in config.robots.items()}
         caches = {name: StateCache(at) for name, at in self._robots.items()}
         self._caches = [self._cache, *caches.values()]
-        lock_out = LockOut()
         apps = {
-            name: create_app(
-                GatewayContext(caches[name], RpcClient(at), config, lock_out=lock_out, paces=paces)
-            )
+            name: create_app(GatewayContext(caches[name], RpcClient(at), config, paces=paces))
             for name, at in self._robots.items()
         }
         rpc = RpcClient(bus)
-        own = GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out, paces=paces)
+        own = GatewayContext(self._cache, rpc, config, caches, paces=paces)
         app = create_app(own)
         self._server = HttpServer(
             uvicorn.Config(
@@ -71,8 +70,7 @@ class GatewayWorker:
                 log_level="error",  # a warning is about bytes that a client sent
                 access_log=False,
                 server_header=False,
-                proxy_headers=bool(config.trusted_proxies),  # uvicorn believes all of loopback
-                forwarded_allow_ips=[str(proxy) for proxy in config.trusted_proxies],
+                proxy_headers=False,  # nothing depends on who a proxy says that it speaks for
                 ws_max_size=MAX_BODY_BYTES,  # clients have nothing to say there
                 timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
@@ -127,4 +125,13 @@ class GatewayWorker:
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:
     """A gateway that listens on the configured address."""
-    return GatewayWorker(bus, with_token_file(config))
+    config = with_token_file(config)
+    for role, token in config.tokens().items():
+        if 0 < len(token) < GUESSABLE_CHARS and not is_loopback(config.host):
+            LOG.warning(
+                "'gateway.%s' has %d characters and can be guessed: openssl rand -hex 32 makes one "
+                "that cannot",
+                TOKENS[role],
+                len(token),
+            )
+    return GatewayWorker(bus, config)

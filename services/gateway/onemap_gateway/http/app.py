@@ -95,7 +95,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(HTTPException, _on_http)
     app.add_middleware(DepartureMiddleware)
     app.add_middleware(MethodMiddleware)
-    app.add_middleware(SecurityMiddleware, config=gateway.config, lock_out=gateway.lock_out)
+    app.add_middleware(SecurityMiddleware, config=gateway.config)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)
     return app
 
@@ -135,7 +135,7 @@ def _common_statuses(method: str, path: str, operation: Mapping[str, Any]) -> li
     """
     found = {421, 500}
     if required_role(method, path) is not Role.NOBODY:
-        found |= {401, 403, 429}
+        found |= {401, 403}
     if method not in READING:
         found |= {403, 408, 413, 415}
     if "requestBody" in operation:

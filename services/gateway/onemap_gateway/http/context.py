@@ -17,7 +17,6 @@ from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import HttpProblem, from_call_error
-from onemap_gateway.http.security import LockOut
 from onemap_gateway.http.shared_results import SharedResults
 from onemap_gateway.present.metrics import RequestCounter
 from onemap_gateway.present.replies import search_snapshot
@@ -58,17 +57,13 @@ PACES = Paces()
 
 @dataclass(frozen=True, slots=True)
 class GatewayContext:
-    """The state cache, the RPC client and the configuration of one gateway.
-
-    ``lock_out`` is one for all robots of a gateway: each would allow as many guesses again.
-    """
+    """The state cache, the RPC client and the configuration of one gateway."""
 
     cache: StateCache
     rpc: RpcClient
     config: GatewayConfig
     robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
-    lock_out: LockOut = field(default_factory=LockOut)
     paces: Paces = PACES
     images: SharedResults = field(init=False)
 

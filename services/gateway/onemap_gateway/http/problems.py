@@ -48,7 +48,6 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "invalid": (422, "The request cannot be understood"),
     "bad_image": (422, "The image cannot be asked for"),
     "unknown_word": (422, "The encoder does not know this word"),
-    "locked_out": (429, "There were too many wrong tokens"),
     "http": (400, "The request was refused"),
     "internal": (500, "The gateway failed"),
     "not_installed": (501, "This part is not installed"),
@@ -109,7 +108,7 @@ class HttpProblem(Exception):
     @property
     def headers(self) -> dict[str, str]:
         """Headers that belong to the status."""
-        if self.status in (429, 503):
+        if self.status == 503:
             return {"Retry-After": str(self.extra.get("retry_after_s", RETRY_AFTER_S))}
         if self.status == 401:
             return {"WWW-Authenticate": "Bearer"}
@@ -257,7 +256,6 @@ PROBLEM_STATUSES = {
     421: "The gateway does not answer to this host name.",
     422: "The request cannot be understood, the map does not know a place (`places` are those that "
     "it knows), or the encoder no word (`words` names each, with the known ones nearest to it).",
-    429: "There were too many wrong tokens from this address.",
     500: "The gateway failed; its log says why.",
     501: "The gateway was installed without this part.",
     502: "A service failed; `service` names it.",

@@ -3,16 +3,16 @@
 A browser lets every page of the web send requests to this machine. The headers ``Host`` and
 ``Origin`` tell those requests from the ones of the gateway's own page (DNS rebinding, CSRF).
 """
-# Talks: reads a request's body, and the clock for the lock-out.
+# Talks: reads a request's body, waits after a wrong token, and logs it.
 
 from __future__ import annotations
 
 import logging
+import math
 import time
 from base64 import urlsafe_b64decode
 from hashlib import sha256
-from ipaddress import IPv6Address, IPv6Network, ip_address
-from math import ceil
+from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 import anyio
@@ -33,10 +33,8 @@ READING = frozenset({"GET", "HEAD", "OPTIONS"})
 LOOKING = frozenset(("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/v1/map.png"))
 AGENTS = ("POST", "/mcp")
 
-MAX_FAILURES = 10  # wrong tokens of one address within FAILURE_WINDOW_S
-FAILURE_WINDOW_S = 60.0
-LOCK_S = 60.0  # ten guesses a minute: 16 random characters hold for more than a lifetime
-MAX_ADDRESSES = 1024  # of which wrong tokens are remembered
+WRONG_TOKEN_S = 1.0  # until it is answered: pages with an old token ask again and again
+LOG_PERIOD_S = 60.0  # at most one line about wrong tokens within it
 
 
 def required_role(method: str, path: str) -> Role:
@@ -59,43 +57,6 @@ def only_looks(method: str, path: str) -> bool:
     return method in READING or (method, path) in LOOKING
 
 
-class LockOut:
-    """Counts wrong tokens per address, and locks an address out after ``MAX_FAILURES`` of them.
-
-    Also the right token is refused then: otherwise guessing could go on. Clients behind one
-    proxy share an address, unless it is one of ``trusted_proxies``. Times are seconds
-    of one monotonic clock.
-    """
-
-    def __init__(self) -> None:
-        self._failures: dict[str, list[float]] = {}
-
-    def locked_s(self, address: str, now_s: float) -> float:
-        """Seconds for which the address is still locked out; 0 if it is not."""
-        times = self._failures.get(client_network(address), [])
-        return max(times[-1] + LOCK_S - now_s, 0.0) if len(times) >= MAX_FAILURES else 0.0
-
-    def count(self, address: str, now_s: float) -> bool:
-        """Count a wrong token; whether the address is locked out from now on."""
-        client = client_network(address)
-        times = [t for t in self._failures.pop(client, []) if now_s - t < FAILURE_WINDOW_S]
-        while len(self._failures) >= MAX_ADDRESSES:
-            self._failures.pop(next(iter(self._failures)))
-        self._failures[client] = [*times, now_s][-MAX_FAILURES:]
-        return len(self._failures[client]) >= MAX_FAILURES
-
-
-def client_network(address: str) -> str:
-    """What stands for one client: an address, of IPv6 the network /64, which is one household."""
-    try:
-        parsed = ip_address(address)
-    except ValueError:
-        return address
-    if not isinstance(parsed, IPv6Address):
-        return address
-    return str(parsed.ipv4_mapped or IPv6Network((int(parsed), 64), strict=False))
-
-
 MAX_BODY_BYTES = 64 * 1024
 # Behind the prefix of any robot: the body of these may hold an image in base64, or many outlines.
 LARGE_PATHS = ("/v1/queries", "/v1/map.png", "/v1/places.geojson")
@@ -113,14 +74,12 @@ LOG = logging.getLogger("onemap.gateway")
 class SecurityMiddleware:
     """Refuses requests by host, origin, role, and by size, type and duration of the body."""
 
-    def __init__(
-        self, app: ASGIApp, config: GatewayConfig, lock_out: LockOut | None = None
-    ) -> None:
+    def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
         self._app = app
+        self._wrong, self._logged_s = 0, -math.inf  # tokens since the last line about them
         self._hosts = frozenset(name.lower() for name in config.allowed_hosts)
         # by digest: how long a look-up takes tells nothing of a token
         self._roles = {_digest(t.encode()): role for role, t in config.tokens().items() if t}
-        self._lock_out = lock_out or LockOut()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The ASGI interface."""
@@ -133,7 +92,7 @@ class SecurityMiddleware:
             scope[ROLE] = Role.ADMINISTER
             if self._roles:  # without any, everybody may do everything
                 required = required_role(method, scope["path"])
-                scope[ROLE] = self._check_role(required, scope, headers)
+                scope[ROLE] = await self._check_role(required, scope, headers)
             if method not in READING:
                 large = scope["path"].endswith(LARGE_PATHS)
                 limit = MAX_IMAGE_BODY_BYTES if large else MAX_BODY_BYTES
@@ -169,7 +128,7 @@ class SecurityMiddleware:
             f"A page from {origin[:100]} may not use the robot: open the gateway's own page.",
         )
 
-    def _check_role(self, required: Role, scope: Scope, headers: Headers) -> Role:
+    async def _check_role(self, required: Role, scope: Scope, headers: Headers) -> Role:
         """The role of the client, at least ``required``; raises HttpProblem if it is lower."""
         token = presented_token(headers)
         if required is Role.NOBODY:
@@ -180,18 +139,10 @@ class SecurityMiddleware:
                 "Send the header 'Authorization: Bearer <token>' with a token of the "
                 "configuration ('gateway.token').",
             )
-        address, now_s = (scope.get("client") or ("", 0))[0], time.monotonic()
-        if locked_s := self._lock_out.locked_s(address, now_s):
-            wait_s = ceil(locked_s)
-            raise HttpProblem(
-                "locked_out",
-                f"There were {MAX_FAILURES} wrong tokens from this address: wait {wait_s} s.",
-                retry_after_s=wait_s,
-            )
         role = self._roles.get(_digest(token), Role.NOBODY)
         if role is Role.NOBODY:
-            if self._lock_out.count(address, now_s):
-                LOG.warning("%d wrong tokens from %s: refused for a minute", MAX_FAILURES, address)
+            self._log_wrong((scope.get("client") or ("", 0))[0], time.monotonic())
+            await anyio.sleep(WRONG_TOKEN_S)
             raise HttpProblem(
                 "unauthorized",
                 "The token is not one of the configuration ('gateway.token'): correct it.",
@@ -203,6 +154,12 @@ class SecurityMiddleware:
                 "higher role.",
             )
         return role
+
+    def _log_wrong(self, address: str, now_s: float) -> None:
+        self._wrong += 1
+        if now_s - self._logged_s >= LOG_PERIOD_S:
+            LOG.warning("wrong tokens: %d, the last from %s", self._wrong, address)
+            self._wrong, self._logged_s = 0, now_s
 
 
 def _digest(token: bytes) -> bytes:
