@@ -18,6 +18,10 @@ import httpx
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
+SEARCHES = "/v1/searches/"
+STOP_PATIENCE_S = 10.0  # a gateway or planner that was killed is back by then
+STOP_TIMEOUT_S = 2.0  # of one attempt: the gateway answers within 0.1 s, or is not there
+STOP_PAUSE_S = 0.2
 SILENCE_S = 40.0  # an event stream without a change has a comment every 15 s
 MAX_PORT = 65535
 
@@ -178,6 +182,37 @@ class Connection:
                     raise
             time.sleep(self._retry.delay_s(failures))
 
+    def stop(
+        self,
+        parse: Callable[[Mapping[str, Any]], Parsed],
+        path: str,
+        waiting: Callable[[str], None] = lambda _: None,
+    ) -> Parsed:
+        """DELETE until it is confirmed; ``waiting`` is told why it was not yet.
+
+        One that arrived, but whose answer was lost, is confirmed by the next. Raises OneMapError
+        if it is refused, or not confirmed within ``STOP_PATIENCE_S``.
+        """
+        deadline_s, told = time.monotonic() + STOP_PATIENCE_S, ""
+        while True:
+            try:
+                return self.fetch(parse, "DELETE", path)
+            except OneMapError as error:
+                if not error.temporary:
+                    raise
+                if time.monotonic() >= deadline_s:
+                    raise OneMapError(
+                        f"The robot may still drive: no stop was confirmed within "
+                        f"{STOP_PATIENCE_S:g} s. Use its emergency stop, or end the planner. "
+                        f"{error.detail}",
+                        status=error.status,
+                        document=error.document,
+                    ) from error
+                if error.detail != told:
+                    told = error.detail
+                    waiting(told)
+            time.sleep(STOP_PAUSE_S)
+
     def download(self, path: str, *, timeout_s: float = 0.0) -> bytes:
         """The content at a path."""
         return self._request("GET", path, None, timeout_s).content
@@ -231,6 +266,8 @@ class Connection:
         self, method: str, path: str, body: Mapping[str, Any] | None, timeout_s: float
     ) -> httpx.Response:
         limit_s = max(timeout_s, self._timeout_s)
+        if method == "DELETE" and path.startswith(SEARCHES):
+            limit_s = STOP_TIMEOUT_S
         with self._as_errors(limit_s):
             reply = self._http.request(method, path, json=body, timeout=limit_s)
         if not reply.is_success:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
@@ -64,15 +64,22 @@ class RemoteSearch:
 
     def status(self) -> SearchSnapshot:
         """How is it going? Asks the robot."""
-        return self._send("GET")
+        path = f"/v1/searches/{self.id}"
+        self.latest = self._connection.fetch(SearchSnapshot.of, "GET", path)
+        return self.latest
 
     def replay(self) -> SearchReplay:
         """The recorded steps of the search with their reasons, and where the robot drove."""
         return self._connection.fetch(SearchReplay.of, "GET", f"/v1/searches/{self.id}/replay")
 
-    def cancel(self) -> SearchSnapshot:
-        """Stop the robot and end the search; what was found so far stays in the results."""
-        return self._send("DELETE")
+    def cancel(self, waiting: Callable[[str], None] = lambda _: None) -> SearchSnapshot:
+        """Stop the robot and end the search; what was found so far stays in the results.
+
+        Asks again for ten seconds if that is not confirmed, and tells ``waiting`` why; then raises
+        OneMapError: the robot may still drive.
+        """
+        self.latest = self._connection.stop(SearchSnapshot.of, f"/v1/searches/{self.id}", waiting)
+        return self.latest
 
     def again(self) -> RemoteSearch:
         """Go on with what it has not found, as it was asked for, or drive to its place again.
@@ -115,11 +122,6 @@ class RemoteSearch:
                 yield SearchChanged(event)
                 if not last.active:
                     return
-
-    def _send(self, method: str) -> SearchSnapshot:
-        path = f"/v1/searches/{self.id}"
-        self.latest = self._connection.fetch(SearchSnapshot.of, method, path)
-        return self.latest
 
 
 class RemoteSearches:

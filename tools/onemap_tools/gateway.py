@@ -66,9 +66,9 @@ class SearchHandle:
         """Whether it ended with its planner or driver: it can be asked for again."""
         return self._search.latest.state == SearchState.INTERRUPTED.value
 
-    def cancel(self) -> None:
-        """End the search, and keep its final report."""
-        self._search.cancel()
+    def cancel(self, waiting: Callable[[str], None] = lambda _: None) -> None:
+        """End the search, and keep its final report; ``waiting`` is told why it takes longer."""
+        self._search.cancel(waiting)
 
     def poll(self) -> str:
         """Update the report; returns why that failed, empty on success.

@@ -16,7 +16,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from onemap import Client, QueryInterrupted, QueryResult
+from onemap import Client, OneMapError, QueryInterrupted, QueryResult
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
@@ -331,6 +331,38 @@ def test_ctrl_c_cancels_and_is_told_from_a_search_without_success(console: Conso
     assert "DELETE" in asked
     failed = Gateway(report("not_found")).client
     assert follow(failed, partial(failed.search, "sofa"), console)[1] == 1
+
+
+@pytest.mark.parametrize("arrives", [True, False])
+def test_ctrl_c_asks_again_until_the_stop_is_confirmed(
+    console: Console, monkeypatch: pytest.MonkeyPatch, arrives: bool
+) -> None:
+    monkeypatch.setattr("onemap.connection.STOP_PAUSE_S", 0.0)
+    monkeypatch.setattr("onemap.connection.STOP_PATIENCE_S", 60.0 if arrives else 0.0)
+    stops: list[str] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        if request.method == "DELETE":
+            stops.append(request.url.path)
+            if len(stops) == 1 or not arrives:
+                raise httpx.ReadTimeout("lost", request=request)
+            if len(stops) == 2:
+                return httpx.Response(503, json={"detail": "The planner is not running."})
+            return httpx.Response(200, json=report("cancelled"))
+        if request.method == "POST":
+            os.kill(os.getpid(), signal.SIGINT)  # handled before the next wait
+        return httpx.Response(200, json=report("exploring"))
+
+    client = Client(transport=httpx.MockTransport(handle))
+    start = partial(client.search, "sofa")
+    if arrives:
+        assert follow(client, start, console)[1] == 130
+        assert len(stops) == 3
+        assert "Not stopped yet, trying again" in text_of(console)
+        assert "The planner is not running." in text_of(console)
+    else:
+        with pytest.raises(OneMapError, match="The robot may still drive: no stop was confirmed"):
+            follow(client, start, console)
 
 
 @pytest.mark.parametrize(

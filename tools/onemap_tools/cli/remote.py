@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from math import degrees
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,9 @@ from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.progress import ProgressLines, SearchProgress
 
 POLL_S = 0.5
+MAY_DRIVE = (
+    "The robot may still drive: no stop was confirmed. Use its emergency stop, or end the planner."
+)
 CONDITION_COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
 
 
@@ -39,14 +43,14 @@ def follow(
     """
     interrupted = False
     lines = ProgressLines(console)
-    with interruptible() as stop:
+    with interruptible(lambda: console.print(MAY_DRIVE, soft_wrap=True)) as stop:
         handle = SearchHandle(start())
         if understood := _understood(handle.report, *handle.report["objects"]):
             console.print(understood, soft_wrap=True)
         while handle.active or (again and handle.interrupted):
             lines.show(_progress(gateway, handle.report))
             if stop.wait(POLL_S):
-                handle.cancel()
+                handle.cancel(partial(_say_not_stopped, console))
                 interrupted = True
                 break
             if problem := handle.poll() if handle.active else handle.again():
@@ -54,6 +58,10 @@ def follow(
     if is_done(handle.report):
         return handle.report, EXIT_OK
     return handle.report, EXIT_INTERRUPTED if interrupted else EXIT_FAILED
+
+
+def _say_not_stopped(console: Console, why: str) -> None:
+    console.print(f"Not stopped yet, trying again (Ctrl-C: give up): {why}", soft_wrap=True)
 
 
 def _understood(reply: dict[str, Any], *names: str) -> str:
