@@ -52,7 +52,7 @@ def test_what_is_not_ready_gives_its_reason() -> None:
     assert problem_of("mapper", beat(ready=True, problem="slow")) == ""
     assert problem_of("mapper", beat(ready=False, problem="no frames")).endswith("no frames.")
     assert "does not say why" in problem_of("mapper", beat(ready=False))
-    assert "onemap mapper" in problem_of("mapper", None)
+    assert "onemap service mapper" in problem_of("mapper", None)
 
 
 @pytest.mark.parametrize(("ready", "patience_s"), [(True, 60.0), (False, 0.2)])
