@@ -37,3 +37,18 @@ def test_the_map_follows_the_example(tmp_path: Path) -> None:
     )
     mapper.step(0.0)
     assert mapper._map.store.cells.mean(axis=0) - before == pytest.approx((10, 5))
+
+
+def test_what_it_remembers_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("examples.corrected_poses.MAX_FRAMES", 20)
+    poses, here = CorrectedPoses(MemoryRouter().bus("robot")), pose_2d(0.0, 0.0, 0.0)
+    keyframes = {}
+    for stamp in range(1, 1000):
+        poses.published(stamp, here)
+        if stamp % 10 == 0:
+            keyframes[stamp] = here
+            poses.corrected(keyframes)
+    assert poses._published.keys() == {*keyframes, *range(991, 1000)}
+    for stamp in range(1000, 2000):
+        poses.published(stamp, here)
+    assert len(poses._published) == len(keyframes) + 20
