@@ -3,6 +3,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -382,3 +383,18 @@ def test_without_a_router_it_does_not_start() -> None:
     with pytest.raises(StartError, match=r"no ROS 2 router answers at tcp/127\.0\.0\.1:1") as error:
         build(MemoryRouter().bus("ros2"), config)
     assert error.value.temporary
+
+
+def test_another_adapter_is_another_driver(clock: Clock) -> None:
+    """So the search of before a kill ends, and its commands count for nothing."""
+    made = System(clock, base(TWIST))
+    made.robot_says()
+    message = made.odometry.take(0.0)
+    assert message is not None
+    driver = made.worker._gate.driver
+    assert message.driver == driver != System(clock).worker._gate.driver
+    command = VelocityCommand(1, T0, 0.25, 0.0, planner="p1", driver="the one before")
+    for said in (command, replace(command, sequence=2, linear_mps=0.5, driver=driver)):
+        made.commands.put(said)
+        made.worker.step(0.1)
+    assert made.sent(TWIST) == [0.5]
