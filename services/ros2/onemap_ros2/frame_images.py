@@ -58,7 +58,8 @@ class FrameImages:
                 f"color image {rgb.shape[1]} x {rgb.shape[0]}: choose a depth topic that is "
                 "registered to the color image, or set ros2.topics.depth_camera_info"
             )
-        world = f"frame {self.config.map_frame[:50]}"  # of the 64 characters of a name
+        frame = f"{self.config.namespace}/{self.config.map_frame}".strip("/")
+        world = f"frame {frame[-50:]}"  # of the 64 characters of a name
         return RgbdFrame(0, self.stamp_ns, rgb, depth_mm, camera, self.T_map_camera, world)
 
     def _camera(self, kind: str, image: NDArray) -> Intrinsics:
