@@ -107,7 +107,8 @@ def test_a_survey_counts_messages_and_names_what_is_missing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     others = endpoint("/cmd_vel", "a/msg/B", "MS"), endpoint("/tf", TF), endpoint("/tf_static", TF)
-    network = Talking(endpoint("/odom", ODOMETRY), *others)
+    ours = endpoint("/cmd_vel", "a/msg/B")  # OneMap's own, silent while nobody searches
+    network = Talking(endpoint("/odom", ODOMETRY), ours, *others)
     seconds = itertools.count(0.0, 0.1)
     monkeypatch.setattr("onemap_ros2.discovery.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(discovery, "join", lambda *_: network)

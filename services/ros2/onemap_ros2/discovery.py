@@ -28,7 +28,8 @@ def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[
     finally:
         network.close()
     reports = topic_reports(endpoints, rates_hz, config.names)
-    read = {need.setting for need in needs(config)} - {"tf_static"}  # which is sent once
+    # What the robot writes and goes on writing; what OneMap writes is silent without a search.
+    read = {need.setting for need in needs(config) if need.kind == PUBLISHER} - {"tf_static"}
     silent = [
         f"no message of {each.topic} came in {seconds:g} s, although a node publishes it"
         for each in reports
