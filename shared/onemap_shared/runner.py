@@ -151,7 +151,11 @@ def _join_and_work(
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
     instance = uuid.uuid4().hex[:12]
     try:
-        waiting = Supervisor().starting  # a robot's router may come hours later
+        supervisor = Supervisor()
+
+        def waiting(what: str) -> None:  # the process works; the router may come hours later
+            supervisor.alive(ready=False, status=what)
+
         bus = open_bus(config, service, instance, stop, announce=False, waiting=waiting)
     except UnreadableFile as problem:
         return _refuse_start(StartError(str(problem)))

@@ -21,13 +21,13 @@ from onemap_ros2.cdr import (
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.frame_images import FrameImages
 from onemap_ros2.frame_thread import FrameThread
-from onemap_ros2.network.interface import Endpoint
-from onemap_ros2.service import Ros2Worker, build
+from onemap_ros2.network.interface import Endpoint, NetworkError, RosNetwork
+from onemap_ros2.service import JoiningWorker, Ros2Worker
 from onemap_ros2.topic_list import TopicNeed, needs
 from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
 from onemap_shared.messages import Heartbeat, RgbdFrame, VelocityCommand
-from onemap_shared.runner import StartError
+from onemap_shared.transport import Health
 from tests.memory_bus import MemoryRouter
 from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
@@ -378,11 +378,29 @@ def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:
     assert stamp_ns(decode(sent, TWIST_STAMPED).header.stamp) == 7_000_000_123
 
 
-def test_without_a_router_it_does_not_start() -> None:
-    config = Ros2Config(connect=("tcp/127.0.0.1:1",))
-    with pytest.raises(StartError, match=r"no ROS 2 router answers at tcp/127\.0\.0\.1:1") as error:
-        build(MemoryRouter().bus("ros2"), config)
-    assert error.value.temporary
+def test_it_waits_for_the_robots_router_and_says_so(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(service, "RETRY_S", 0.0)
+    router, network = MemoryRouter(), FakeNetwork()
+    is_there, tried = threading.Event(), threading.Semaphore(0)
+
+    def join(config: Ros2Config) -> RosNetwork:
+        tried.release()
+        if not is_there.is_set():
+            raise NetworkError("no ROS 2 router answers at tcp/r")
+        return network
+
+    worker = JoiningWorker(router.bus("ros2"), CONFIG, join)
+    for _ in range(3):  # it goes on trying
+        assert tried.acquire(timeout=60)
+    worker.step(0.0)
+    assert worker.health() == Health(False, "no ROS 2 router answers at tcp/r")
+    is_there.set()
+    while "no odometry on /odom" not in worker.health().problem:
+        worker.step(0.1)
+    worker.close()
+    assert network.closed
 
 
 def test_another_adapter_is_another_driver(clock: Clock) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
+from queue import Empty, SimpleQueue
 
 from onemap_ros2.cdr import DIAGNOSTICS
 from onemap_ros2.config import Ros2Config
@@ -41,13 +43,13 @@ from onemap_shared.keys import (
     SEARCH_STATE,
 )
 from onemap_shared.messages import Heartbeat, Odometry, VelocityCommand
-from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.ros2")
 STALE_S = 0.5  # without odometry, after which the robot is stopped: ten of the planner's 20 Hz
 STANDS_MPS, STANDS_RADPS = 0.02, 0.05  # up to this a base that stands may report
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
+RETRY_S = 1.0  # between two attempts to join the robot's network
 DIAGNOSTICS_PERIOD_S = 1.0  # as ROS 2's own nodes send them
 DRIVEN_BY = ("command", "goal_pose", "navigate")  # by setting, where the robot has such a node
 LACK_PERIOD_S = 0.5  # between two looks for it: odometry comes 50 times a second
@@ -266,10 +268,55 @@ def _both(reason: str, silent: str) -> str:
     return "; ".join(filter(None, (reason, silent)))
 
 
-def build(bus: Bus, config: Ros2Config) -> Ros2Worker:
-    """Join the robot's network and make the worker, or raise StartError."""
-    try:
-        network = join(config)
-    except NetworkError as problem:
-        raise StartError(str(problem), temporary=True) from problem
-    return Ros2Worker(bus, network, config)
+class JoiningWorker:
+    """The adapter, which joins the robot's network when its router answers; until then it says so.
+
+    A robot may be switched on hours later. ``join``: connects, or raises NetworkError.
+    """
+
+    def __init__(
+        self, bus: Bus, config: Ros2Config, join: Callable[[Ros2Config], RosNetwork] = join
+    ) -> None:
+        self._bus, self._config, self._join = bus, config, join
+        self._worker: Ros2Worker | None = None
+        self._joined: SimpleQueue[RosNetwork] = SimpleQueue()
+        self._problem = f"waiting for a ROS 2 router at {', '.join(config.connect)}"
+        self._closed = threading.Event()
+        threading.Thread(target=self._run, name="join", daemon=True).start()
+
+    def step(self, timeout_s: float) -> None:
+        """See ``transport.Worker``: nothing to do before the robot's network is there."""
+        if self._worker is None:
+            with suppress(Empty):
+                network = self._joined.get(timeout=timeout_s)
+                self._worker = Ros2Worker(self._bus, network, self._config)
+        else:
+            self._worker.step(timeout_s)
+
+    def health(self) -> Health:
+        """See ``transport.Worker``."""
+        return self._worker.health() if self._worker else Health(False, self._problem)
+
+    def close(self) -> None:
+        """See ``transport.Worker``."""
+        self._closed.set()
+        if self._worker is not None:
+            self._worker.close()
+
+    def _run(self) -> None:
+        """Try until it succeeds; an attempt may take as long as the network lets it."""
+        while not self._closed.is_set():
+            try:
+                self._joined.put(self._join(self._config))
+            except NetworkError as problem:
+                if self._problem != str(problem):
+                    LOG.warning("%s", problem)
+                self._problem = str(problem)
+                self._closed.wait(RETRY_S)
+            else:
+                return
+
+
+def build(bus: Bus, config: Ros2Config) -> JoiningWorker:
+    """The adapter's worker on this bus."""
+    return JoiningWorker(bus, config)
