@@ -89,7 +89,7 @@ def test_no_reply_holds_what_json_has_not(
     robot = router.bus("simulator")
     with fakes.gateway_on(router) as gateway:
         client = fakes.client_of(gateway)
-        robot.publish(keys.ROBOT_ODOMETRY).put(replace(fakes.odometry(1, 2), linear_mps=nan))
+        robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
         robot.publish(keys.MAP_REVISION).put(replace(fakes.revision(3), update_ms=nan))
         robot.publish(keys.SEARCH_STATE).put(planner.status)
         beat = replace(fakes.heartbeat("mapper"), metrics={"fps": nan})
