@@ -50,6 +50,29 @@ def test_a_killed_service_is_named_at_once_with_the_command_that_starts_it(servi
     assert fault.service == service
 
 
+def test_a_robot_that_ended_or_fell_silent_is_not_ready() -> None:
+    ended = well(10.0).with_members(MEMBERS - members("simulator"), 10.3)
+    fault = service_status.find_pipeline_fault(ended, 10.3, 5.0)
+    assert fault is not None
+    assert fault.service == "robot"
+    assert fault.detail.startswith("The simulator stopped 0 s ago: start it with 'onemap service")
+    fault = service_status.find_pipeline_fault(well(10.0), 12.1, 5.0)
+    assert fault is not None
+    assert fault.detail.startswith("No camera frame for 2 s")
+    other = ended.with_message(fakes.rgbd(2), 10.5)  # of a robot without a token
+    assert service_status.find_pipeline_fault(other, 10.5, 5.0) is None
+
+
+def test_what_a_live_driver_says_of_the_robot_is_the_reason() -> None:
+    said = replace(fakes.heartbeat("ros2"), ready=False, problem="no message arrives on /odom")
+    there = members(*SERVICES[1:], "ros2")
+    state = well(10.0).with_members(there, 10.0).with_message(said, 11.0)
+    for now_s in (11.0, 13.0):  # frames are fresh, then not
+        fault = service_status.find_pipeline_fault(state, now_s, 5.0)
+        assert fault is not None
+        assert (fault.service, fault.detail) == ("robot", "No message arrives on /odom.")
+
+
 @pytest.mark.parametrize(
     ("beat", "said"),
     [

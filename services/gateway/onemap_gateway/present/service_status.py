@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 from onemap.replies import ServiceHealth
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
-from onemap_shared.services import SERVICES, STAGES, doubled_sentence, installed_version
+from onemap_shared.services import (
+    DRIVER,
+    SERVICES,
+    STAGES,
+    doubled_sentence,
+    installed_version,
+    role_of,
+)
 from onemap_shared.supervisor import start_hint
 
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
@@ -134,12 +141,19 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
 
 
 def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
-    """The robot (simulator, replay or a driver), judged by the streams that it publishes."""
+    """The robot (simulator, replay or a driver), judged by its streams and what its driver says.
+
+    A driver without token and heartbeat is judged by the streams alone.
+    """
     alive = state.frame is not None and state.frame.age_s(now_s) <= STREAM_TIMEOUT_S
     alive = alive and state.connected
     condition = DEGRADED
     if not state.connected:
         condition, problem = DOWN, hung_problem("robot", state, now_s)
+    elif ended := _ended_driver(state, now_s):
+        condition, alive, problem = DOWN, False, ended
+    elif said := _driver_problem(state, now_s):
+        condition, problem = DEGRADED if alive else DOWN, said
     elif not alive:
         condition, problem = DOWN, _silence_detail("camera frame", state.frame, now_s)
     elif state.odometry is None or state.odometry.age_s(now_s) > STREAM_TIMEOUT_S:
@@ -150,6 +164,34 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
     return ServiceHealth(
         name="robot", condition=condition, problem=problem, alive=alive, ready=condition == OK
     )
+
+
+def _ended_driver(state: LiveState, now_s: float) -> str:
+    """What to do about a driver that ended; empty while one is there, or frames still come."""
+    changed_s = {name: at_s for name, at_s in state.alive_changed_s.items() if _drives(name)}
+    if not changed_s or any(map(_drives, state.alive)):
+        return ""
+    name = max(changed_s, key=lambda each: changed_s[each])
+    if state.frame is not None and state.frame.arrived_s > changed_s[name]:
+        return ""
+    return (
+        f"{sentence_subject(name)} stopped {now_s - changed_s[name]:.0f} s ago: {start_hint(name)}."
+    )
+
+
+def _driver_problem(state: LiveState, now_s: float) -> str:
+    """The sentence of a driver that says that it is not ready; empty otherwise."""
+    for name in sorted(filter(_drives, state.alive)):
+        record = state.heartbeats.get(name)
+        if record is None or now_s - record.arrived_s > HEARTBEAT_TIMEOUT_S:
+            continue
+        if record.heartbeat.problem and not record.heartbeat.ready:
+            return sentence(record.heartbeat.problem)
+    return ""
+
+
+def _drives(service: str) -> bool:
+    return role_of(service) == DRIVER
 
 
 def _silence_detail(what: str, stream: LatestMessage | None, now_s: float) -> str:
@@ -175,9 +217,10 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
     by_name = {status.name: status for status in assess_services(state, now_s)}
     if fresh:  # a stage that is down stops the frames soon; a degraded one does not
-        stages = (by_name[name] for name in PIPELINE_STAGES[1:])
-        down = (PipelineFault(each.name, each.problem) for each in stages if each.condition == DOWN)
-        return next(down, None)
+        for each in (by_name[name] for name in PIPELINE_STAGES):
+            if each.condition == DOWN or (each.name == "robot" and each.condition != OK):
+                return PipelineFault(each.name, each.problem)
+        return None
     for name in PIPELINE_STAGES[:-1]:
         if by_name[name].condition != OK:
             return PipelineFault(name, by_name[name].problem)
