@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.service import build
+from onemap_gateway.http.context import Paces
+from onemap_gateway.service import GatewayWorker
 from onemap_shared import keys
 from onemap_shared.messages import KeptObject
 from tests.gateway import fakes
 from tests.gateway.fakes import FakePlanner, NamingMapper
 from tests.gateway.static.axe import violations
-from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
+from tests.gateway.static.chromium import COMMAND, WAIT_S, Chromium, Page, running_chromium
 from tests.memory_bus import MemoryRouter
 
 PHONE = (360, 640)
@@ -162,7 +163,8 @@ def robot(
 ) -> Iterator[Robot]:
     mapper.vocabulary = frozenset({"sofa", "kettle", "kite"})
     mapper.picture = photograph()
-    worker = build(router.bus("gateway"), gateway_config)
+    patient = Paces(call_timeout_s=WAIT_S)  # what a test holds back fails by no time limit
+    worker = GatewayWorker(router.bus("gateway"), gateway_config, patient)
     robot = Robot(f"http://127.0.0.1:{worker.port}/", mapper, planner, router)
     robot.move()
     yield robot

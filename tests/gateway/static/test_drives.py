@@ -192,10 +192,14 @@ def test_the_page_asks_for_a_token_until_one_is_right_and_for_another_to_drive(
 ) -> None:
     page.open(robot.address, ready=ASKED)
     assert page.evaluate(MIDDLE % "free") == 0
+    page.type("#token", "l\u00f6\u0142k")  # of no header
+    page.click("#token-dialog .primary")
+    said = page.evaluate(f"{ASKED} && document.getElementById('token').validationMessage")
+    assert said.startswith("A token has letters, digits and signs of ASCII only")
     page.type("#token", "wrong")
     page.click("#token-dialog .primary")
     page.wait_for(f"{ASKED} && !document.getElementById('token').value")  # asked again
-    page.type("#token", "look")
+    page.type("#token", " look ")
     page.click("#token-dialog .primary")
     place = middle_of(page, "free")
     page.drag(place, place)

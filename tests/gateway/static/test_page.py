@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
-from tests.gateway.static.chromium import Page
+from tests.gateway.static.chromium import WAIT_S, Page
 from tests.gateway.static.conftest import PHONE, Robot, open_still, start_search
 from tests.shared.samples import SAMPLES
 
@@ -263,3 +264,28 @@ def test_names_are_offered_for_a_description_while_it_is_typed(page: Page, robot
     page.type("#text", "kettle")
     page.wait_for("document.querySelector('#suggestions button').innerText === 'bed'")
     assert page.errors == []
+
+
+def test_stop_takes_the_connections_of_the_page_itself(page: Page, robot: Robot) -> None:
+    """A browser opens six to one gateway: what waits in them would hold the stop back."""
+    asked, release = threading.Event(), threading.Event()
+
+    def wait(_request: m.SearchListRequest) -> m.SearchList:
+        asked.set()
+        release.wait(WAIT_S)
+        return m.SearchList(())
+
+    page.open(robot.address)
+    start_search(page)
+    robot.planner.bus.serve(keys.SEARCH_LIST, wait)
+    page.evaluate("""import("/static/api.js").then(({ read }) => {
+      window.ends = [];
+      const failed = ({ message }) => ends.push(message);
+      for (let i = 0; i < 6; i += 1) read("/v1/searches").catch(failed);
+    })""")
+    assert asked.wait(WAIT_S)
+    page.click("#stop")
+    page.wait_for("!document.body.classList.contains('searching')")
+    page.wait_for("ends.length === 6")
+    release.set()
+    assert page.evaluate("[...new Set(ends)]") == ["Ended to stop the robot first: try again."]

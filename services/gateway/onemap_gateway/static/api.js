@@ -1,6 +1,8 @@
 // Requests to the gateway; every failure becomes a ProblemError with a sentence for the user.
 
 const TIMEOUT_MS = 8000;
+const TOKEN = /^[!-~]*$/; // as the configuration allows
+const NO_TOKEN = "A token has letters, digits and signs of ASCII only, and no space in it: copy it once more.";
 // Of a robot behind a gateway of several, such as "/robots/r1"; empty for the gateway's own.
 export const BASE = location.pathname.match(/^\/robots\/[^/]+/)?.[0] ?? "";
 
@@ -14,10 +16,18 @@ export class ProblemError extends Error {
 
 let asking = null; // the open question for the token, one for all requests that wait for it
 let declined = false; // what nobody pressed a button for does not ask again
+let reading = new AbortController(); // ends all requests of the page itself
 
 // A request of the user: asks for the token if it is missing, wrong, or may not do that.
 export async function send(method, path, body, timeoutMs = TIMEOUT_MS) {
   return (await checked(await allowed(() => attempt(method, path, body, BASE, timeoutMs), true))).json();
+}
+
+// End a search. A browser opens six connections to a gateway: those of the page itself are freed.
+export function stop(id) {
+  reading.abort();
+  reading = new AbortController();
+  return send("DELETE", `/v1/searches/${id}`);
 }
 
 // A request of the page itself.
@@ -27,7 +37,7 @@ export async function read(path) {
 
 // What the gateway says of all its robots.
 export async function readAll(path) {
-  return (await checked(await allowed(() => attempt("GET", path, undefined, ""), false))).json();
+  return (await checked(await allowed(() => attempt("GET", path, undefined, "", TIMEOUT_MS, reading.signal), false))).json();
 }
 
 // The image at `path`, or the answer to a POST of `body`, and the headers of the response.
@@ -50,7 +60,7 @@ export function protocols() {
 }
 
 async function load(path, body) {
-  return checked(await allowed(() => attempt(body ? "POST" : "GET", path, body), false));
+  return checked(await allowed(() => attempt(body ? "POST" : "GET", path, body, BASE, TIMEOUT_MS, reading.signal), false));
 }
 
 async function allowed(request, wanted) {
@@ -70,7 +80,7 @@ async function mayNot(response) {
   return String(problem.type).endsWith("#problem-forbidden");
 }
 
-async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS) {
+async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS, ended = undefined) {
   const headers = {};
   const token = sessionStorage.getItem("token");
   if (token) headers.Authorization = `Bearer ${token}`;
@@ -80,9 +90,10 @@ async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS) 
       method,
       headers,
       body: body === undefined ? undefined : JSON.stringify(body),
-      signal: AbortSignal.timeout(timeoutMs),
+      signal: AbortSignal.any([AbortSignal.timeout(timeoutMs), ...(ended ? [ended] : [])]),
     });
   } catch {
+    if (ended?.aborted) throw new ProblemError({ detail: "Ended to stop the robot first: try again." }, 0);
     throw new ProblemError({ detail: "The gateway cannot be reached: is it running?" }, 0);
   }
 }
@@ -104,14 +115,17 @@ function question() {
   const dialog = document.getElementById("token-dialog");
   const field = document.getElementById("token");
   field.value = "";
+  field.setCustomValidity("");
   dialog.returnValue = "cancel";
+  // What cannot be in a header never leaves the page.
+  field.oninput = () => field.setCustomValidity(TOKEN.test(field.value.trim()) ? "" : NO_TOKEN);
   dialog.showModal();
   return new Promise((resolve) => {
     dialog.addEventListener(
       "close",
       () => {
-        const given = dialog.returnValue === "use" && field.value;
-        if (given) sessionStorage.setItem("token", field.value);
+        const given = dialog.returnValue === "use" && field.value.trim();
+        if (given) sessionStorage.setItem("token", given);
         declined = !given;
         resolve(Boolean(given));
       },

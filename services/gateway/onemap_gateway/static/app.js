@@ -1,6 +1,6 @@
 // The live page: passes states to the views and the user's requests to the gateway.
 
-import { fetchImage, read, send } from "./api.js";
+import { fetchImage, read, send, stop } from "./api.js";
 import { CameraView } from "./camera.js";
 import { showChoice } from "./choice.js";
 import { follow } from "./live.js";
@@ -336,7 +336,7 @@ by("text").addEventListener("keydown", (event) => {
 });
 by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
-  act(by("stop"), () => send("DELETE", `/v1/searches/${state.search.id}`)),
+  act(by("stop"), () => stop(state.search.id)),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
 by("heat").addEventListener("click", () => {
