@@ -100,7 +100,7 @@ def find_result(name: str, x_m: float, y_m: float) -> m.ObjectResult:
 
 CHOICE = m.GoalChoice(
     2,
-    "going to the unexplored space behind the sofa: it opens the widest view",
+    "going to the unexplored space behind the sofa: it promises most",
     (
         m.GoalOption("frontier", (0.6, 0.4), 0.5556, 1.2346, 0.52, chosen=True),
         m.GoalOption("region", (1.5, 1.2), 0.61, 5.0, 0.41, chosen=False),

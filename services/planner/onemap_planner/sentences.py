@@ -100,7 +100,6 @@ class Gain(Enum):
 
     LIKENESS = ("looks most like {a}", "looks more like {a}")
     PROMISE = ("promises most", "promises more")
-    VIEW = ("opens the widest view", "opens a wider view")
     WAY = ("is the nearest", "is nearer")
 
 

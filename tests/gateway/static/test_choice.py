@@ -44,7 +44,7 @@ def test_the_goals_that_were_weighed_are_a_table_and_letters_on_the_map(
     ]
     assert (
         page.text("#search-reason")
-        == "Going to the unexplored space behind the sofa: it opens the widest view"
+        == "Going to the unexplored space behind the sofa: it promises most"
     )
     assert page.text("#choice-left-out") == "3 more were weighed."
     page.wait_for("written.has('A') && written.has('B')")

@@ -25,10 +25,9 @@ def goal(
     x: float,
     score: float = 0.3,
     travel_m: float = 1.0,
-    length_m: float = 0.0,
     kind: GoalKind = GoalKind.FRONTIER,
 ) -> Goal:
-    utility = GoalUtility.of(score, travel_m, length_m=length_m)
+    utility = GoalUtility.of(score, travel_m)
     return Goal(kind, (x, 1.0), (x, 0.0), utility, UNEXPLORED)
 
 
@@ -47,8 +46,6 @@ def test_the_winner_is_compared_with_the_others_by_what_made_the_difference() ->
     assert choice.sentence == "going to the unexplored space 5 m ahead: it promises most"
     closer = goal(3.0, travel_m=0.5)
     assert said(closer, closer, near).endswith("ahead: it is the nearest")
-    wider = goal(3.0, length_m=2.0)
-    assert said(wider, wider, near).endswith("ahead: it opens the widest view")
     farther, beaten = goal(3.0, score=0.4, travel_m=0.6), goal(4.0, score=0.9, travel_m=60.0)
     assert said(farther, farther, near, beaten).endswith(
         "it is the nearest and promises more than the next best place"

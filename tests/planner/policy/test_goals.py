@@ -33,7 +33,7 @@ from tests.reference.planning import nearest_of
 
 
 def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
-    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0, 0.0, 1.0), "")
+    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0, 1.0), "")
 
 
 def test_the_current_goal_is_kept_unless_another_is_clearly_better() -> None:

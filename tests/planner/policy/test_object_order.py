@@ -116,7 +116,7 @@ def test_it_is_revised_once_a_second() -> None:
 
 
 def looked_at(x: float, y: float) -> Goal:
-    return Goal(GoalKind.REGION, (x, y), (x, y), GoalUtility(0.9, 0.0, 1.0, 1.0), "")
+    return Goal(GoalKind.REGION, (x, y), (x, y), GoalUtility(0.9, 1.0, 1.0), "")
 
 
 def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:

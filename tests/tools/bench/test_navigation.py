@@ -101,8 +101,8 @@ def test_the_options_name_every_episode() -> None:
 
 
 def test_a_rule_that_is_switched_off_must_be_one() -> None:
-    with pytest.raises(ValueError, match="--without 'luck' is no rule; there are size, hyst"):
-        setups(replace(OPTIONS, method="onemap", without=["size", "luck"]))
+    with pytest.raises(ValueError, match="--without 'luck' is no rule; there are hysteresis, hint"):
+        setups(replace(OPTIONS, method="onemap", without=["hint", "luck"]))
 
 
 def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:

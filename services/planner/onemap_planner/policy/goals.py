@@ -58,7 +58,6 @@ class GoalKind(str, Enum):
 # Metres of path at which a goal is worth half as much as here: a room. Far goals go by likeness per
 # metre, whatever the encoder's scores are.
 HALF_VALUE_M = 4.0
-SIZE_WEIGHT_PER_M = 0.04  # bonus per metre of frontier: wide openings show more
 # Part of the current goal's utility by which another must exceed it to replace it: what turning
 # round costs, and borders change with every view.
 HYSTERESIS = 0.3
@@ -73,32 +72,30 @@ VIEW_BAND_M = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
 
 @dataclass(frozen=True, slots=True)
 class GoalUtility:
-    """Utility of a goal, in units of similarity: the part of score and size that the path leaves.
+    """Utility of a goal, in units of similarity: the part of the score that the path leaves.
 
     travel_share: that part, 1 here, 1/2 at ``half_value_m``, 0 without a path.
     """
 
     score: float
-    size_bonus: float
     travel_m: float
     travel_share: float
 
     @property
     def total(self) -> float:
         """The number that goals are ranked by."""
-        return (self.score + self.size_bonus) * self.travel_share
+        return self.score * self.travel_share
 
     @classmethod
     def of_place(cls, travel_m: float) -> GoalUtility:
         """Utility of a place ``travel_m`` away: only the path counts, it has no similarity."""
-        return cls(score=0.0, size_bonus=0.0, travel_m=travel_m, travel_share=1.0)
+        return cls(score=0.0, travel_m=travel_m, travel_share=1.0)
 
     @classmethod
-    def of(cls, score: float, travel_m: float, *, length_m: float = 0.0) -> GoalUtility:
-        """Utility of a similarity, ``travel_m`` away, at a frontier of ``length_m``."""
+    def of(cls, score: float, travel_m: float) -> GoalUtility:
+        """Utility of a similarity, ``travel_m`` away."""
         return cls(
             score=score,
-            size_bonus=SIZE_WEIGHT_PER_M * length_m,
             travel_m=float(travel_m),
             travel_share=1.0 / (1.0 + float(travel_m) / HALF_VALUE_M),
         )
@@ -189,8 +186,7 @@ def frontier_goals(frontiers: tuple[Frontier, ...], context: PlanningContext) ->
 def _frontier_goal(
     frontier: Frontier, viewpoint: I64, travel_m: float, context: PlanningContext
 ) -> Goal:
-    length_m = len(frontier.cells) * context.costmap.grid.cell_size_m
-    utility = GoalUtility.of(frontier.score, travel_m, length_m=length_m)
+    utility = GoalUtility.of(frontier.score, travel_m)
     look_xy, viewpoint_xy = _pair(frontier.beyond_xy), context.xy_of(viewpoint)
     cells = context.map_view.world_cells(frontier.cells)
     doing = UNEXPLORED if frontier.unknown else AFAR
@@ -365,14 +361,12 @@ def _gains(goal: Goal, others: Sequence[Goal]) -> list[tuple[Gain, bool]]:
     ours, rest = goal.utility, [other.utility for other in others]
     theirs = rest[0]
     share = (ours.travel_share + theirs.travel_share) / 2
-    value = (ours.score + ours.size_bonus + theirs.score + theirs.size_bonus) / 2
+    value = (ours.score + theirs.score) / 2
     like = Gain.PROMISE if goal.kind is GoalKind.FRONTIER else Gain.LIKENESS
     most_alike = ours.score >= max(each.score for each in rest)
-    widest = ours.size_bonus >= max(each.size_bonus for each in rest)
     nearest = ours.travel_m <= min(each.travel_m for each in rest)
     parts = (
         ((ours.score - theirs.score) * share, like, most_alike),
-        ((ours.size_bonus - theirs.size_bonus) * share, Gain.VIEW, widest),
         ((ours.travel_share - theirs.travel_share) * value, Gain.WAY, nearest),
     )
     ranked = sorted((part for part in parts if part[0] >= LEAST_GAIN), key=lambda p: -p[0])

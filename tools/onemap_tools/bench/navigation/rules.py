@@ -55,7 +55,6 @@ def _room_everywhere(_map: Any, _wanted: Any, places: Any, _range_m: float) -> A
 
 
 RULES = {
-    "size": Rule("wide frontiers are preferred", ((goals, "SIZE_WEIGHT_PER_M", 0.0),)),
     "hysteresis": Rule("another goal must be better by a part", ((goals, "HYSTERESIS", 0.0),)),
     "hint": Rule(
         "what is near a frontier tells of what is behind it", ((frontiers, "HINT_WEIGHT", 0.0),)
