@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+import ssl
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +25,7 @@ from onemap.connection import (
     Retry,
     StreamInterrupted,
     Unreachable,
+    trusted,
 )
 from onemap.place_replies import MapPlace, PlaceListReply
 from onemap.replies import (
@@ -140,7 +143,9 @@ class Client:
     """A gateway over HTTP; a context manager. Every failure raises a OneMapError.
 
     token: the gateway's, if it has one; timeout_s: for one reply; retry: how an interrupted event
-    stream is opened again; transport: another one than sockets, for tests.
+    stream is opened again; transport: another one than sockets, for tests; verify: what checks
+    certificates of https, by default with the authorities of the file in ``ONEMAP_CA``, or the
+    usual ones.
     """
 
     def __init__(
@@ -151,8 +156,12 @@ class Client:
         *,
         retry: Retry | None = None,
         transport: httpx.BaseTransport | None = None,
+        verify: ssl.SSLContext | bool | None = None,
     ) -> None:
-        self._connection = Connection(url, token or "", timeout_s, transport, retry or Retry())
+        checks = trusted(os.environ.get("ONEMAP_CA", "")) if verify is None else verify
+        self._connection = Connection(
+            url, token or "", timeout_s, transport, retry or Retry(), verify=checks
+        )
         self.url = url
         self.searches = RemoteSearches(self._connection)
         self.maps = MapFiles(self._connection)

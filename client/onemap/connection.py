@@ -7,6 +7,8 @@ Every failure raises a OneMapError, whose text is one sentence that says what to
 from __future__ import annotations
 
 import json
+import socket
+import ssl
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
@@ -24,6 +26,7 @@ STOP_TIMEOUT_S = 2.0  # of one attempt: the gateway answers within 0.1 s, or is 
 STOP_PAUSE_S = 0.2
 SILENCE_S = 40.0  # an event stream without a change has a comment every 15 s
 MAX_PORT = 65535
+WRONG_HOST = (62, 64)  # X509_V_ERR_HOSTNAME_MISMATCH, X509_V_ERR_IP_ADDRESS_MISMATCH
 
 Parsed = TypeVar("Parsed")
 Asked = TypeVar("Asked")
@@ -76,12 +79,16 @@ class Unreachable(OneMapError):
     """The gateway at ``url`` did not answer.
 
     ``timed_out``: something accepted the connection, but did not answer in time.
+    ``misdirected``: the address or the certificate is wrong: to start a gateway does not help.
     """
 
-    def __init__(self, detail: str, url: str, *, timed_out: bool = False) -> None:
+    def __init__(
+        self, detail: str, url: str, *, timed_out: bool = False, misdirected: bool = False
+    ) -> None:
         super().__init__(detail)
         self.url = url
         self.timed_out = timed_out
+        self.misdirected = misdirected
 
     @property
     def temporary(self) -> bool:
@@ -131,6 +138,8 @@ class Connection:
         timeout_s: float,
         transport: httpx.BaseTransport | None,
         retry: Retry,
+        *,
+        verify: ssl.SSLContext | bool = True,
     ) -> None:
         if not (token.isascii() and token.isprintable()):
             raise InvalidSetting("The token may hold only printable ASCII characters.")
@@ -141,6 +150,7 @@ class Connection:
             base_url=checked_url(url),
             headers={"Authorization": f"Bearer {token}"} if token else {},
             transport=transport,
+            verify=verify,
             trust_env=False,  # the robot is in the local network: no proxy
         )
 
@@ -229,23 +239,30 @@ class Connection:
         An interrupted stream is opened again; body: of a POST. Raises OneMapError if the stream is
         refused or the gateway stays away (see ``Retry``).
         """
-        failures = 0
+        failures, told = 0, False
         while True:
+            failures += 1  # as long as no event comes
             try:
                 with closing(self._stream(path, body)) as chunks:
                     for message in stream_messages(chunks):
-                        failures = 0
+                        failures, told = 1, False
                         if message.event == event:
                             yield _parsed(message, parse)
                         elif message.event == "problem":
                             detail = _parsed(message, lambda problem: str(problem["detail"]))
                             yield StreamInterrupted(detail)
             except OneMapError as error:
-                failures += 1
                 if not error.temporary or failures > self._retry.attempts:
                     raise
-                if failures == 1:
+                if not told:
+                    told = True
                     yield StreamInterrupted(error.detail)
+            else:
+                if failures > self._retry.attempts:
+                    raise OneMapError(
+                        f"{self.url} ended {failures} event streams in a row without an event: is "
+                        "a proxy there that cuts them?"
+                    )
             time.sleep(self._retry.delay_s(failures))
 
     def _stream(
@@ -287,11 +304,48 @@ class Connection:
                 timed_out=True,
             ) from problem
         except httpx.HTTPError as problem:
+            if reason := _misdirected(problem, self.url):
+                raise Unreachable(reason, self.url, misdirected=True) from problem
             raise Unreachable(
                 f"No gateway at {self.url}: start everything with 'onemap up' or 'onemap demo', "
                 f"or give its address, as in Client({DEFAULT_URL!r}).",
                 self.url,
             ) from problem
+
+
+def _misdirected(problem: BaseException | None, url: str) -> str:
+    """What is wrong with an address or its certificate, and what to do; empty if it is neither."""
+    host = httpx.URL(url).host
+    while problem is not None:
+        match problem:
+            case socket.gaierror():
+                return f"No address is known for {host}: correct the name in {url}."
+            case ssl.SSLCertVerificationError(verify_code=code) if code in WRONG_HOST:
+                return (
+                    f"The certificate at {url} is for another name than {host}: use that name, or "
+                    "give the gateway's proxy a certificate for this one."
+                )
+            case ssl.SSLCertVerificationError():
+                return (
+                    f"The certificate at {url} is not trusted ({problem.verify_message}): name the "
+                    "authority's file in ONEMAP_CA, or as Client(verify=...)."
+                )
+            case ssl.SSLError():
+                return f"{url} does not speak TLS as expected: is it http:// there?"
+        problem = problem.__cause__ or problem.__context__
+    return ""
+
+
+def trusted(ca_file: str) -> ssl.SSLContext | bool:
+    """What verifies certificates: with the authorities of this file, or the usual ones without."""
+    if not ca_file:
+        return True
+    try:
+        return ssl.create_default_context(cafile=ca_file)
+    except (OSError, ssl.SSLError) as problem:
+        raise InvalidSetting(
+            f"ONEMAP_CA names {ca_file}, which cannot be read as certificates in PEM: {problem}."
+        ) from problem
 
 
 def checked_url(url: str) -> httpx.URL:

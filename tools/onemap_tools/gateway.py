@@ -29,7 +29,7 @@ def gateway_client(url: str, token: str = "") -> Iterator[Client]:
 
 def cli_error(error: OneMapError) -> CliError:
     """The error that ends a command."""
-    if isinstance(error, Unreachable) and not error.timed_out:
+    if isinstance(error, Unreachable) and not (error.timed_out or error.misdirected):
         return CliError(
             f"No gateway at {error.url}: start everything with {start_all()}, or give its address "
             "with --url."
