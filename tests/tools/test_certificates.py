@@ -96,6 +96,20 @@ def test_what_is_there_is_kept_and_what_is_missing_is_made(tmp_path: Path) -> No
     }
 
 
+def test_what_ends_soon_or_is_for_other_hosts_is_made_anew(tmp_path: Path) -> None:
+    """The authority stays: every box that knows it goes on trusting."""
+    first = write_certificates(tmp_path, ["robot.local"], now=NOW, days=825)
+    assert set(first.values()) == {True}
+    later = NOW + timedelta(days=825 - 31)
+    kept = write_certificates(tmp_path, ["robot.local"], now=later, days=825)
+    assert set(kept.values()) == {False}
+    other = write_certificates(tmp_path, ["robot.local", "10.0.0.5"], now=later, days=825)
+    assert [name for name, new in other.items() if new] == ["router"]
+    ending = NOW + timedelta(days=825 - 29)
+    renewed = write_certificates(tmp_path, ["robot.local"], now=ending, days=825)
+    assert {name for name, new in renewed.items() if new} == set(ROLES)
+
+
 def test_what_cannot_be_signed_with_or_written_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "tls")
     (tmp_path / "tls" / "ca.key").unlink()

@@ -31,6 +31,7 @@ USES = (
     "digital_signature", "content_commitment", "key_encipherment", "data_encipherment",
     "key_agreement", "key_cert_sign", "crl_sign", "encipher_only", "decipher_only",
 )  # fmt: skip
+RENEW = timedelta(days=30)  # before its end: a robot is not serviced every week
 BEFORE = timedelta(days=1)  # the clock of a robot without a network may be behind
 
 
@@ -115,6 +116,7 @@ def write_certificates(
 ) -> dict[str, bool]:
     """Certificates of the authority, the router and every role; whether each is new.
 
+    One that ends within ``RENEW`` or, of the router, is not for all of ``hosts`` is made anew.
     A private key is readable by its owner alone. Raises CliError.
     """
     try:
@@ -125,15 +127,27 @@ def write_certificates(
             authority = make_authority(now)
             _write(folder, AUTHORITY, authority)
         for name in (ROUTER, *ROLES):
-            made[name] = _read(folder, name) is None
+            names = hosts if name == ROUTER else ()
+            kept = _read(folder, name)
+            made[name] = kept is None or not _serves(kept, names, now)
             if made[name]:
-                names = hosts if name == ROUTER else ()
+                for suffix in ("key", "pem"):
+                    (folder / f"{name}.{suffix}").unlink(missing_ok=True)
                 _write(folder, name, sign(authority, name, names, now=now, days=days))
     except OSError as problem:
         raise CliError(f"Cannot write {problem.filename}: {problem.strerror}.") from problem
     except ValueError as problem:
         raise CliError(f"Cannot sign with {folder / AUTHORITY}.key: {problem}.") from problem
     return made
+
+
+def _serves(identity: Identity, hosts: Sequence[str], now: datetime) -> bool:
+    """Whether a certificate is valid long enough, for all of these hosts."""
+    certificate = x509.load_pem_x509_certificate(identity.certificate)
+    names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    ends = certificate.not_valid_after_utc
+    renew = min(RENEW, (ends - certificate.not_valid_before_utc) / 3)
+    return ends - now > renew and all(_alternative(host) in names for host in hosts)
 
 
 def _read(folder: Path, name: str) -> Identity | None:
