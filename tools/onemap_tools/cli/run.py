@@ -146,7 +146,9 @@ def up(
 
 @app.command(rich_help_panel=OPERATE)
 def certs(
-    folder: Annotated[Path, typer.Argument(help="Where they are written; existing ones are kept.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Where they are written; those that last and fit are kept.")
+    ],
     host: Annotated[
         list[str],
         typer.Option(help="Name or address under which clients reach the router; repeat it."),
