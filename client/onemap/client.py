@@ -315,8 +315,8 @@ def _address(folder: str, name: str) -> str:
     """The address of a map or an object; InvalidSetting if the name would lead to another one."""
     if not name or "/" in name or name.startswith("."):
         raise InvalidSetting(
-            f"{name!r} is no name of a map and no id of an object: those begin with a letter or a "
-            "digit; Client.maps.list() and Client.objects() have them."
+            f"{name!r} can be no name of a map and no id of an object: both begin with a letter or "
+            "a digit and hold no '/', so that a map lies in the mapper's map_folder."
         )
     return f"{folder}/{quote(name, safe='')}"
 
