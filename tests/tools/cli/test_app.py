@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from onemap_tools.cli.app import app
 from onemap_tools.cli.command_group import wants_json
-from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_USAGE_ERROR
+from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.launch import onemap_command
 from tests.tools.cli.commands import COMMANDS, TREE, error_of
 
@@ -31,6 +31,13 @@ def test_every_command_explains_itself_without_markup() -> None:
         texts = [command.help, getattr(command, "epilog", "")]
         texts += [getattr(parameter, "help", "") for parameter in command.params]
         assert [text for text in texts if text and "[" in text] == []
+
+
+def test_the_help_of_a_first_word_names_what_stands_below_it() -> None:
+    for word, second in (("search", "replay"), ("places", "forget"), ("ros2", "topics")):
+        result = RUNNER.invoke(app, [word, "--help"], env={"COLUMNS": "200"})
+        assert result.exit_code == EXIT_OK
+        assert f"onemap {word} {second}: " in result.stdout
 
 
 def test_the_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -121,10 +121,7 @@ def search(
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found.
-
-    'onemap search replay FILE' shows the decisions of a past search.
-    """
+    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
     from onemap import SearchLimits
     from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client

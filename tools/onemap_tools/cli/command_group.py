@@ -42,6 +42,20 @@ class CommandGroup(TyperGroup):
         two = " ".join(args[:2])
         return super().resolve_command(ctx, [two, *args[2:]] if two in self.commands else args)
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command; its help ends with those below it, as 'search list' below 'search'."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None and not command.epilog:
+            command.epilog = "\n\n".join(self._below(cmd_name))
+        return command
+
+    def _below(self, name: str) -> list[str]:
+        """The commands whose first word this is, each with what it does."""
+        below = (each for each in self.commands if each.startswith(f"{name} "))
+        return [
+            f"onemap {each}: {self.commands[each].get_short_help_str(limit=100)}" for each in below
+        ]
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         from onemap_shared.config import ConfigError
