@@ -116,7 +116,9 @@ def test_a_survey_counts_messages_and_names_what_is_missing(
     assert [each.topic for each in reports] == ["/cmd_vel", "/odom", "/tf", "/tf_static"]
     assert reports[1].rate_hz == pytest.approx(10.0, rel=0.1)
     assert any("ros2.topics.depth" in sentence for sentence in lacking)
-    assert lacking[-1] == "no message of /tf came in 2 s, although a node publishes it"
+    assert [each for each in lacking if each.startswith("no message of")] == [
+        "no message of /tf came in 2 s, although a node publishes it"
+    ]
     assert network.closed
 
 
