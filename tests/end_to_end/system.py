@@ -51,11 +51,12 @@ class BusMonitor:
         self.revision: m.MapRevision | None = None
         self.search: m.SearchStatus | None = None
         self.bus = bus
+        self.recorded: list[m.Odometry] | None = None  # all odometry from when it is a list
         self._changed = threading.Condition()
         self._closing = threading.Event()
         self._threads = [
             self._follow(keys.ALL_HEARTBEATS, self._on_beat),
-            self._follow(keys.ROBOT_ODOMETRY, self.odometry.append),
+            self._follow(keys.ROBOT_ODOMETRY, self._on_odometry),
             self._follow(keys.ROBOT_CMD_VEL, lambda message: setattr(self, "command", message)),
             self._follow(keys.MAP_REVISION, lambda message: setattr(self, "revision", message)),
             self._follow(keys.SEARCH_STATE, lambda message: setattr(self, "search", message)),
@@ -100,6 +101,11 @@ class BusMonitor:
         for thread in self._threads:
             thread.join(2.0)
         self.bus.close()
+
+    def _on_odometry(self, message: m.Odometry) -> None:
+        self.odometry.append(message)
+        if self.recorded is not None:
+            self.recorded.append(message)
 
     def _on_beat(self, beat: m.Heartbeat) -> None:
         self.beats[beat.service] = beat
