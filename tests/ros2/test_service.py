@@ -19,6 +19,7 @@ from onemap_ros2.cdr import (
     type_hash,
 )
 from onemap_ros2.config import Ros2Config
+from onemap_ros2.display import Display
 from onemap_ros2.frame_images import FrameImages
 from onemap_ros2.frame_thread import FrameThread
 from onemap_ros2.network.interface import Endpoint, NetworkError, RosNetwork
@@ -416,3 +417,25 @@ def test_another_adapter_is_another_driver(clock: Clock) -> None:
         made.commands.put(said)
         made.worker.step(0.1)
     assert made.sent(TWIST) == [0.5]
+
+
+def test_the_robot_is_stopped_before_anything_that_may_wait(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = Ros2Config.model_validate({"map_frame": "odom"})
+    made = System(clock, base(TWIST), config=config)
+    made.robot_says()
+    made.command(0.25, T0)
+    sent: list[list[float]] = []
+
+    def hangs(display: Display) -> None:
+        sent.append(made.sent(TWIST))
+        stop(display)
+        raise RuntimeError("the display is broken")
+
+    stop = Display.close
+    monkeypatch.setattr(Display, "close", hangs)
+    with pytest.raises(RuntimeError):
+        made.worker.close()
+    assert sent == [[0.25, 0.0]]
+    assert made.network.closed
