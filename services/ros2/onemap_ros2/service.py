@@ -302,6 +302,9 @@ class JoiningWorker:
         self._closed.set()
         if self._worker is not None:
             self._worker.close()
+            return
+        with suppress(Empty):
+            self._joined.get_nowait().close()
 
     def _run(self) -> None:
         """Try until it succeeds; an attempt may take as long as the network lets it."""
