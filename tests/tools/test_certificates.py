@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 x509 = pytest.importorskip("cryptography.x509", reason="cryptography is not installed")
 
+from onemap_shared.config import BusConfig  # noqa: E402
 from onemap_shared.keys import ROLES  # noqa: E402
 from onemap_tools.certificates import (  # noqa: E402
     BEFORE,
@@ -21,6 +22,7 @@ from onemap_tools.certificates import (  # noqa: E402
     write_certificates,
 )
 from onemap_tools.cli.app import app  # noqa: E402
+from onemap_tools.doctor import Severity, certificates_that_end  # noqa: E402
 from onemap_tools.errors import CliError  # noqa: E402
 
 NOW = datetime(2026, 1, 1, tzinfo=timezone.utc)
@@ -108,6 +110,26 @@ def test_what_ends_soon_or_is_for_other_hosts_is_made_anew(tmp_path: Path) -> No
     ending = NOW + timedelta(days=825 - 29)
     renewed = write_certificates(tmp_path, ["robot.local"], now=ending, days=825)
     assert {name for name, new in renewed.items() if new} == set(ROLES)
+
+
+def test_an_authority_that_ends_signs_nothing(tmp_path: Path) -> None:
+    write_certificates(tmp_path, ["robot.local"], now=NOW, days=825)
+    later = NOW + timedelta(days=3650 - 20)
+    with pytest.raises(CliError, match=r"The authority .*ca.pem ends on \d{4}-.*: move the folder"):
+        write_certificates(tmp_path, ["robot.local"], now=later, days=825)
+
+
+def test_the_doctor_tells_of_a_certificate_that_ends(tmp_path: Path) -> None:
+    write_certificates(tmp_path, ["robot.local"], now=NOW, days=825)
+    names = ("root_ca_certificate_file=ca.pem", "connect_certificate_file=planner.pem")
+    files = ";".join(names).replace("=", f"={tmp_path}/")
+    config = BusConfig(connect=(f"tls/robot.local:7447#{files};connect_private_key=x",))
+    assert certificates_that_end(config, NOW + timedelta(days=700)) == []
+    (soon,) = certificates_that_end(config, NOW + timedelta(days=800))
+    assert (soon.severity, soon.sentence[:16]) == (Severity.WARNING, "The certificate ")
+    assert "planner.pem ends on 20" in soon.sentence
+    (ended,) = certificates_that_end(config, NOW + timedelta(days=900))
+    assert (ended.severity, "planner.pem ended on" in ended.sentence) == (Severity.ERROR, True)
 
 
 def test_what_cannot_be_signed_with_or_written_is_refused(tmp_path: Path) -> None:

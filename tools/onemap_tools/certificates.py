@@ -6,7 +6,7 @@ Keys are ECDSA on P-256, which every TLS library takes. Times are arguments.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from ipaddress import ip_address
@@ -126,6 +126,12 @@ def write_certificates(
         if authority is None:
             authority = make_authority(now)
             _write(folder, AUTHORITY, authority)
+        elif _ends_soon(ca := x509.load_pem_x509_certificate(authority.certificate), now):
+            raise CliError(
+                f"The authority {folder / AUTHORITY}.pem ends on "
+                f"{ca.not_valid_after_utc:%Y-%m-%d}: move the folder away, and give all machines "
+                "certificates of a new one."
+            )
         for name in (ROUTER, *ROLES):
             names = hosts if name == ROUTER else ()
             kept = _read(folder, name)
@@ -145,9 +151,26 @@ def _serves(identity: Identity, hosts: Sequence[str], now: datetime) -> bool:
     """Whether a certificate is valid long enough, for all of these hosts."""
     certificate = x509.load_pem_x509_certificate(identity.certificate)
     names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    return not _ends_soon(certificate, now) and all(_alternative(host) in names for host in hosts)
+
+
+def _ends_soon(certificate: x509.Certificate, now: datetime) -> bool:
+    """Whether it ends within ``RENEW``, or a third of its life where that is shorter."""
     ends = certificate.not_valid_after_utc
-    renew = min(RENEW, (ends - certificate.not_valid_before_utc) / 3)
-    return ends - now > renew and all(_alternative(host) in names for host in hosts)
+    return ends - now <= min(RENEW, (ends - certificate.not_valid_before_utc) / 3)
+
+
+def ending(files: Iterable[str], now: datetime) -> dict[str, datetime]:
+    """Those of these files that are certificates which have ended or end soon, and when."""
+    ends = {}
+    for name in files:
+        try:
+            certificate = x509.load_pem_x509_certificate(Path(name).read_bytes())
+        except (OSError, ValueError):  # a key, or what cannot be read, which is told elsewhere
+            continue
+        if _ends_soon(certificate, now):
+            ends[name] = certificate.not_valid_after_utc
+    return ends
 
 
 def _read(folder: Path, name: str) -> Identity | None:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from datetime import datetime, timezone
 from enum import Enum
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -20,6 +21,7 @@ from onemap_shared.config import BusConfig, read, section
 from onemap_shared.geometry import U16
 from onemap_shared.messages import Heartbeat, MapRevision, TextRequest
 from onemap_shared.services import doubled, doubled_sentence, role_of
+from onemap_shared.tls_files import IN_ENDPOINT
 from onemap_shared.transport import Bus, CallError, Counters
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.session import temporary_session
@@ -440,9 +442,30 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "di
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
     """Observe the bus of this configuration for ``LISTEN_S`` and diagnose."""
-    with temporary_session(section(read(config), "bus", BusConfig), "doctor", CONNECT_S) as bus:
+    bus_config = section(read(config), "bus", BusConfig)
+    ending = certificates_that_end(bus_config, datetime.now(timezone.utc))
+    if not healthy(ending):  # nothing would answer
+        return ending
+    with temporary_session(bus_config, "doctor", CONNECT_S) as bus:
         console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
-        return diagnose(observe(bus, LISTEN_S))
+        return [*ending, *diagnose(observe(bus, LISTEN_S))]
+
+
+def certificates_that_end(config: BusConfig, now: datetime) -> list[Finding]:
+    """Findings about the certificates of a bus; none where the extra ``certs`` is not there."""
+    try:
+        from onemap_tools.certificates import ending
+    except ImportError:
+        return []
+    files = [name for endpoint in config.connect for name in IN_ENDPOINT.findall(endpoint)]
+    remedy = "Make new ones with 'onemap certs' and give them to the machines."
+    return [
+        (_error if ends <= now else _warning)(
+            f"The certificate {name} {'ended' if ends <= now else 'ends'} on {ends:%Y-%m-%d}.",
+            remedy,
+        )
+        for name, ends in ending(files, now).items()
+    ]
 
 
 def describe(findings: list[Finding], console: Console) -> None:
