@@ -1,4 +1,3 @@
-# syntax=docker/dockerfile:1.7
 # One role of OneMap in one image, from the repository's root:
 #   docker build -f deploy/service.Dockerfile --build-arg EXTRAS=mapper --build-arg LOCK=mapper \
 #     -t onemap-mapper .

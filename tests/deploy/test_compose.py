@@ -237,22 +237,39 @@ def test_the_page_makes_each_key_readable_by_its_service_alone() -> None:
 
 @pytest.fixture
 def machine(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Runs a copy of setup.sh beside a stub of docker with these answers."""
+    """Runs a copy of setup.sh beside a stub of docker with these answers.
+
+    ``docker run`` runs the shell command of the container in the folder that is mounted.
+    """
     shutil.copy(DEPLOY / "setup.sh", tmp_path)
     stub = tmp_path / "bin" / "docker"
     stub.parent.mkdir()
+    chown = stub.with_name("chown")
+    chown.write_text('#!/bin/sh\n[ "$*" = "10007 gateway-token" ]\n')
+    chown.chmod(0o755)
 
-    def run(*arguments: str, compose: str = "2.26.1", fails: str = "-") -> Any:
+    def run(
+        *arguments: str, compose: str = "2.26.1", fails: str = "-", here: str = "-", image: str = ""
+    ) -> Any:
         stub.write_text(
             f"""#!/bin/sh
 case "$*" in {fails}*) exit 1 ;; "compose version --short") echo {compose} ;;
-  *imagetools*) echo sha256:abc ;; esac
+  "image inspect"*RepoDigests*) echo {here} ;;
+  "image inspect"*) [ "{here}" != - ] ;;
+  *imagetools*) echo sha256:abc ;;
+  run*) echo "$*" | grep -q "{tmp_path}/secrets:/secrets" || exit 1
+    while [ "$1" != -ec ]; do shift; done; exec sh -ec "$(echo "$2" | sed s,/secrets,secrets,)" ;;
+esac
 """
         )
         stub.chmod(0o755)
         return subprocess.run(
             ["bash", str(tmp_path / "setup.sh"), *arguments],
-            env={**os.environ, "PATH": f"{stub.parent}{os.pathsep}{os.environ['PATH']}"},
+            env={
+                **os.environ,
+                "PATH": f"{stub.parent}{os.pathsep}{os.environ['PATH']}",
+                "ONEMAP_PYTHON_IMAGE": image,
+            },
             capture_output=True,
             text=True,
             check=False,
@@ -264,16 +281,61 @@ case "$*" in {fails}*) exit 1 ;; "compose version --short") echo {compose} ;;
 def test_the_first_run_writes_a_token_once(
     machine: Callable[..., subprocess.CompletedProcess[str]], tmp_path: Path
 ) -> None:
-    assert machine("--demo").returncode == 0
+    """One that failed is made good by the next."""
     token = tmp_path / "secrets" / "gateway-token"
+    failed = machine("--demo", fails="run")
+    assert failed.returncode == 1
+    assert "the gateway's token cannot be given to its user" in failed.stderr
+    assert not token.exists()
+    assert machine("--demo").returncode == 0
     first = token.read_text(encoding="ascii")
     assert len(first.strip()) == 64
     assert token.stat().st_mode & 0o077 == 0
-    settings = (tmp_path / ".env").read_text(encoding="utf-8")
-    assert "COMPOSE_PROFILES=demo\n" in settings
-    assert "ONEMAP_PYTHON_IMAGE=python:3.11-slim@sha256:abc\n" in settings
     assert machine().returncode == 0
     assert token.read_text(encoding="ascii") == first
+
+
+def test_settings_of_before_and_lines_of_the_user_stay(
+    machine: Callable[..., subprocess.CompletedProcess[str]], tmp_path: Path
+) -> None:
+    assert machine("--demo").returncode == 0
+    file = tmp_path / ".env"
+    text = file.read_text(encoding="utf-8") + "ONEMAP__MAPPER__CELL_SIZE_M=0.05\n"
+    file.write_text(text, encoding="utf-8")
+    for options in ([], ["--demo"], []):
+        assert machine(*options).returncode == 0
+    lines = file.read_text(encoding="utf-8").splitlines()
+    assert sorted(lines[1:]) == [
+        "COMPOSE_PROFILES=demo",
+        "ONEMAP_PYTHON_IMAGE=python:3.11-slim@sha256:abc",
+        "ONEMAP__MAPPER__CELL_SIZE_M=0.05",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "image"),
+    [
+        ({}, "python:3.11-slim@sha256:abc"),
+        ({"here": "python@sha256:def", "fails": "*imagetools"}, "python:3.11-slim@sha256:def"),
+        ({"here": "", "fails": "*imagetools"}, "python:3.11-slim"),  # made on this machine
+        ({"image": "mirror/python:3.11", "fails": "*imagetools"}, "mirror/python:3.11"),
+    ],
+)
+def test_a_registry_is_asked_only_for_what_is_not_here(
+    machine: Callable[..., subprocess.CompletedProcess[str]],
+    options: dict[str, str],
+    image: str,
+    tmp_path: Path,
+) -> None:
+    result = machine(**options)
+    assert result.returncode == 0, result.stderr
+    settings = (tmp_path / ".env").read_text(encoding="utf-8")
+    assert f"ONEMAP_PYTHON_IMAGE={image}\n" in settings
+
+
+def test_no_build_needs_a_registry_for_its_syntax() -> None:
+    text = (DEPLOY / "service.Dockerfile").read_text(encoding="utf-8")
+    assert "syntax=" not in text
 
 
 @pytest.mark.parametrize(
