@@ -17,11 +17,24 @@ from tests.structure import ROOT
 
 SCRIPT = DEPLOY / "systemd" / "install.sh"
 STUBS = {
-    # Logs its call; active when the file says so; a unit has failed when its name is in a file.
+    # Logs its call; active when the file says so. A unit crashes with the versions that a file
+    # names, and starts slowly enough to be active once before.
     "systemctl": """
-        [ "$1" = is-active ] && exec test -e "$STATE/active"
-        [ "$1" = is-failed ] && exec grep -qsx "$3" "$STATE/failed"
-        exit 0""",
+        version=$(readlink "$ONEMAP_INSTALL_ROOT/opt/onemap/current")
+        case "$*" in
+          is-active*) exec test -e "$STATE/active" ;;
+          reset-failed*) : > "$STATE/seconds" ;;
+          show*)
+            echo x >> "$STATE/seconds"; shift 7
+            for unit; do
+              state=active restarts=0
+              grep -qsx "$unit" "$STATE/stopped" && state=inactive
+              grep -qsx "${version##*/}" "$STATE/broken" &&
+                [ "$(wc -l < "$STATE/seconds")" -gt 2 ] && restarts=1
+              printf 'Id=%s\\nActiveState=%s\\nNRestarts=%s\\n\\n' "$unit" $state $restarts
+            done ;;
+        esac""",
+    "systemd-run": 'while [ "$1" != -- ]; do shift; done; shift; exec "$@"',
     "systemd-sysusers": "exit 0",
     "systemd-tmpfiles": "exit 0",
     "runuser": 'while [ "$1" != -- ]; do shift; done; shift; exec "$@"',
@@ -36,7 +49,12 @@ STUBS = {
         esac""",
     "pip": '[ ! -e "$STATE/no-network" ] || exit 1',
     "onemap": "exit 0",
-    "python": "exit 0",
+    # Checks a service: one that cannot be imported, or says another version, is in a file.
+    "python": """
+        case "$*" in *check_service*) ;; *) exit 0 ;; esac
+        file=no-import sentence="cannot be imported"
+        [ "$#" = 2 ] || file=silent sentence="does not say that it runs"
+        ! grep -qsx "$2" "$STATE/$file" || { echo "the $2 $sentence"; exit 1; }""",
 }
 
 
@@ -55,7 +73,7 @@ class Machine:
             "ONEMAP_INSTALL_ROOT": str(self.root),
             "STATE": str(self.state),
             "STUBS": str(self.stubs),
-            "SETTLE_S": "1",
+            "SETTLE_S": "3",
             **environment,
         }
         command = ["bash", str(SCRIPT), *arguments]
@@ -88,6 +106,7 @@ def machine(tmp_path: Path) -> Machine:
     made = Machine(tmp_path / "root", tmp_path / "state", tmp_path / "stubs")
     made.state.mkdir()
     made.stubs.mkdir()
+    (made.state / "seconds").touch()
     for name, body in STUBS.items():
         stub = made.stubs / name
         log = 'echo "${0##*/} $*" >> "$STATE/log"'
@@ -123,7 +142,7 @@ def test_an_update_switches_restarts_and_keeps_two_versions(machine: Machine) ->
     machine.installed()
     first = machine.current
     (machine.state / "active").touch()
-    assert "were restarted" in machine.installed()
+    assert "have run for 3 s" in machine.installed()
     second = machine.current
     assert machine.versions == {first, second}
     assert "systemctl restart --no-block onemap.target" in machine.log
@@ -141,15 +160,65 @@ def test_an_installation_that_fails_or_does_not_start_leaves_the_old_one(machine
     (machine.state / "no-network").touch()
     result = machine.install()
     assert result.returncode != 0
-    assert f"{first} still runs" in result.stderr
+    assert "0.2.0 still runs" in result.stderr
     assert (machine.current, machine.versions) == (first, {first})
     assert not any("restart" in line for line in machine.log)
     (machine.state / "no-network").unlink()
-    (machine.state / "failed").write_text("onemap-mapper.service\n", encoding="utf-8")
+    (machine.state / "no-import").write_text("planner\n", encoding="utf-8")
     result = machine.install()
     assert result.returncode == 1
-    assert "does not start" in result.stderr
+    assert "the planner cannot be imported" in result.stdout
+    assert (machine.current, machine.versions) == (first, {first})
+    assert not any("restart" in line for line in machine.log)
+
+
+def test_a_version_that_does_not_stay_up_goes_and_the_one_before_comes_back(
+    machine: Machine,
+) -> None:
+    """Also if it crashes after a while or says nothing; it is never what a rollback goes to."""
+    machine.installed()
+    machine.installed()
+    first, second = sorted(machine.versions, key=lambda name: int(name.rpartition("-")[2]))
+    (machine.state / "active").touch()
+    number = int(second.rpartition("-")[2])
+    for defect, name, sentence in (
+        ("broken", f"{second.rpartition('-')[0]}-{number + 1}", "crashed 3 s after the switch"),
+        ("silent", "planner", "the planner does not say that it runs"),
+    ):
+        (machine.state / defect).write_text(f"{name}\n", encoding="utf-8")
+        result = machine.install()
+        assert result.returncode == 1
+        assert sentence in result.stderr
+        assert "does not work and was removed" in result.stderr
+        assert (machine.current, machine.versions) == (second, {first, second})
+        (machine.state / defect).unlink()
+        if defect == "broken":
+            assert f"{second.split('-')[0]} runs again" in result.stderr
+    machine.installed("--rollback")
     assert machine.current == first
+
+
+def test_a_service_that_stood_still_before_an_update_need_not_run_after_it(
+    machine: Machine,
+) -> None:
+    machine.installed()
+    (machine.state / "active").touch()
+    for state in ("stopped", "silent"):
+        (machine.state / state).write_text("planner\nonemap-planner.service\n", encoding="utf-8")
+    machine.installed()
+
+
+def test_extras_are_remembered_until_others_are_named(machine: Machine) -> None:
+    machine.installed("--extras", "openclip")
+    shown = machine.installed("--dry-run")
+    machine.installed()
+    installs = [line for line in machine.log if line.startswith("pip install")]
+    assert sum(line.endswith(",openclip]") for line in installs) == 2
+    assert sum(line.endswith("requirements/encoders.txt") for line in installs) == 2
+    assert "openclip" in shown
+    assert "requirements/encoders.txt" in shown
+    machine.installed("--extras", "none")
+    assert "openclip" not in machine.installed("--dry-run")
 
 
 def test_an_edited_configuration_stays_and_the_new_one_lies_beside_it(machine: Machine) -> None:
@@ -184,10 +253,12 @@ def test_removing_keeps_configuration_and_maps_unless_asked(machine: Machine) ->
     machine.installed()
     maps = machine.root / "var/lib/onemap/maps"
     maps.mkdir(parents=True)
+    (machine.root / "opt/onemap/models").mkdir()
     for options, kept in (((), True), (("--purge",), False)):
         machine.installed("--uninstall", *options)
         assert any(line.startswith("systemctl disable --now onemap.target") for line in machine.log)
-        assert not (machine.root / "opt/onemap").exists()
+        assert (machine.root / "opt/onemap/models").exists() is kept
+        assert not (machine.root / "opt/onemap/versions").exists()
         assert machine.units == set()
         assert maps.exists() is kept
         assert (machine.root / "etc/onemap/jetson.yaml").exists() is kept
@@ -212,10 +283,16 @@ def test_a_wheel_of_torch_replaces_the_pinned_one(machine: Machine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["--robots", "R 2"], "no name for a robot"),
+        (["--robots", "R 2"], "no name for a robot: R 2"),
         (["--services", "mapper,camera"], "unknown service: camera"),
-        (["--services", "gateway", "--torch", "x.whl"], "--torch is for the mapper"),
-        (["--nothing"], "usage"),
+        (
+            ["--services", "gateway", "--torch", "x.whl"],
+            "--torch is for the mapper, which is not among --services",
+        ),
+        (["--nothing"], "unknown option: --nothing"),
+        (["--services"], "--services needs a value"),
+        (["--purge"], "--purge goes with --uninstall"),
+        (["--extras", "camera"], "no extra of pyproject.toml: camera"),
     ],
 )
 def test_what_it_does_not_know_is_refused_before_anything_changes(
@@ -223,11 +300,12 @@ def test_what_it_does_not_know_is_refused_before_anything_changes(
 ) -> None:
     result = machine.install(*arguments)
     assert result.returncode == 2
-    assert reason in result.stderr
+    assert result.stderr.endswith(f"{reason}\n")
     assert not machine.root.exists()
 
 
 def test_a_dry_run_changes_nothing(machine: Machine) -> None:
     out = machine.installed("--dry-run", "--robots", "r2")
     assert f"{ROOT}\\[perception" in out
+    assert out.endswith("Nothing was changed (--dry-run).\n")
     assert not machine.root.exists()
