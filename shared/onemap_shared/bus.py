@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import logging
 import math
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -23,7 +24,7 @@ from typing import Any, Generic, TypeVar
 import zenoh
 
 from onemap_shared.access_control import access_control
-from onemap_shared.config import BusConfig, LinkParams
+from onemap_shared.config import BusConfig, ConfigError, LinkParams
 from onemap_shared.frame_sender import FrameSender
 from onemap_shared.keys import (
     ALL_LIVELINESS,
@@ -153,12 +154,12 @@ def run_router(
     ``file`` is a Zenoh JSON5 configuration, the one that a ``zenohd`` would read;
     ``listen`` then replaces its endpoints unless it is empty. ``routed`` is called about once a
     second, as long as the router still passes queries on. Where ``file`` controls access, a
-    ``namespace`` replaces its rules by those for the keys below it.
+    ``namespace`` replaces its rules by those for the keys below it. ConfigError: ``file`` is wrong.
     """
     if file is None:
         settings = zenoh_config("router", listen=listen)
     else:
-        settings = zenoh.Config.from_file(str(file))
+        settings = _router_settings(file)
         if listen:
             settings.insert_json5("listen/endpoints", json.dumps(list(listen)))
         if namespace and json.loads(settings.get_json("access_control/enabled")):
@@ -172,6 +173,21 @@ def run_router(
             if _answers(session, probe):
                 routed()
             stop.wait(STOP_CHECK_S)
+
+
+def _router_settings(file: Path) -> zenoh.Config:
+    """What a file says, before any port is opened; ConfigError with the line if it is wrong."""
+    try:
+        return zenoh.Config.from_file(str(file))
+    except zenoh.ZError as problem:
+        reason = str(problem).split(" at /")[0]
+        named = re.search(r'msg: "(.*)", location: .*line: (\d+), column: (\d+)', reason)
+        placed = re.search(r"--> (\d+):(\d+)\n.*= (.*)", reason, re.DOTALL)
+        if named:
+            reason = "line {1}, column {2}: {0}".format(*named.groups())
+        elif placed:
+            reason = "line {}, column {}: {}".format(*placed.groups())
+        raise ConfigError(f"the router's configuration {file} is wrong: {reason}") from problem
 
 
 def _acknowledge(query: zenoh.Query) -> None:

@@ -58,6 +58,22 @@ def test_a_taken_port_is_reported() -> None:
     assert error.value.exit_code == EXIT_FAILED
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('{\n  listen: { endpoint: ["tcp/127.0.0.1:1"] },\n}', "line 2, column 13: unknown field"),
+        ('{ mode: "router"', "line 1, column 9: expected"),
+    ],
+)
+def test_a_wrong_file_is_named_with_the_line(tmp_path: Path, text: str, sentence: str) -> None:
+    """Not as a port that is taken; exit code 2, so that no supervisor tries it again."""
+    file = tmp_path / "router.json5"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=sentence) as error:
+        router.run(None, (), file)
+    assert str(file) in str(error.value)
+
+
 def test_a_router_that_no_longer_routes_ends() -> None:
     code = (
         "import sys\n"

@@ -49,6 +49,8 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
             refuse_unreadable(endpoints, text)
             namespace = section(sections, "bus", BusConfig).namespace
             run_router(endpoints, stop, zenoh_config, routed, namespace=namespace)
+        except ConfigError:
+            raise
         except UnreadableFile as problem:
             raise CliError(f"{CANNOT_LISTEN}: {problem}.", EXIT_USAGE_ERROR) from problem
         except Exception as problem:  # zenoh's exception type is confined to bus.py
