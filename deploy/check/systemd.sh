@@ -29,12 +29,14 @@ current() { readlink "$installed_here/current"; }
 versions() { ls "$installed_here/versions"; }
 of_unit() { systemctl show -p "$2" --value "onemap-$1.service"; }
 pids() { for role in $SYSTEM_ROLES; do of_unit "$role" MainPID; done; }
-all_active() { # none has crashed meanwhile
+are_active() { # ROLES: none has crashed meanwhile
   local role
-  for role in $SYSTEM_ROLES; do
+  for role in "$@"; do
     [[ $(of_unit "$role" ActiveState) == active && $(of_unit "$role" NRestarts) == 0 ]] || return
   done
 }
+# shellcheck disable=SC2086 # roles are words
+all_active() { are_active $SYSTEM_ROLES; }
 # Longer than a service takes to its first crash: a loop of crashes is never settled.
 settled() { within 180 all_active && throughout 30 all_active; }
 answers() { within 60 get /healthz; }
@@ -51,15 +53,19 @@ killed_by_systemd() { # ROLE
     within 60 back_by_systemd "$1" "$pid" && throughout 5 back_by_systemd "$1" "$pid"
 }
 
+starts_without_router() { # `systemctl start` does not wait for a robot that is off, and nothing gives up
+  systemctl stop onemap-router && timeout 60 systemctl restart onemap-planner onemap-perception &&
+    throughout 45 are_active planner perception && systemctl start onemap-router && settled
+}
 restarted() { systemctl reset-failed 'onemap-*'; systemctl restart onemap.target && settled; }
 
 fails_and_keeps() { # COMMAND...: it fails; version, processes and folders are as before
   local version kept running
   version=$(current) kept=$(versions) running=$(pids)
   [[ -n $version && -n $kept ]] || return
-  ! "$@" || return
-  [[ $(current) == "$version" && $(versions) == "$kept" && $(pids) == "$running" ]] && all_active
+  ! "$@" && within 30 as_before "$version" "$kept" "$running"
 }
+as_before() { [[ $(current) == "$1" && $(versions) == "$2" && $(pids) == "$3" ]] && all_active; }
 cut_off() { # an installation that is ended while pip works
   local pid
   set -m # a process group of its own
@@ -129,6 +135,7 @@ check_systemd() {
     step "$role killed, back within 60 s" stays-dead,kill-misses killed_by_systemd "$role"
   done
   step "restarted, all active" crash-loop restarted
+  step "a service starts without its router, and waits" start-waits,crash-loop,one-failed starts_without_router
   step "an installation that is cut off leaves the old one running" installs-anyway,half-left,one-failed fails_and_keeps cut_off
   step "an update that cannot be imported is refused" installs-anyway,half-left,one-failed fails_and_keeps cannot_be_imported
   step "an update whose planner ends at its start goes back" installs-anyway,half-left,crash-loop goes_back cannot_be_built
