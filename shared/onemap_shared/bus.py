@@ -178,7 +178,7 @@ def run_router(
 def _router_settings(file: Path) -> zenoh.Config:
     """What a file says, before any port is opened; ConfigError with the line if it is wrong."""
     try:
-        return zenoh.Config.from_file(str(file))
+        settings: zenoh.Config = zenoh.Config.from_file(str(file))
     except zenoh.ZError as problem:
         reason = str(problem).split(" at /")[0]
         named = re.search(r'msg: "(.*)", location: .*line: (\d+), column: (\d+)', reason)
@@ -188,6 +188,7 @@ def _router_settings(file: Path) -> zenoh.Config:
         elif placed:
             reason = "line {}, column {}: {}".format(*placed.groups())
         raise ConfigError(f"the router's configuration {file} is wrong: {reason}") from problem
+    return settings
 
 
 def _acknowledge(query: zenoh.Query) -> None:
