@@ -59,6 +59,12 @@ def test_a_robot_that_ended_or_fell_silent_is_not_ready() -> None:
     fault = service_status.find_pipeline_fault(well(10.0), 12.1, 5.0)
     assert fault is not None
     assert fault.detail.startswith("No camera frame for 2 s")
+    begun = ended.with_members(MEMBERS, 10.8)  # another one, of which no frame has come yet
+    fault = service_status.find_pipeline_fault(begun, 10.9, 5.0)
+    assert fault is not None
+    assert fault.detail == "The simulator has just started."
+    seen = begun.with_message(fakes.rgbd(2), 11.2)
+    assert service_status.find_pipeline_fault(seen, 11.2, 5.0) is None
     other = ended.with_message(fakes.rgbd(2), 10.5)  # of a robot without a token
     assert service_status.find_pipeline_fault(other, 10.5, 5.0) is None
 

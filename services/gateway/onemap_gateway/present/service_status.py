@@ -152,6 +152,8 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
         condition, problem = DOWN, hung_problem("robot", state, now_s)
     elif ended := _ended_driver(state, now_s):
         condition, alive, problem = DOWN, False, ended
+    elif begun := _new_driver(state):
+        alive, problem = False, begun
     elif said := _driver_problem(state, now_s):
         condition, problem = DEGRADED if alive else DOWN, said
     elif not alive:
@@ -177,6 +179,15 @@ def _ended_driver(state: LiveState, now_s: float) -> str:
     return (
         f"{sentence_subject(name)} stopped {now_s - changed_s[name]:.0f} s ago: {start_hint(name)}."
     )
+
+
+def _new_driver(state: LiveState) -> str:
+    """That a driver has just started: what came before is of another one; else empty."""
+    heard_s = state.frame.arrived_s if state.frame is not None else float("-inf")
+    for name in sorted(filter(_drives, state.alive)):
+        if state.alive_changed_s.get(name, heard_s) > heard_s:
+            return f"{sentence_subject(name)} has just started."
+    return ""
 
 
 def _driver_problem(state: LiveState, now_s: float) -> str:
