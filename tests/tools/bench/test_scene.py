@@ -309,7 +309,7 @@ def test_a_bag_of_ros_2_is_judged_with_the_topics_of_the_configuration(tmp_path:
     config = tmp_path / "robot.yaml"
     config.write_text(json.dumps({"ros2": {"topics": TOPICS}}))
     assert run(path=path, labels=labels, config=config)["frames"] == 3
-    assert "name the topics in --config" in refused(path, "--labels", labels)
+    assert "(ros2.topics.depth), which may be" in refused(path, "--labels", labels)
 
 
 @pytest.mark.skipif(not PHOTOGRAPHS.exists(), reason=f"no recording in {PHOTOGRAPHS}")
