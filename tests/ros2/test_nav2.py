@@ -490,25 +490,30 @@ def test_what_keeps_the_goal_from_being_driven_to_is_named(ride: Ride) -> None:
 
 
 @pytest.mark.slow
-def test_a_search_with_nav2_at_its_stock_tolerances_loses_no_time() -> None:
-    """Planner, adapter and nav2 in simulated time, against the planner's own velocities."""
-    objects = ("sofa", "vase")
-    own = start(in_four_rooms(), *objects)
-    own.until_over(400.0)
-    ride = Nav2Search(in_four_rooms(), start(in_four_rooms(), *objects).search)
-    ride.config = ride.config.model_copy(update={"recovery": RecoveryParams(stuck_s=20)})
-    search = ride.until_over(400.0)
-    assert [result.outcome for result in search.results] == [SearchState.FOUND] * 2, ride.reasons
-    for result in search.results:
-        cells = np.argwhere(ride.world.floor_plan.things[result.name])
-        away = ride.world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
-        assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
-    # nav2 drives at 0.5 m/s, the planner at 0.7. Three objects took 115 and 89 s, and 190 s where
-    # goals were sent again.
-    assert ride.now_s < 1.6 * own.now_s
-    assert set(ride.problems) == {""}
-    metrics = ride.driver.metrics()
-    assert metrics["goals_aborted"] == metrics["goals_refused"] == 0
-    reached = [goal for goal, state in ride.nav2.states.items() if state == SUCCEEDED]
-    assert len(reached) <= 4 * len(objects)
-    assert ride.nav2.repeated == 0
+def test_searches_with_nav2_at_its_stock_tolerances_lose_no_time() -> None:
+    """Planner, adapter and nav2 in simulated time, against the planner's own velocities.
+
+    In both orders: which room is looked into first is chance.
+    """
+    own_s = nav2_s = 0.0
+    for objects in (("sofa", "vase"), ("vase", "sofa")):
+        own = start(in_four_rooms(), *objects)
+        own.until_over(400.0)
+        ride = Nav2Search(in_four_rooms(), start(in_four_rooms(), *objects).search)
+        ride.config = ride.config.model_copy(update={"recovery": RecoveryParams(stuck_s=20)})
+        search = ride.until_over(400.0)
+        assert [r.outcome for r in search.results] == [SearchState.FOUND] * 2, ride.reasons
+        for result in search.results:
+            cells = np.argwhere(ride.world.floor_plan.things[result.name])
+            away = ride.world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
+            assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
+        assert set(ride.problems) == {""}
+        metrics = ride.driver.metrics()
+        assert metrics["goals_aborted"] == metrics["goals_refused"] == 0
+        reached = [goal for goal, state in ride.nav2.states.items() if state == SUCCEEDED]
+        assert len(reached) <= 4 * len(objects)
+        assert ride.nav2.repeated == 0
+        own_s, nav2_s = own_s + own.now_s, nav2_s + ride.now_s
+    # nav2 drives at 0.5 m/s, the planner at 0.7. With goals that were sent again it took twice as
+    # long.
+    assert nav2_s < 1.6 * own_s
