@@ -64,7 +64,7 @@ def test_each_is_checked_restarted_and_confined(name: str) -> None:
     service = SERVICES[name]
     assert "/tmp/ready" in service["healthcheck"]["test"][1]
     assert service["environment"]["ONEMAP_READY_FILE"] == "/tmp/ready"
-    assert "/tmp" in service["tmpfs"]
+    assert service["tmpfs"] == ["/tmp:size=64m"]  # a file there is memory of the machine
     assert service["image"] == f"onemap-{name}:${{ONEMAP_VERSION:-{VERSION}}}"
     assert float(service["stop_grace_period"].rstrip("s")) > STOP_LIMIT_S
     assert service["restart"] == "unless-stopped"
@@ -125,6 +125,7 @@ def test_a_service_is_built_of_its_extras_and_meets_the_others_at_the_router(nam
 
 def test_only_services_that_can_use_a_gpu_reserve_one() -> None:
     for name, service in GPU_SERVICES.items():
+        assert service["image"] == f"onemap-{name}-cuda:${{ONEMAP_VERSION:-{VERSION}}}"
         (device,) = service["deploy"]["resources"]["reservations"]["devices"]
         assert device["capabilities"] == ["gpu"]
         assert set(service["build"]["args"]) <= set(dockerfile_arguments())
