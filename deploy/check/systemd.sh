@@ -19,7 +19,7 @@ refuse_systemd() {
 }
 
 clean_systemd() { # nothing of OneMap was here before
-  systemctl stop onemap-check-second.service
+  systemctl stop check-second-planner.service
   "$installer" --uninstall --purge
 }
 
@@ -105,11 +105,12 @@ rolled_back() {
 }
 
 error_has_its_priority() { # of a second planner, which must refuse to run beside the first
-  systemctl reset-failed onemap-check-second.service 2>/dev/null
-  systemd-run --quiet --wait --unit onemap-check-second -p User=onemap-planner -p Group=onemap \
+  systemctl reset-failed check-second-planner.service 2>/dev/null
+  # Not named onemap-*, to which the units' common settings apply.
+  systemd-run --quiet --wait --unit check-second-planner -p User=onemap-planner -p Group=onemap \
     -E ONEMAP__LOG__FORMAT=json "$installed_here/current/bin/onemap" planner
   local errors
-  errors=$(journalctl -u onemap-check-second -p err -o cat) || return
+  errors=$(journalctl -u check-second-planner -p err -o cat) || return
   grep -q '"level": "error"' <<<"$errors" && ! grep -q '"level": "info"' <<<"$errors"
 }
 stopped() { local role; for role in $SYSTEM_ROLES; do [[ $(of_unit "$role" ActiveState) == inactive ]] || return; done; }
