@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 from urllib.parse import quote
 
-from onemap.connection import Connection, InvalidSetting, StreamInterrupted
+from onemap.connection import Connection, InvalidSetting, OneMapError, StreamInterrupted
 from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
 
 
@@ -52,6 +52,7 @@ class RemoteSearch:
     def __init__(self, connection: Connection, latest: SearchSnapshot) -> None:
         self._connection = connection
         self.latest = latest
+        self._unanswered = False  # a request to go on may have begun a search unknown here
 
     def __repr__(self) -> str:
         """Id, subject and state: what a list of searches shows."""
@@ -76,9 +77,11 @@ class RemoteSearch:
         """Stop the robot and end the search; what was found so far stays in the results.
 
         Asks again for ten seconds if that is not confirmed, and tells ``waiting`` why; then raises
-        OneMapError: the robot may still drive.
+        OneMapError: the robot may still drive. After ``again`` without an answer it ends the
+        newest search, whichever that is.
         """
-        self.latest = self._connection.stop(SearchSnapshot.of, f"/v1/searches/{self.id}", waiting)
+        name = "current" if self._unanswered else self.id
+        self.latest = self._connection.stop(SearchSnapshot.of, f"/v1/searches/{name}", waiting)
         return self.latest
 
     def again(self) -> RemoteSearch:
@@ -87,9 +90,13 @@ class RemoteSearch:
         A search whose planner or driver has ended is ``interrupted``; no robot goes on by itself.
         """
         path = f"/v1/searches/{self.id}/again"
-        return RemoteSearch(
-            self._connection, self._connection.fetch(SearchSnapshot.of, "POST", path)
-        )
+        try:
+            begun = self._connection.fetch(SearchSnapshot.of, "POST", path)
+        except OneMapError as error:
+            self._unanswered = self._unanswered or error.temporary
+            raise
+        self._unanswered = False
+        return RemoteSearch(self._connection, begun)
 
     def wait(self, *, again: bool = False) -> SearchSnapshot:
         """The final state, when it is reached; raises OneMapError as ``events`` does."""

@@ -392,6 +392,23 @@ def test_an_interrupted_search_is_asked_for_again_while_the_command_lives(
     assert follow(gateway.client, start, console) == (interrupted, 1)
 
 
+def test_ctrl_c_stops_a_search_that_went_on_though_the_answer_was_lost(console: Console) -> None:
+    stops: list[str] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        if request.url.path.endswith("/again"):
+            os.kill(os.getpid(), signal.SIGINT)
+            raise httpx.ReadTimeout("lost", request=request)
+        if request.method == "DELETE":
+            stops.append(request.url.path)
+            return httpx.Response(200, json=report("cancelled"))
+        return httpx.Response(200, json=report("interrupted"))
+
+    client = Client(transport=httpx.MockTransport(handle))
+    assert follow(client, partial(client.search, "sofa"), console, again=True)[1] == 130
+    assert stops == ["/v1/searches/current"]  # the new one has no name here
+
+
 def test_only_an_interrupted_search_is_offered_again() -> None:
     assert remote.again(report("interrupted", RESULT)).endswith("onemap search --again")
     assert remote.again(report("cancelled", RESULT)) == ""
