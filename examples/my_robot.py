@@ -66,6 +66,21 @@ def send_frames(robot: Robot, frames: Publisher[RgbdFrame], stop: threading.Even
         stop.set()
 
 
+def send_odometry(
+    robot: Robot, follower: CommandFollower, odometry: Publisher[Odometry], stop: threading.Event
+) -> None:
+    """Publish the pose, with the newest command: by it the planner measures its delay."""
+    sequence = 0
+    try:
+        while not stop.wait(PERIOD_S):
+            stamp_ns = time.time_ns()
+            known = Odometry(sequence, stamp_ns, robot.pose(stamp_ns), 0.0, 0.0, False)
+            odometry.put(follower.named(known))
+            sequence += 1
+    finally:
+        stop.set()
+
+
 def main(router: str) -> None:
     """Publish and drive until Ctrl-C."""
     stop = threading.Event()
@@ -74,21 +89,21 @@ def main(router: str) -> None:
     bus = open_bus(BusConfig(connect=(router,)), "robot", uuid.uuid4().hex[:12], stop)
     if bus is None:  # stopped before there was a router
         return
-    robot, sequence, odometry = Robot(), 0, bus.publish(keys.ROBOT_ODOMETRY)
+    robot = Robot()
     follower = CommandFollower(bus, robot.drive)
-    camera = (robot, bus.publish(keys.ROBOT_RGBD), stop)
-    threading.Thread(target=send_frames, args=camera, name="camera", daemon=True).start()
-    try:
-        while not stop.wait(PERIOD_S) and not follower.failed.is_set():
-            stamp_ns = time.time_ns()
-            pose, echo = robot.pose(stamp_ns), follower.echo()  # the planner measures its delay
-            odometry.put(
-                Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo, driver=bus.instance)
-            )
-            sequence += 1
-    finally:
-        follower.close()  # stops the robot, before anything else
-        bus.close()
+    frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
+    for task, arguments in (
+        (send_frames, (robot, frames, stop)),
+        (send_odometry, (robot, follower, odometry, stop)),
+    ):
+        threading.Thread(target=task, args=arguments, name=task.__name__, daemon=True).start()
+    while not stop.wait(PERIOD_S) and not follower.problem:
+        pass  # whatever the threads wait for
+    problem = follower.problem
+    follower.close()  # stops the robot, before anything else
+    bus.close()
+    if problem:
+        sys.exit(problem)
 
 
 if __name__ == "__main__":

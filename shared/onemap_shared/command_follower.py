@@ -11,10 +11,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from onemap_shared import keys
-from onemap_shared.command_gate import CommandGate, Deadman
+from onemap_shared.command_gate import MAX_VALIDITY_S, CommandGate, Deadman
 from onemap_shared.geometry import Velocity2d
+from onemap_shared.messages import Odometry
 from onemap_shared.transport import Bus
 
 LOG = logging.getLogger("onemap.robot")
@@ -26,8 +28,8 @@ CLOSE_S = 1.0  # for which the end waits for a base that does not answer
 class CommandFollower:
     """Sends each velocity that the robot may follow to ``drive``, and stops without one.
 
-    drive: sends a velocity to the base. It must return at once: while it waits, nothing can brake.
-    If it raises, the robot is told to stop, ``failed`` is set, and nothing is followed any more.
+    drive: sends a velocity to the base. It must return at once: while it waits, nothing can brake
+    but the base itself. If it raises, the robot is told to stop, and nothing is followed any more.
     """
 
     def __init__(
@@ -39,14 +41,26 @@ class CommandFollower:
         self._drive, self._clock_ns = drive, clock_ns
         self._commands = bus.subscribe(keys.ROBOT_CMD_VEL)
         self._gate, self._deadman = CommandGate(bus.instance), Deadman()
-        self._closed = threading.Event()
-        self.failed = threading.Event()
+        self._closed, self._failed = threading.Event(), threading.Event()
+        self._calls_s = float("inf")  # since when the base has not answered a velocity
         self._thread = threading.Thread(target=self._run, name="follow-commands", daemon=True)
         self._thread.start()
 
-    def echo(self) -> tuple[str, int]:
-        """The planner that is followed now, and its newest command, for odometry."""
-        return self._gate.echo(time.monotonic())
+    def named(self, odometry: Odometry) -> Odometry:
+        """The odometry with this driver, the planner that is followed, and its newest command."""
+        planner, sequence = self._gate.echo(time.monotonic())
+        return replace(
+            odometry, driver=self._gate.driver, planner=planner, command_sequence=sequence
+        )
+
+    @property
+    def problem(self) -> str:
+        """Why the base cannot be driven, for who ends the program then; empty if it can."""
+        if self._failed.is_set():
+            return "the base refuses velocities: see the log"
+        if time.monotonic() - self._calls_s > MAX_VALIDITY_S:
+            return f"the base has not answered for {MAX_VALIDITY_S:g} s: it must brake by itself"
+        return ""
 
     def close(self) -> None:
         """Stop the robot, and follow nothing any more."""
@@ -59,9 +73,14 @@ class CommandFollower:
                 self._follow()
         except Exception:
             LOG.exception("the base cannot be driven: the robot is stopped")
-            self.failed.set()
+            self._failed.set()
         finally:
-            self._drive(Velocity2d())
+            self._send(Velocity2d())
+
+    def _send(self, velocity: Velocity2d) -> None:
+        self._calls_s = time.monotonic()
+        self._drive(velocity)
+        self._calls_s = float("inf")
 
     def _follow(self) -> None:
         """Wait for a command, no longer than until the last one runs out; drive, or stop."""
@@ -74,4 +93,4 @@ class CommandFollower:
             validity_s = command.validity_ms * 1e-3
             self._deadman = self._deadman.with_command(command.velocity, now_s, validity_s)
         if command is not None or not self._deadman.holds(now_s):
-            self._drive(self._deadman.command_at(now_s))
+            self._send(self._deadman.command_at(now_s))

@@ -42,7 +42,8 @@ import importlib.util, sys, threading
 spec = importlib.util.spec_from_file_location("my_robot", sys.argv[1])
 example = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(example)
-example.Robot.image = lambda self: threading.Event().wait()
+for method in sys.argv[3:]:
+    setattr(example.Robot, method, lambda *_: threading.Event().wait())
 example.Robot.drive = lambda self, velocity: print(velocity.linear_mps, flush=True)
 example.main(sys.argv[2])
 """
@@ -56,21 +57,21 @@ def said(process: subprocess.Popen[str]) -> str:
     return line.strip()
 
 
-def test_a_camera_that_blocks_delays_no_brake(router: Router) -> None:
-    """The planner commands and falls silent; the robot drives and stops all the same."""
+@pytest.mark.parametrize("blocked", [("image",), ("image", "pose")])
+def test_a_camera_or_a_pose_that_blocks_delays_no_brake(
+    router: Router, blocked: tuple[str, ...]
+) -> None:
+    """The planner commands and falls silent; the robot drives, stops and ends all the same."""
     bus = join(router, "planner")
-    odometry, commands = bus.subscribe(keys.ROBOT_ODOMETRY), bus.publish(keys.ROBOT_CMD_VEL)
+    commands = bus.publish(keys.ROBOT_CMD_VEL)
     script = ROOT / "examples" / "my_robot.py"
     robot = subprocess.Popen(
-        [sys.executable, "-c", BLOCKED, str(script), router.endpoint],
+        [sys.executable, "-c", BLOCKED, str(script), router.endpoint, *blocked],
         stdout=subprocess.PIPE,
         text=True,
     )
-    known = eventually(lambda: odometry.take(0.5))
-    assert known.driver
     for sequence in count(1):
-        command = VelocityCommand(sequence, 1, 0.5, 0.0, planner=bus.instance, driver=known.driver)
-        commands.put(command)
+        commands.put(VelocityCommand(sequence, 1, 0.5, 0.0, planner=bus.instance))
         if said(robot) == "0.5":
             break
     while said(robot) != "0.0":
