@@ -65,8 +65,12 @@ def cancelled(system: System) -> None:
 
 
 def router_away(system: System) -> None:
-    """Odometry comes when it is back: the way counts, the time does not."""
+    """Odometry comes when it is back: the way counts, the time does not.
+
+    Without its planner, which would drive on before the first odometry is heard here.
+    """
     system.kill("router")
+    system.kill("planner")
     system.start("router")
 
 
@@ -74,7 +78,7 @@ CAUSES: dict[str, tuple[Callable[[System], object], tuple[float, float]]] = {
     "the search is cancelled": (cancelled, (900.0, 40.0)),
     "the planner is killed": (lambda system: system.kill("planner"), LAST_COMMAND),
     "the planner is frozen": (lambda system: system.suspend("planner"), LAST_COMMAND),
-    "the router is killed, and back": (router_away, (float("inf"), 50.0)),
+    "the router is killed": (router_away, (float("inf"), 50.0)),
     "the mapper is frozen": (lambda system: system.suspend("mapper"), (2500.0, 150.0)),
     "perception is frozen": (lambda system: system.suspend("perception"), (2500.0, 150.0)),
 }
