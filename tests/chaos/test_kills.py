@@ -55,8 +55,11 @@ def seconds_to_recover(system: System, service: str, ids: list[str]) -> float:
     system.start(service)
 
     def back() -> bool:
-        new = service == "router" or instance(system, service) != before
-        return new and system.is_ready()
+        if service == "router":
+            return system.is_ready()
+        beat = system.monitor.beats.get(service)
+        ready = beat is not None and beat.instance != before and beat.ready
+        return ready and system.is_ready()
 
     took_s = seconds_until(system, back, RECOVERED_S)
     if service == "planner":
