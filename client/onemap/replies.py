@@ -191,6 +191,9 @@ class SearchSnapshot(Reply):
 
     id: str
     kind: str = "find"
+    continues: str = Field(
+        default="", description="Id of the ended search whose rest it is; empty: of none."
+    )
     place_m: MaybePoint = Field(
         default=None,
         description="x, y of the place to drive to or to look at, metres; null for objects.",

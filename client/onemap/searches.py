@@ -88,6 +88,7 @@ class RemoteSearch:
         """Go on with what it has not found, as it was asked for, or drive to its place again.
 
         A search whose planner or driver has ended is ``interrupted``; no robot goes on by itself.
+        May be repeated, as after an answer that was lost: a search that goes on begins only once.
         """
         path = f"/v1/searches/{self.id}/again"
         try:

@@ -404,14 +404,17 @@ class FakePlanner:
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
             )
         self.requests.append(request)
-        status = search("s1", objects=request.objects)
+        if self.status is not None:
+            self.past.insert(0, self.status)
+        number = int(self.past[0].search_id[1:]) + 1 if self.past else 1
         self.status = replace(
-            status,
+            search(f"s{number}", objects=request.objects),
             kind=request.kind,
             place_m=request.place_m,
             order=request.order,
             details=request.details,
             stay_out=request.stay_out,
+            continues=request.continues,
         )
         self._publisher.put(self.status)
         return self.status

@@ -68,21 +68,36 @@ def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
     )
     answer = client.post("/v1/searches/current/again")
     assert answer.status_code == 201
-    assert answer.headers["Location"] == "/v1/searches/s1"
+    assert answer.headers["Location"] == "/v1/searches/s2"
     (asked,) = planner.requests
     assert (asked.objects, asked.details) == (("chair", "bed"), kitchen[1:])
     assert (asked.order, asked.stay_out) == (m.SearchOrder.ANY, ("bath",))
     assert (asked.max_time_s, asked.max_distance_m) == (60.0, 30.0)
-    again = client.post("/v1/searches/s1/again")
-    assert (again.status_code, again.json()["search_id"]) == (409, "s1")
     planner.status = replace(planner.status, objects=("chair",), details=(), results=(found,))
-    assert client.post("/v1/searches/s1/again").json()["title"] == "All of this search was found"
+    assert client.post("/v1/searches/s2/again").json()["title"] == "All of this search was found"
     place = {"kind": m.SearchKind.LOOK_AT, "place_m": (1.0, 2.0)}
     planner.status = replace(
-        search("s2", m.SearchState.INTERRUPTED, ()), kind=m.SearchKind.LOOK_AT, place_m=(1.0, 2.0)
+        search("s3", m.SearchState.INTERRUPTED, ()), kind=m.SearchKind.LOOK_AT, place_m=(1.0, 2.0)
     )
-    client.post("/v1/searches/s2/again")
+    client.post("/v1/searches/s3/again")
     assert {name: getattr(planner.requests[-1], name) for name in place} == place
+
+
+def test_going_on_may_be_asked_for_again_while_it_goes_on(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    """As after an answer that was lost."""
+    planner.status = search("s1", m.SearchState.INTERRUPTED)
+    begun = client.post("/v1/searches/s1/again")
+    assert (begun.status_code, begun.json()["continues"]) == (201, "s1")
+    repeated = client.post("/v1/searches/s1/again")
+    assert (repeated.status_code, repeated.json()["id"]) == (200, begun.json()["id"])
+    assert len(planner.requests) == 1
+    planner.past.append(search("s0", m.SearchState.INTERRUPTED))
+    other = client.post("/v1/searches/s0/again")
+    assert (other.status_code, other.json()["search_id"]) == (409, begun.json()["id"])
+    planner.move(m.SearchState.CANCELLED)
+    assert client.post("/v1/searches/s1/again").status_code == 201
 
 
 def test_a_recording_that_is_played_refuses_searches(

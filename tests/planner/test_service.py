@@ -312,6 +312,7 @@ def test_no_planner_goes_on_with_the_search_of_another(
     again = services.caller.call(keys.SEARCH_START, status.again(2.0))
     services.until(lambda: any(map(moves, services.sent_commands())))
     assert (services.get().search_id, services.get().active) == (again.search_id, True)
+    assert again.continues == started.search_id
     services.planner.close()
 
 

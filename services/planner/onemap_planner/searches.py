@@ -203,6 +203,7 @@ class SearchCommands:
             budget=Budget.of(request),
             details=request.details,
             stay_out=request.stay_out,
+            continues=request.continues,
             driver=max(self._inputs().driver.count, 1),  # the first, if none was heard yet
         )
         return self._status_of(self._registry.start(search, synonyms))

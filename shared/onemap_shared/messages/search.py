@@ -183,6 +183,7 @@ class SearchRequest(Message):
         max_time_s: seconds that this search may take, with all its objects; 0: no limit.
         details: what is said of each of the objects beside its name; empty: nothing of any.
         stay_out: names of places that the robot does not enter during this search.
+        continues: id of the ended search whose rest this is; empty: of none.
     """
 
     objects: ObjectNames
@@ -194,6 +195,7 @@ class SearchRequest(Message):
     max_time_s: Limit = 0.0
     details: Details = ()
     stay_out: StayOut = ()
+    continues: str = ""
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
@@ -304,6 +306,7 @@ class SearchStatus(Message):
         max_distance_m: as requested.
         max_time_s: as requested.
         elapsed_s: seconds that it has run, by the planner's monotonic clock.
+        continues: id of the ended search whose rest it is, as requested.
     """
 
     search_id: str
@@ -324,6 +327,7 @@ class SearchStatus(Message):
     max_distance_m: Limit = 0.0
     max_time_s: Limit = 0.0
     elapsed_s: Limit = 0.0
+    continues: str = ""
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
@@ -364,6 +368,7 @@ class SearchStatus(Message):
             max_time_s=self.max_time_s,
             details=tuple(self.details[index] for index in self.left) if self.details else (),
             stay_out=self.stay_out,
+            continues=self.search_id,
         )
 
     @property

@@ -158,7 +158,8 @@ class Search:
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
     what helps; empty if it does not. details: what is said of each object, or nothing of any;
     stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
-    that it was accepted for, as ``DriverLife`` counts them. began_s: of the planner's monotonic
+    that it was accepted for, as ``DriverLife`` counts them. continues: id of the ended search whose
+    rest it is, or empty. began_s: of the planner's monotonic
     clock; took_s: seconds until its end, None before.
     """
 
@@ -182,6 +183,7 @@ class Search:
     details: tuple[Detail, ...] = ()
     stay_out: tuple[str, ...] = ()
     driver: int = 1
+    continues: str = ""
     began_s: float = 0.0
     took_s: float | None = None
 
@@ -415,6 +417,7 @@ def status(
         max_distance_m=search.budget.max_distance_m,
         max_time_s=search.budget.max_time_s,
         elapsed_s=elapsed_s(search, stamp.now_s),
+        continues=search.continues,
     )
 
 

@@ -75,6 +75,7 @@ def _status_event(status: SearchStatus, retry: int | None = None) -> ServerSentE
 
 
 router = APIRouter(prefix="/v1/searches", tags=["searches"])
+LOCATION = {"headers": {"Location": {"schema": {"type": "string"}}}}
 
 ID_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
@@ -103,10 +104,7 @@ async def start(gateway: GatewayContext, asked: SearchStart) -> SearchSnapshot:
     "",
     status_code=201,
     summary="Go and find, or go there",
-    responses={
-        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
-        **problem_responses(409, 422, 503),
-    },
+    responses={201: LOCATION, **problem_responses(409, 422, 503)},
 )
 async def start_search(
     request: SearchStart, gateway: GatewayDep, response: Response
@@ -127,7 +125,8 @@ async def start_search(
     status_code=201,
     summary="Go on with what is left",
     responses={
-        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
+        200: {"model": SearchSnapshot, "description": "It goes on already, as this search."},
+        201: LOCATION,
         **problem_responses(404, 409, 422, 503),
     },
 )
@@ -135,35 +134,42 @@ async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -
     """Search for what a search has not found, as it was asked for, or drive to its place again.
 
     Its limits count anew. A search is `interrupted` when its planner or the robot's driver has
-    ended: no robot goes on by itself, but with this one request.
+    ended: no robot goes on by itself, but with this one request. It may be repeated: while the
+    search that it began is active, the reply is that search.
     """
     before = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
     if before.objects and not before.left:
         raise HttpProblem("nothing_left", "All objects of this search were found.")
     request = before.again(gateway.paces.call_timeout_s)
-    return await _started(gateway, gateway.search(keys.SEARCH_START, request), response)
+    starting = gateway.search(keys.SEARCH_START, request)
+    return await _started(gateway, starting, response, request.continues)
 
 
 async def _started(
-    gateway: GatewayContext, starting: Awaitable[SearchSnapshot], response: Response
+    gateway: GatewayContext,
+    starting: Awaitable[SearchSnapshot],
+    response: Response,
+    continues: str = "",
 ) -> SearchSnapshot:
-    """The search that began, with its address; a refusal names the one that runs."""
+    """The search that began, with its address; a refusal names the one that runs.
+
+    continues: the one that runs is the reply if it is the continuation of this search.
+    """
     try:
         search = await starting
+        response.headers["Location"] = f"/v1/searches/{search.id}"
+        return search
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
-        raise await _conflict(gateway, problem) from None
-    response.headers["Location"] = f"/v1/searches/{search.id}"
-    return search
-
-
-async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProblem:
-    """The refusal of a second search, with what the client needs to end the first."""
+        refusal = problem
     first = await gateway.call(keys.SEARCH_GET, SearchId())
     if not first.active:  # it ended in between
-        return problem
-    return HttpProblem(
+        raise refusal
+    if continues and first.continues == continues:
+        response.status_code = 200
+        return search_snapshot(first)
+    raise HttpProblem(
         "conflict",
         f"The robot is busy with a search for {first.subject}: wait until it is done, or cancel "
         f"with DELETE /v1/searches/{first.search_id}.",
