@@ -221,19 +221,14 @@ class Client:
         self,
         objects: Sought | Sequence[Sought],
         *,
-        any_order: bool = False,
         limits: SearchLimits = NO_LIMITS,
     ) -> RemoteSearch:
         """Go and find: one object, or several, one after the other.
 
         Each is a name, a sentence, or its parts, as in ``query``.
-
-        any_order: the robot takes the cheapest order by what its map shows, and revises it; the
-        results are in the order of ``objects`` all the same.
         """
         names = [objects] if isinstance(objects, str | Mapping) else [*objects]
-        order = {"order": "any"} if any_order else {}  # an older gateway knows no order
-        return self.searches.start({"objects": names, **order}, limits)
+        return self.searches.start({"objects": names}, limits)
 
     def places(self) -> PlaceListReply:
         """The places with a name, suggested names, other rooms, and what split and joined."""

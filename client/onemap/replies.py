@@ -202,7 +202,6 @@ class SearchSnapshot(Reply):
     objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
     understood: str = Field(default="", description="How the objects were; empty for a place.")
     left: tuple[str, ...] = Field(default=(), description="Not found so far, to search again.")
-    order: str = Field(default="given", description="Of the objects, as requested: given or any.")
     index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
     target: str = Field(
         default="",

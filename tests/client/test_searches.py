@@ -160,15 +160,15 @@ def test_a_drive_to_a_place_ends_as_arrived(client: Client, planner: FakePlanner
     assert not drive.latest.all_found  # nothing was sought
 
 
-def test_order_and_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
+def test_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
     limits = SearchLimits(max_distance_m=20.0)
-    client.search(["sofa", "bed"], any_order=True, limits=limits)
+    client.search(["sofa", "bed"], limits=limits)
     planner.move(SearchState.FAILED)
     client.go_to(1.0, 2.0, limits=SearchLimits(max_time_s=30.0))
     planner.move(SearchState.FAILED)
     client.look_at(1.0, 2.0, limits=limits)
-    asked = [(each.order, each.max_distance_m, each.max_time_s) for each in planner.requests]
-    assert asked == [("any", 20.0, 0.0), ("given", 0.0, 30.0), ("given", 20.0, 0.0)]
+    asked = [(each.max_distance_m, each.max_time_s) for each in planner.requests]
+    assert asked == [(20.0, 0.0), (0.0, 30.0), (20.0, 0.0)]
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])

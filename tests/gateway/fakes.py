@@ -411,7 +411,6 @@ class FakePlanner:
             search(f"s{number}", objects=request.objects),
             kind=request.kind,
             place_m=request.place_m,
-            order=request.order,
             details=request.details,
             stay_out=request.stay_out,
             continues=request.continues,

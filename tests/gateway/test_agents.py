@@ -148,7 +148,7 @@ def test_a_search_is_started_followed_and_stopped(
     started, going, stopped, again = played(
         worker,
         "move",
-        ("start_search", {"objects": ["sofa", "kettle"], "order": "any", **BUDGET}),
+        ("start_search", {"objects": ["sofa", "kettle"], **BUDGET}),
         ("search_status", {}),
         ("stop", {}),
         ("stop", {"search_id": "s1"}),

@@ -61,7 +61,6 @@ def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
         search("s1", m.SearchState.INTERRUPTED, ("chair", "chair", "bed")),
         results=(found, cut_off),
         details=kitchen,
-        order=m.SearchOrder.ANY,
         stay_out=("bath",),
         max_time_s=60.0,
         max_distance_m=30.0,
@@ -71,7 +70,7 @@ def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
     assert answer.headers["Location"] == "/v1/searches/s2"
     (asked,) = planner.requests
     assert (asked.objects, asked.details) == (("chair", "bed"), kitchen[1:])
-    assert (asked.order, asked.stay_out) == (m.SearchOrder.ANY, ("bath",))
+    assert asked.stay_out == ("bath",)
     assert (asked.max_time_s, asked.max_distance_m) == (60.0, 30.0)
     planner.status = replace(planner.status, objects=("chair",), details=(), results=(found,))
     assert client.post("/v1/searches/s2/again").json()["title"] == "All of this search was found"
@@ -249,9 +248,8 @@ def test_a_later_state_of_the_same_search_supersedes() -> None:
     [
         ({"object": "sofa"}, m.SearchRequest(("sofa",), 2.0)),
         (
-            {"objects": ["sofa", "bed"], "order": "any", "max_distance_m": 20, "max_time_s": 90.5},
-            m.SearchRequest(("sofa", "bed"), 2.0, order=m.SearchOrder.ANY, max_distance_m=20.0,
-                          max_time_s=90.5),
+            {"objects": ["sofa", "bed"], "max_distance_m": 20, "max_time_s": 90.5},
+            m.SearchRequest(("sofa", "bed"), 2.0, max_distance_m=20.0, max_time_s=90.5),
         ),
         ({"go_to_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.GO_TO, (1.0, -2.5))),
         ({"look_at_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.LOOK_AT, (1.0, -2.5))),
@@ -276,8 +274,7 @@ def test_a_search_is_created_and_stopped_at_its_address(
         ({}, "exactly one of"),
         ({"object": "sofa", "objects": ["sofa"]}, "exactly one of"),
         ({"object": "sofa", "go_to_m": [1, 2]}, "exactly one of"),
-        ({"go_to_m": [1, 2], "order": "any"}, "'order' is for objects"),
-        ({"object": "sofa", "order": "nearest"}, "order"),
+        ({"objects": ["sofa", "bed"], "order": "any"}, "'order' is gone: objects are sought as"),
         ({"object": "sofa", "max_time_s": 0}, "max_time_s"),
         ({"object": "sofa", "max_distance_m": "5"}, "max_distance_m"),
         ({"object": "  "}, "empty"),

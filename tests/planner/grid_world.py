@@ -17,7 +17,6 @@ from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.planning_thread import planned_path
 from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.memory import PlannerState
-from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import (
@@ -307,7 +306,6 @@ class SimulatedSearch:
             view=self.world.view(
                 target, rival_names(target, self.state.search.objects, found_objects)
             ),
-            other_view=self._other_view(),
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
             patience_from_s=self.patience_from_s,
@@ -340,11 +338,6 @@ class SimulatedSearch:
         assert explained is None or isinstance(
             search.phase, Exploring | Approaching | Confirming | Driving
         )
-
-    def _other_view(self) -> SearchView | None:
-        name, search = name_to_ask(self.state), self.state.search
-        rivals = rival_names(name, search.objects, self.state.found_objects)
-        return self.world.view(name, rivals) if name else None
 
     def _control(self) -> None:
         params = self.config.drive

@@ -16,8 +16,6 @@ from onemap_shared.messages import (
     Odometry,
     Relation,
     RelationKind,
-    SearchId,
-    SearchOrder,
     SearchRequest,
     SearchState,
     SearchView,
@@ -165,33 +163,6 @@ def test_a_find_outlives_a_restart_of_the_mapper(services: SimulatedServices) ->
     services.frame(revision=False)
     assert services.planner._inputs.map_count == 2
     assert services.planner._planning_thread._finds._oldest() is not None
-
-
-def test_the_map_is_asked_about_waiting_objects_in_any_order(services: SimulatedServices) -> None:
-    services.start("sofa", "bed")
-    services.until(lambda: services.asked.count("sofa") > 4)
-    assert "bed" not in services.asked
-    services.caller.call(keys.SEARCH_CANCEL, SearchId())
-    request = SearchRequest(("sofa", "bed"), order=SearchOrder.ANY)
-    started = services.caller.call(keys.SEARCH_START, request)
-    assert started.order is SearchOrder.ANY
-    services.until(lambda: services.asked.count("bed") > 1)
-
-
-def test_a_map_that_refuses_a_waiting_object_does_not_hold_up_the_search(
-    services: SimulatedServices,
-) -> None:
-    def only_sofas(request: SearchViewRequest) -> SearchView:
-        if request.text != "sofa":
-            raise ValueError(f"the encoder does not know {request.text!r}")
-        return search_view_of(ROOM, request.text)
-
-    services.answer = only_sofas
-    request = SearchRequest(("sofa", "qzxw"), order=SearchOrder.ANY)
-    services.caller.call(keys.SEARCH_START, request)
-    services.until(lambda: services.asked.count("qzxw") > 1)
-    services.until(lambda: any(map(moves, services.sent_commands())))
-    assert services.get().active
 
 
 def test_a_pose_bomb_stops_the_robot_with_a_reason(services: SimulatedServices) -> None:

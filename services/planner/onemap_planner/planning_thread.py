@@ -22,8 +22,7 @@ from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
-from onemap_planner.policy.memory import PlannerState
-from onemap_planner.policy.object_order import name_to_ask
+from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.step import PlannerParams, step
 from onemap_planner.search.state_machine import (
@@ -63,7 +62,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import Bus, CallError, Counters, NoReply, QueryTimeout, RemoteError
 
-KEPT_VIEWS = 8  # of the present object, its anchors, and waiting ones, which take turns
+KEPT_VIEWS = 8  # of the present object and its anchors
 
 
 class ViewRequests:
@@ -346,13 +345,12 @@ class PlanningThread:
             stale_reason = waiting_for("the mapper", "it is not running")
         if view is not None:
             stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
-        other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
         if view is not None and now.inputs.pose is not None:
             stale_reason = stale_reason or outside_reason(view, now.inputs.pose.xy)
         if stale_reason:
             stale_reason = now.inputs.starts(now_s) or stale_reason
-            view = other_view = None
+            view = None
         observation = Observation(
             now_s=now_s,
             pose=now.inputs.pose,
@@ -362,7 +360,6 @@ class PlanningThread:
             view=view,
             detections=self._new_detections(),
             stale_reason=stale_reason or now.inputs.stale_reason(now_s, self._params.staleness),
-            other_view=other_view,
             blocked=now.blocked,
             creeps=now.creeps,
             patience_from_s=now.inputs.patience_from_s(now_s),
@@ -418,19 +415,8 @@ class PlanningThread:
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._reset_target = _target_key(search)
-        return self._view_of(search.target, state)
-
-    def _request_other_view(self, state: PlannerState) -> PlanningView | None:
-        """The view for a waiting object, if one is due; the search goes on without it."""
-        name = name_to_ask(state)
-        try:
-            return self._view_of(name, state) if name else None
-        except CallError:
-            return None
-
-    def _view_of(self, name: str, state: PlannerState) -> PlanningView:
-        rivals = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
-        return self._views.view(SearchViewRequest(name, rivals))
+        rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
+        return self._views.view(SearchViewRequest(search.target, rivals))
 
     def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""
@@ -439,7 +425,7 @@ class PlanningThread:
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
         search = transition(state.search, Ending(SearchState.FAILED, reason, code), stamp)
         next_state = state.copy()
-        next_state.turn_to(search.index, keep=False)
+        next_state.memory = TargetMemory()
         next_state.search = search
         self._registry.compare_and_swap(state, next_state)
 

@@ -196,7 +196,6 @@ class SearchCommands:
             self._stamp(),
             time.time_ns(),
             Destination.of(request),
-            order=request.order,
         )
         search = replace(
             search,

@@ -135,13 +135,6 @@ class SearchKind(Word):
     LOOK_AT = "look_at"
 
 
-class SearchOrder(Word):
-    """In which order the objects of a search are sought: as given, or the cheapest."""
-
-    GIVEN = "given"
-    ANY = "any"
-
-
 class SearchState(Word):
     """States of a search; the last seven are final.
 
@@ -178,7 +171,6 @@ class SearchRequest(Message):
         patience_s: seconds that the caller waits for the answer; no robot may start later.
         kind: what to do.
         place_m: x, y in the map frame, at most 100 km from its origin; empty for objects.
-        order: of the objects: as given, or the cheapest, which the planner revises on the way.
         max_distance_m: metres that the robot may drive in this search; 0: no limit.
         max_time_s: seconds that this search may take, with all its objects; 0: no limit.
         details: what is said of each of the objects beside its name; empty: nothing of any.
@@ -190,7 +182,6 @@ class SearchRequest(Message):
     patience_s: Annotated[float, within(0, above=True)] = 2.0
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
-    order: SearchOrder = SearchOrder.GIVEN
     max_distance_m: Limit = 0.0
     max_time_s: Limit = 0.0
     details: Details = ()
@@ -299,7 +290,6 @@ class SearchStatus(Message):
         path_length_m: metres that the robot drove in this search.
         kind: what the search is for.
         place_m: x, y of the place to drive to or to look at; empty for objects.
-        order: of the objects, as requested.
         choice: where the robot drives now, and why.
         details: of the objects, as requested.
         stay_out: as requested.
@@ -320,7 +310,6 @@ class SearchStatus(Message):
     path_length_m: float
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
-    order: SearchOrder = SearchOrder.GIVEN
     choice: GoalChoice = NO_CHOICE
     details: Details = ()
     stay_out: StayOut = ()
@@ -363,7 +352,6 @@ class SearchStatus(Message):
             patience_s,
             kind=self.kind,
             place_m=self.place_m,
-            order=self.order,
             max_distance_m=self.max_distance_m,
             max_time_s=self.max_time_s,
             details=tuple(self.details[index] for index in self.left) if self.details else (),

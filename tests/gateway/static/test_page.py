@@ -140,31 +140,6 @@ def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> N
     assert page.errors == []
 
 
-def test_several_objects_may_be_found_in_any_order(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    shown = "!document.getElementById('order').hidden"
-    page.type("#text", "sofa")
-    assert not page.evaluate(shown)
-    page.type("#text", "sofa, kettle")
-    page.wait_for(shown)
-    page.click("#any-order")
-    page.click("#find")
-    page.wait_for("document.body.classList.contains('searching')")
-    assert robot.planner.status is not None
-    assert robot.planner.status.objects == ("sofa", "kettle")
-    assert robot.planner.status.order is m.SearchOrder.ANY
-    result = m.ObjectResult(
-        "kettle", m.SearchState.FOUND, "there", (1.0, 2.0, 0.5), 0.9, 3.0, 1.0, (), ()
-    )
-    robot.planner.status = replace(robot.planner.status, results=(result,))
-    robot.planner.move(m.SearchState.EXPLORING)
-    page.wait_for(
-        "[...document.querySelectorAll('#objects li')].map((row) => row.className).join()"
-        " === 'now,found'"
-    )
-    assert page.errors == []
-
-
 def test_stop_is_in_sight_on_a_small_phone(page: Page, robot: Robot) -> None:
     page.resize(*PHONE, mobile=True)
     page.open(robot.address)

@@ -80,7 +80,6 @@ def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> N
         (("fusion", "--frames", "0"), "--frames"),
         (("perception", "--size", "640"), "size is '640'; write it like 640x480"),
         (("navigation", "--method", "luck"), "'luck' is not one of"),
-        (("navigation", "--method", "vlfm", "--order", "any"), "--order any is for onemap and"),
         (("transport", "--setting", "fast"), "--setting is 'fast'; there are raw, window,"),
         (("perception", "--random-weights", "--backend", "x"), "--backend is 'x'; there are mini"),
         (("habitat", "--episodes", "none"), "--scenes"),

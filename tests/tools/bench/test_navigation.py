@@ -89,7 +89,7 @@ def truth_of(scene: Scene) -> SceneTruth:
 
 
 def test_the_options_name_every_episode() -> None:
-    options = replace(OPTIONS, method="onemap", errors="people", stairwells=2, order="any")
+    options = replace(OPTIONS, method="onemap", errors="people", stairwells=2)
     made = setups(options)
     assert [each.config.simulator.seed for each in made] == [1, 3, 5]
     assert [each.index for each in made] == [0, 1, 2]
@@ -224,7 +224,7 @@ def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
 @pytest.mark.parametrize(
     ("method", "changes"),
     [
-        ("onemap", {"order": "any", "features": "mini", "without": [*RULES]}),
+        ("onemap", {"features": "mini", "without": [*RULES]}),
         ("onemap_reset", {}),
         ("onemap_no_consensus", {"features": "uncalibrated"}),
         ("vlfm", {}),

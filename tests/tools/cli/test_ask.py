@@ -308,10 +308,10 @@ def test_a_search_is_shown_until_it_ends_also_while_the_planner_is_away(console:
     gateway = Gateway(
         report("exploring"), report("approaching"), 503, 503, report("found", RESULT), status=LIVE
     )
-    start = partial(gateway.client.search, ("sofa", "bed"), any_order=True)
+    start = partial(gateway.client.search, ("sofa", "bed"))
     final, exit_code = follow(gateway.client, start, console)
     assert (final["results"], exit_code) == ([RESULT], 0)
-    assert gateway.sent[0] == {"objects": ["sofa", "bed"], "order": "any"}
+    assert gateway.sent[0] == {"objects": ["sofa", "bed"]}
     for part in ("sofa: approaching", "The planner is not running.", "map 0.2 s old, 5.0 updates"):
         assert part in text_of(console)
 

@@ -34,7 +34,6 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
 from onemap_planner.policy.evidence import rival_names, synonyms_of
 from onemap_planner.policy.memory import PlannerState
-from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Search, Starting, new_search
@@ -49,7 +48,6 @@ from onemap_shared.messages import (
     MapPlaces,
     Place,
     RgbdFrame,
-    SearchOrder,
     SearchViewRequest,
     ViewChangesRequest,
 )
@@ -259,13 +257,12 @@ class LockstepSimulation:
         self,
         objects: tuple[str, ...],
         limit_s: float,
-        order: SearchOrder = SearchOrder.GIVEN,
         details: tuple[Detail, ...] = (),
     ) -> Search:
         """Search for the objects, until the search ends or ``limit_s`` have passed."""
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
         stamp = EventStamp(self.now_s, 0.0, self.xy, self.odometer_m)
-        search = replace(new_search("lockstep", objects, stamp, 0, order=order), details=details)
+        search = replace(new_search("lockstep", objects, stamp, 0), details=details)
         return self._run(PlannerState(search, synonyms=synonyms), limit_s)
 
     def search_on(self, limit_s: float, wrong: WorldCells) -> Search:
@@ -386,7 +383,6 @@ class LockstepSimulation:
             view=self._view(state),
             detections=tuple(self._detections),
             stale_reason="",
-            other_view=self._other_view(state),
             anchor_views=tuple(self._anchor_view(name) for name in state.search.detail.anchors),
             blocked=self._controller.blocked,
             creeps=self._controller.creeps(self._config.planner.drive),
@@ -423,11 +419,6 @@ class LockstepSimulation:
             self.belief.reset_searched()
             self._reset_for = target
         return self._changed(self._view_of(search.target, state), self._method.value_map)
-
-    def _other_view(self, state: PlannerState) -> PlanningView | None:
-        """The view for a waiting object, if one is due."""
-        name = name_to_ask(state)
-        return self._changed(self._view_of(name, state), None) if name else None
 
     def _anchor_view(self, name: str) -> PlanningView:
         return self._changed(self._newest(SearchViewRequest(name)), None)

@@ -280,9 +280,6 @@ class NavigationBench(Options):
     objects_per_episode: Annotated[
         int, Option(min=1, max=10, help="Objects, one after the other, of --goals names.")
     ] = 3
-    order: Annotated[
-        Literal["given", "any"], Option(help="Of the objects: as drawn, or the cheapest.")
-    ] = "given"
     limit: Limit = 300.0
     workers: Annotated[int, Option(min=1, help="Episodes at once, a core each.")] = 1
     out: Annotated[

@@ -112,9 +112,6 @@ def search(
             "objects, of the last search.",
         ),
     ] = False,
-    any_order: Annotated[
-        bool, typer.Option("--any-order", help="The cheapest first, by what the map shows.")
-    ] = False,
     max_distance: MaxDistance = None,
     max_time: MaxTime = None,
     url: Url = DEFAULT_URL,
@@ -130,7 +127,7 @@ def search(
         raise typer.BadParameter("name an object, or go on with the last search by --again")
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        begin = partial(gateway.search, tuple(objects or ()), any_order=any_order, limits=limits)
+        begin = partial(gateway.search, tuple(objects or ()), limits=limits)
         start = begin if objects else gateway.searches.get().again
         report, exit_code = remote.follow(gateway, start, progress_console(), again=again)
     show(report, as_json, remote.describe_search)

@@ -54,7 +54,6 @@ from onemap_shared.messages import (
     PlaceKind,
     PlacesRequest,
     SearchId,
-    SearchOrder,
     SearchState,
     Verdict,
 )
@@ -279,9 +278,6 @@ async def start_search(
         Limit, Field(description="Metres that the robot may drive for all of it.")
     ],
     max_time_s: Annotated[Limit, Field(description="Seconds that all of it may take.")],
-    order: Annotated[
-        SearchOrder, Field(description="Find them in this order, or in the cheapest.")
-    ] = SearchOrder.GIVEN,
 ) -> ToolResult:
     """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
     spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
@@ -294,9 +290,7 @@ async def start_search(
                 f"{name!r} is {given[name]:g}, and one search of an agent may take at most "
                 f"{limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
             )
-    asked = SearchStart(
-        objects=objects, order=order, max_distance_m=max_distance_m, max_time_s=max_time_s
-    )
+    asked = SearchStart(objects=objects, max_distance_m=max_distance_m, max_time_s=max_time_s)
     try:
         search = await start(gateway, asked)
     except HttpProblem as problem:
@@ -307,8 +301,7 @@ async def start_search(
             "The robot is busy with another search: wait until 'search_status' says that it has "
             "ended, or end it with 'stop'.",
         ) from None
-    in_order = "in the cheapest order" if order is SearchOrder.ANY else "in this order"
-    in_order = f" {in_order}" if len(objects) > 1 else ""
+    in_order = " in this order" if len(objects) > 1 else ""
     summary = (
         f"Started the search {search.id} for {_subject(search)}{in_order}: the robot drives now, "
         f"at most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "

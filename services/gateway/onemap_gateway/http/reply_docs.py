@@ -19,13 +19,13 @@ from onemap.replies import (
     moment,
     rfc3339,
 )
-from onemap_shared.messages import FailureCode, SearchKind, SearchOrder, SearchState, Verdict
+from onemap_shared.messages import FailureCode, SearchKind, SearchState, Verdict
 
 Document = dict[str, Any]
 
 # The replies themselves have plain texts, so that an older client can read a newer value.
 CLOSED_LISTS: Mapping[str, Mapping[str, type[Enum]]] = {
-    "SearchSnapshot": {"kind": SearchKind, "state": SearchState, "order": SearchOrder},
+    "SearchSnapshot": {"kind": SearchKind, "state": SearchState},
     "ObjectOutcome": {"outcome": SearchState},
     "ReplayStep": {"state": SearchState},
     "QueryResult": {"verdict": Verdict},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from base64 import b64decode
 from collections.abc import Collection, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -26,7 +26,6 @@ from onemap_shared.messages import (
     MAX_TEXT_CHARS,
     ImageSimilarityRequest,
     SearchKind,
-    SearchOrder,
     SearchRequest,
     SimilarityRequest,
     check_image,
@@ -293,9 +292,8 @@ class SearchStart(Parts):
     """What the robot is to do: exactly one of these.
 
     ``objects``: find them, one after the other; ``object``: find a single one; ``go_to_m``: drive
-    to a place; ``look_at_m``: drive to where a place can be seen, and face it. With ``order``
-    ``any``, the objects are sought in the cheapest order, revised as the map grows. Parts only
-    beside ``object``.
+    to a place; ``look_at_m``: drive to where a place can be seen, and face it. Parts only beside
+    ``object``.
     """
 
     model_config = ConfigDict(
@@ -303,7 +301,6 @@ class SearchStart(Parts):
             "oneOf": exactly_one_of("objects", "object", "go_to_m", "look_at_m"),
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
-                {"objects": ["sofa", "teddy bear", "kettle"], "order": "any"},
                 {"object": "the lamp next to the bed, stay out of the nursery"},
                 {"object": "lamp", "near": "bed", "stay_out_of": ["nursery"]},
                 {"objects": ["sofa", {"text": "chair", "colour": "red", "in": "kitchen"}]},
@@ -319,10 +316,6 @@ class SearchStart(Parts):
     object: ObjectName | None = None
     go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
-    order: SearchOrder = Field(
-        default=SearchOrder.GIVEN,
-        description="Of the objects: as given, or the cheapest by what the map shows.",
-    )
     max_distance_m: Limit | None = Field(
         default=None,
         description="Metres that the robot may drive; then the search fails as distance_limit.",
@@ -330,6 +323,13 @@ class SearchStart(Parts):
     max_time_s: Limit | None = Field(
         default=None, description="Seconds that it may take; then it fails as time_limit."
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_order(cls, members: Any) -> Any:
+        if isinstance(members, dict) and "order" in members:
+            raise ValueError("'order' is gone: objects are sought as they are given; leave it out")
+        return members
 
     @model_validator(mode="after")
     def _exactly_one(self) -> SearchStart:
@@ -340,8 +340,6 @@ class SearchStart(Parts):
                 '\'look_at_m\', both [x, y] in metres; for example {"objects": ["sofa"]}'
             )
         _check_parts(self, self.object, "object", "objects")
-        if self.order is not SearchOrder.GIVEN and not self.described:
-            raise ValueError("'order' is for objects; a place has none: leave it out")
         return self
 
     @property
@@ -359,7 +357,6 @@ class SearchStart(Parts):
             patience_s,
             kind=kind,
             place_m=place_m,
-            order=self.order,
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,
         )

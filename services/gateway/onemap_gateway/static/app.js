@@ -273,9 +273,7 @@ async function offerNames() {
 
 function startSearch() {
   return act(by("find"), async () => {
-    const objects = requiredNames();
-    const any = objects.length > 1 && by("any-order").checked;
-    await beginSearch(any ? { objects, order: "any" } : { objects });
+    await beginSearch({ objects: requiredNames() });
   });
 }
 
@@ -325,7 +323,6 @@ by("ask").addEventListener("submit", (event) => {
 });
 let typing = null;
 by("text").addEventListener("input", () => {
-  by("order").hidden = names().length < 2;
   clearTimeout(typing);
   typing = setTimeout(offerNames, TYPED_MS);
 });

@@ -121,7 +121,7 @@ export function activity(search) {
 }
 
 function describe(search, name, index) {
-  // done in any order; a name may be there twice
+  // a name may be there twice
   const earlier = search.objects.slice(0, index).filter((other) => other === name).length;
   const result = search.results.filter((each) => each.name === name)[earlier];
   if (!result) {

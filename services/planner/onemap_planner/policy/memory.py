@@ -33,7 +33,7 @@ from onemap_planner.world.candidates import (
 )
 from onemap_planner.world.costmap import NOTHING, Appeared
 from onemap_planner.world.map_view import MapView, WorldCells
-from onemap_planner.world.regions import LikelyPlace, UndetectedViews
+from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.geometry import F64, U8
 from onemap_shared.messages import Occupancy
 from onemap_shared.trail import extended
@@ -144,10 +144,9 @@ class TargetMemory:
     disputed: candidates that the map does not support. given_up: goals at regions and candidates
     that were viewed without result. idle_since_s: since when there has been no goal, or no
     viewpoint of the candidate, in active time; None: there is one. reconsidered: whether rejected
-    candidates got their second chance already. refuted: similar cells that were searched before
-    the object was put aside. left: the last goals that others were preferred to. doubts:
-    viewpoints that did not confirm a candidate. undetected: similar cells in view, without a
-    detection. closed_off: places, metres, of candidates that were left because no way led there,
+    candidates got their second chance already. left: the last goals that others were preferred to.
+    doubts: viewpoints that did not confirm a candidate. undetected: similar cells in view, without
+    a detection. closed_off: places, metres, of candidates that were left because no way led there,
     once for each time. undecided and aside: candidates of which it cannot be told yet whether they
     are as described, and which are not; others: those that were confirmed all the same; settles:
     whether the search takes any object of the name, to say that it is another one. anchors:
@@ -161,7 +160,6 @@ class TargetMemory:
     active_goal: ActiveGoal | None = None
     idle_since_s: float | None = None
     reconsidered: bool = False
-    refuted: WorldCells = frozenset()
     left: tuple[LeftGoal, ...] = ()
     doubts: tuple[Doubt, ...] = ()
     undetected: UndetectedViews = field(default_factory=UndetectedViews)
@@ -351,13 +349,9 @@ class PlannerState:
     active_time_s: seconds with fresh inputs; last_step_s: time of the last step; stale_since_s:
     since when the inputs are stale, None while they are fresh; both of the planner's monotonic
     clock. crept_s: active time for which it has crept without a break. dead_ends: the places given
-    up with
-    what was around them. other_memories: what is known of objects, by their indices, that wait
-    while others are sought, and places: where the map may show them; asked_turn: the last turn of
-    asking it; ordered_s: active time of the last revision of their order. appeared: what has just
-    appeared on the map. cost_to_go: of the last step, for one on the same map from the same place.
-    displacement: while the robot stands because it was moved. refused: the last goal at which the
-    robot's own navigation failed.
+    up with what was around them. appeared: what has just appeared on the map. cost_to_go: of the
+    last step, for one on the same map from the same place. displacement: while the robot stands
+    because it was moved. refused: the last goal at which the robot's own navigation failed.
     """
 
     search: Search
@@ -377,10 +371,6 @@ class PlannerState:
     crept_s: float = 0.0
     stale_since_s: float | None = None
     dead_ends: tuple[DeadEnd, ...] = ()
-    other_memories: dict[int, TargetMemory] = field(default_factory=dict)
-    places: dict[int, tuple[LikelyPlace, ...]] = field(default_factory=dict)
-    asked_turn: int = -1
-    ordered_s: float | None = None
     appeared: Appeared = NOTHING
     cost_to_go: CostToGo | None = None
     displacement: Displacement | None = None
@@ -388,12 +378,7 @@ class PlannerState:
 
     def copy(self) -> PlannerState:
         """A state that changes apart from this one."""
-        return replace(
-            self,
-            memory=self.memory.copy(),
-            other_memories=dict(self.other_memories),
-            places=dict(self.places),
-        )
+        return replace(self, memory=self.memory.copy())
 
     @property
     def obstacles_xy(self) -> F64:
@@ -405,16 +390,6 @@ class PlannerState:
         self.pose = pose
         self.trail = extended(self.trail, pose.xy, step_m=TRAIL_STEP_M, max_points=TRAIL_LENGTH)
 
-    def turn_to(self, index: int, *, keep: bool) -> None:
-        """Take up what is known of the object of this index; an object begins with nothing.
-
-        keep: what is known of the present one, because it waits from now on.
-        """
-        if keep:
-            self.memory.active_goal = self.memory.idle_since_s = None
-            self.other_memories[self.search.index] = self.memory
-        self.memory = self.other_memories.pop(index, TargetMemory()).copy()
-
     def forget_map(self) -> None:
         """The map was begun again: forget what came from it."""
         self.memory = TargetMemory()
@@ -422,8 +397,6 @@ class PlannerState:
         self.crosses_gaps = False
         self.found_objects = ()
         self.dead_ends = ()
-        self.other_memories, self.places = {}, {}
-        self.asked_turn, self.ordered_s = -1, None
 
     def find(self, candidate: ObjectCandidate) -> None:
         """Remember a candidate just confirmed as the present object."""

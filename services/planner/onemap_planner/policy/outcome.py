@@ -24,8 +24,8 @@ class Observation:
 
     pose None: no odometry yet; view None: the map has not answered; detections: all since the
     last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
-    the inputs are too old to act on, empty if they are fresh; other_view: of the object of
-    ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
+    the inputs are too old to act on, empty if they are fresh; blocked: the costmap did not allow
+    the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
     the goal at which its own navigation says it stands, refused: the one at which that failed
@@ -42,7 +42,6 @@ class Observation:
     view: PlanningView | None
     detections: tuple[Detections, ...]
     stale_reason: str
-    other_view: PlanningView | None = None
     blocked: bool = False
     creeps: bool = False
     patience_from_s: float = float("-inf")

@@ -43,8 +43,7 @@ from onemap_planner.policy.explore import (
     follow_window,
     select_candidate,
 )
-from onemap_planner.policy.memory import PlannerState
-from onemap_planner.policy.object_order import count_turn, revise_order, take_in_view
+from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
 from onemap_planner.policy.verify import approach, confirm, sort_out
 from onemap_planner.policy.ways import drive_to_place
@@ -62,7 +61,6 @@ from onemap_planner.search.state_machine import (
     MapReady,
     MapRestarted,
     Rejected,
-    Reordered,
     Rotated,
     Starting,
     driven_m,
@@ -143,7 +141,6 @@ def step(
     exploration and consensus: those of another method, which a benchmark compares.
     """
     state = state.copy()
-    count_turn(state)
     notice(state, observation, params.drive)
     _advance_clock(state, observation, params)
     pose, view = observation.pose, observation.view
@@ -275,8 +272,6 @@ def _take_in_map(state: PlannerState, observation: Observation, context: Plannin
         _apply(state, MapRestarted(), observation)
         return
     frames, target = observation.detections, state.search.target
-    if observation.other_view is not None:
-        take_in_view(state, observation.other_view, frames, context)
     if context.whole:
         state.reopen_changed(context.map_view)
         others = found_under_other_names(state.found_objects, target, state.synonyms)
@@ -290,7 +285,7 @@ def _run_phase(
     state: PlannerState, context: PlanningContext, turned_rad: float, exploration: Exploration
 ) -> tuple[Move, tuple[Event, ...]]:
     """What the present phase decides, and the events of the step."""
-    move, revised = Move(), None
+    move = Move()
     match state.search.phase:
         case Starting():
             seen_rad = radians(max(context.bands.camera.across_deg - OVERLAP_DEG, 0.0))
@@ -300,11 +295,8 @@ def _run_phase(
         case Exploring() if not context.whole:
             move = follow_goal(state, context)
         case Exploring():
-            move = Move(event=select_candidate(state, context))
-            revised = None if move.event else revise_order(state, context)
-            goes_on = revised is None or revised.indices[0] == state.search.index
-            if move.event is None and goes_on:
-                move = exploration(state, context)
+            selected = select_candidate(state, context)
+            move = Move(event=selected) if selected else exploration(state, context)
         case Approaching() as phase:
             move = approach(state, phase, context)
         case Confirming() as phase:
@@ -315,7 +307,7 @@ def _run_phase(
     exhausted = isinstance(event, Ending) and event.outcome is not SearchState.ARRIVED
     if exhausted and is_trapped(state, context.pose):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
-    return move, tuple(each for each in (revised, event) if each is not None)
+    return move, () if event is None else (event,)
 
 
 def _apply(state: PlannerState, event: Event, observation: Observation) -> None:
@@ -326,7 +318,7 @@ def _apply(state: PlannerState, event: Event, observation: Observation) -> None:
         state.find(event.candidate)
     search = transition(state.search, event, stamp)
     if search.index != state.search.index:
-        state.turn_to(search.index, keep=isinstance(event, Reordered))
+        state.memory = TargetMemory()
     state.search = search
 
 

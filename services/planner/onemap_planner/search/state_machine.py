@@ -30,7 +30,6 @@ from onemap_shared.messages import (
     GoalChoice,
     ObjectResult,
     SearchKind,
-    SearchOrder,
     SearchRequest,
     SearchState,
     SearchStatus,
@@ -117,21 +116,6 @@ class TargetStart:
 
 
 @dataclass(frozen=True, slots=True)
-class PausedTarget:
-    """What was spent on an object that another one was preferred to.
-
-    index: of the object; spent_s and spent_active_time_s: seconds; driven_m: metres; xy: where
-    the search for it began, None if that is not known.
-    """
-
-    index: int
-    spent_s: float
-    spent_active_time_s: float
-    driven_m: float
-    xy: tuple[float, float] | None
-
-
-@dataclass(frozen=True, slots=True)
 class Budget:
     """How far a search may drive and how long it may take, with all its objects; 0: no limit."""
 
@@ -151,8 +135,6 @@ NO_BUDGET = Budget()
 class Search:
     """One search: its objects, the index and phase of the present one, the results so far.
 
-    done: indices of the objects of the results; planned: indices of those still sought in the
-    cheapest order known, empty until there is one; paused: those that were begun and put aside.
     destination: of a drive to a place, which has no objects; None for a search for objects.
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
@@ -173,10 +155,6 @@ class Search:
     started_ns: int
     ended_ns: int | None = None
     destination: Destination | None = None
-    order: SearchOrder = SearchOrder.GIVEN
-    done: tuple[int, ...] = ()
-    planned: tuple[int, ...] = ()
-    paused: tuple[PausedTarget, ...] = ()
     choice: GoalChoice = NO_CHOICE
     slow: str = ""
     budget: Budget = NO_BUDGET
@@ -288,13 +266,6 @@ class Rejected:
 
 
 @dataclass(frozen=True, slots=True)
-class Reordered:
-    """The cheapest order of the objects still sought, by their indices, has changed."""
-
-    indices: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Ending:
     """The search for the present object, or the drive, ends.
 
@@ -322,7 +293,6 @@ Event = (
     | Arrived
     | Confirmed
     | Rejected
-    | Reordered
     | Ending
 )
 
@@ -333,12 +303,12 @@ def new_search(
     stamp: EventStamp,
     started_ns: int,
     destination: Destination | None = None,
-    *,
-    order: SearchOrder = SearchOrder.GIVEN,
 ) -> Search:
     """A new search at its first object, or without objects a drive to the destination."""
-    start, end = _start(stamp), destination
-    search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns, None, end, order)
+    start = _start(stamp)
+    search = Search(
+        search_id, objects, 0, Starting(), start, (), "", started_ns, destination=destination
+    )
     return replace(search, reason=_starting(search), began_s=stamp.now_s)
 
 
@@ -366,8 +336,6 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
             return replace(
                 search, phase=Approaching(candidate), reason=_approaching(search, candidate)
             )
-        case (Exploring(), Reordered(indices)):
-            return _reordered(search, indices, stamp)
         case (Approaching(), Arrived(candidate)):
             standing = Confirming(candidate, stamp.active_time_s)
             choice = replace(search.choice, sentence="")  # it is there: the reason tells more
@@ -410,7 +378,6 @@ def status(
         path_length_m=driven_m(search, stamp.odometer_m),
         kind=search.kind,
         place_m=search.destination.xy if search.destination else (),
-        order=search.order,
         choice=search.choice,
         details=search.details,
         stay_out=search.stay_out,
@@ -429,59 +396,17 @@ def told(search: Search) -> str:
 def driven_m(search: Search, odometer_m: float) -> float:
     """Metres driven in a search."""
     done = sum(result.path_length_m for result in search.results)
-    done += sum(paused.driven_m for paused in search.paused)
     return done + (odometer_m - search.target_start.odometer_m if search.active else 0.0)
 
 
 def elapsed_s(search: Search, now_s: float) -> float:
-    """Seconds that a search has taken, for all its objects, those that wait among them."""
+    """Seconds that a search has taken, for all its objects."""
     return max(now_s - search.began_s, 0.0) if search.took_s is None else search.took_s
-
-
-def waiting(search: Search) -> tuple[int, ...]:
-    """Indices of the objects that are neither done nor sought now, in the order of the request."""
-    known = {*search.done, search.index}
-    return tuple(index for index in range(len(search.objects)) if index not in known)
 
 
 def without_choice(search: Search) -> Search:
     """The search without a goal."""
     return replace(search, choice=GoalChoice(search.choice.number))
-
-
-def _reordered(search: Search, indices: tuple[int, ...], stamp: EventStamp) -> Search:
-    """With this order of what is still sought; another first object begins now.
-
-    The present object is put aside with the time and the way that were spent on it.
-    """
-    search, start = replace(search, planned=indices), search.target_start
-    if indices[0] == search.index:
-        return search
-    paused = PausedTarget(
-        search.index,
-        spent_s=stamp.now_s - start.since_s,
-        spent_active_time_s=stamp.active_time_s - start.since_active_time_s,
-        driven_m=stamp.odometer_m - start.odometer_m,
-        xy=start.xy,
-    )
-    search = replace(without_choice(search), paused=(*search.paused, paused))
-    return _begun(search, indices[0], stamp)
-
-
-def _begun(search: Search, index: int, stamp: EventStamp) -> Search:
-    """At the start of an object, which goes on where it was put aside: times and ways add up."""
-    start = _start(stamp)
-    for before in search.paused:
-        if before.index == index:
-            start = TargetStart(
-                since_s=stamp.now_s - before.spent_s,
-                since_active_time_s=stamp.active_time_s - before.spent_active_time_s,
-                xy=before.xy,
-                odometer_m=stamp.odometer_m - before.driven_m,
-            )
-    paused = tuple(each for each in search.paused if each.index != index)
-    search = replace(search, index=index, phase=Starting(), target_start=start, paused=paused)
-    return replace(search, reason=_starting(search))
 
 
 def _start(stamp: EventStamp) -> TargetStart:
@@ -541,10 +466,9 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     results = (*search.results, _result(search, ending, stamp))
     search = without_choice(search)
     if not ending.whole and len(results) < len(search.objects):
-        left = waiting(search)
-        index = next((index for index in search.planned if index in left), left[0])
-        search = replace(search, results=results, done=(*search.done, search.index))
-        return _begun(search, index, stamp)
+        search = replace(search, results=results, index=search.index + 1)
+        search = replace(search, phase=Starting(), target_start=_start(stamp))
+        return replace(search, reason=_starting(search))
     outcome, reason = ending.outcome, ending.reason
     if not ending.whole and search.destination is None:
         outcomes = {result.outcome for result in results}

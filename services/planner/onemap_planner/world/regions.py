@@ -1,4 +1,4 @@
-"""What the map takes for the object: regions to look at, likely places, and what was refuted."""
+"""What the map takes for the object: regions to look at, and what the detector did not find."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from onemap_planner.world.map_view import MapView, WorldCells, components
-from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_planner.world.map_view import MapView, components
+from onemap_shared.geometry import F32, F64, I64
 
 SIMILAR = 0.3  # similarity from which a cell may show the object
 # The same when everything has been searched: the best match of an object that was there, but badly
@@ -49,44 +49,6 @@ def _clusters(map_view: MapView, threshold: float) -> tuple[SimilarRegion, ...]:
         peak = cells[int(np.argmax(scores))]
         regions.append(SimilarRegion(cells, map_view.grid.centres(peak), float(scores.max())))
     return tuple(sorted(regions, key=lambda region: -region.score))
-
-
-MAX_PLACES = 3  # of one object, the most likely
-REFUTED_SHARE = 0.5  # of a place's cells: it grows by a few whenever the map changes
-
-
-@dataclass(frozen=True, slots=True)
-class LikelyPlace:
-    """xy: of its most similar cell, metres; probability: that the object is there; cells: all."""
-
-    xy: tuple[float, float]
-    probability: float
-    cells: WorldCells
-
-
-def similar_cells(map_view: MapView, threshold: float) -> Bool:
-    """Mask (nx, ny) of the cells that look like the object, and more like no other name."""
-    mask: Bool = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
-    mask &= map_view.margin >= 0
-    return mask
-
-
-def likely_places(
-    map_view: MapView, among: Bool, *, threshold: float, refuted: WorldCells
-) -> tuple[LikelyPlace, ...]:
-    """The most similar components of the mask (nx, ny), the best ``MAX_PLACES``.
-
-    refuted: cells where the object was looked for in vain.
-    """
-    places = []
-    for cells in components(similar_cells(map_view, threshold) & among):
-        world = map_view.world_cells(cells)
-        if len(world & refuted) >= REFUTED_SHARE * len(world):
-            continue
-        scores = map_view.similarity[cells[:, 0], cells[:, 1]]
-        x, y = map_view.grid.centres(cells[int(np.argmax(scores))])
-        places.append(LikelyPlace((float(x), float(y)), min(float(scores.max()), 1.0), world))
-    return tuple(sorted(places, key=lambda place: (-place.probability, place.xy))[:MAX_PLACES])
 
 
 MISSED = 0.5  # probability that a detector misses an object in such a view: it misses 0.3 of the

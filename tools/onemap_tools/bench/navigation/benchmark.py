@@ -33,18 +33,12 @@ from onemap_tools.bench.options import NavigationBench
 from onemap_tools.cli.floor_plan import write_png
 from onemap_tools.processes.worker_pool import worker_pool
 
-ORDERING = ("onemap", "onemap_no_consensus")  # their map serves all objects
 DESCRIBED = ("onemap", "plain", "oracle")  # the object that is meant, or its name alone
 lines = table_lines
 
 
 def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
     """One per episode; ValueError for options that do not fit each other."""
-    if options.order == "any" and options.method not in ORDERING:
-        raise ValueError(
-            f"method {options.method} knows nothing of the objects that wait: --order any "
-            f"is for {' and '.join(ORDERING)}"
-        )
     named = options.goals in ("names", "absent")
     if named and options.method == "plain":
         raise ValueError(f"method plain finds one of several: not with --goals {options.goals}")

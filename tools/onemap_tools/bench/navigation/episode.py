@@ -17,7 +17,6 @@ from onemap_shared.messages import (
     Place,
     PlaceKind,
     RgbdFrame,
-    SearchOrder,
     SearchState,
     TruthRequest,
 )
@@ -194,7 +193,7 @@ def _search(
 
     legs: tuple[ObjectResult, ...] = ()
     if described is None:
-        search = simulation.search(episode.objects, limit_s, SearchOrder(options.order))
+        search = simulation.search(episode.objects, limit_s)
         results = true_results(search.results, simulation.ends)
     else:
         legs = search_legs(simulation, described, scene, limit_s, plain=options.method == "plain")

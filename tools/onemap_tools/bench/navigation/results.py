@@ -319,7 +319,7 @@ RESULTS_FILE, PAGE_FILE = "results.json", "index.html"
 # Settings of the search itself; those of simulator and perception are part of the task.
 SEARCHING = ("config.planner.", "config.mapper.")
 # What may differ beside them: the apartments that both searched are compared.
-FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "order", "without"}
+FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "without"}
 COLOURS = ((200, 90, 0), (60, 150, 20), (0, 120, 240))  # BGR: blue, green, orange
 STAIRWELL = (0, 0, 220)  # red
 TITLES = {
@@ -441,7 +441,7 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[Epis
     """Name and episodes of another run: its method, and its settings where they differ.
 
     A plain search is two: up to its first claim, and until the right one.
-    ValueError if more differs than method, order, apartments and the settings of ``SEARCHING``:
+    ValueError if more differs than method, apartments and the settings of ``SEARCHING``:
     then the task was another one.
     """
     file = folder / OPTIONS_FILE
@@ -451,7 +451,7 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[Epis
     differing = _differing(before, options)
     settings = [name for name in differing if name.startswith(SEARCHING)]
     another = {k: each for k, each in differing.items() if k not in {*FREE, *settings}}
-    advice = "only runs that differ in method, order, planner or mapper can be compared"
+    advice = "only runs that differ in method, planner or mapper can be compared"
     _refuse(folder, another, advice)
     of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
     of += [f"without {rule}" for rule in before.get("without", ())]
