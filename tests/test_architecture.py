@@ -99,7 +99,7 @@ ONLY_IN = {
     "mcap": {"onemap_tools.recording.bag_file"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
-    "mcp": {"onemap_gateway.http.mcp_server"},
+    "mcp": {"onemap_gateway.http.agent_tools"},
     "uvicorn": {"onemap_gateway.connections", "onemap_gateway.service"},
     "embreex": {"onemap_simulator.rendering.ray_tracer"},
     "trimesh": {

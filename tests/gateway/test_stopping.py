@@ -91,7 +91,7 @@ def stopped(client: httpx.Client, way: str) -> str:
     """Stop the robot, with a request or as an agent does; the state of its search then."""
     if way == "agent":
         answer = client.post("/mcp", json=TOOL, headers={"Accept": "application/json"}).json()
-        document: dict[str, Any] = answer["result"]["structuredContent"]["search"]
+        document: dict[str, Any] = answer["result"]["structuredContent"]
     else:
         document = client.delete(CURRENT).json()
     return str(document["state"])

@@ -1,149 +1,139 @@
-"""The tools of an agent: the gateway's calls, each with its role and a reply in words.
+"""The tools of an agent, over the Model Context Protocol with its official SDK.
 
-A reply has a sentence that says what is so or was done, and the numbers. The docstring of a tool is
-its description for agents.
+A tool is a function: its docstring is the description, its parameters are the arguments, and it
+returns a sentence that says what is so or was done, with the reply of the HTTP interface.
+Stateless: each request is complete in itself, so that a gateway that was restarted answers the
+same agent without a new handshake.
 """
-# Talks: draws in a thread.
+# Talks: draws in a thread, and logs what agents did.
 
 from __future__ import annotations
 
+import base64
+import logging
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
-from typing import Annotated, Any
+from typing import Annotated, Any, Generic, TypeVar, get_args
 
 from anyio import to_thread
-from pydantic import BaseModel, Field, ValidationError, create_model
+from mcp import types
+from mcp.server.context import ServerRequestContext
+from mcp.server.lowlevel import Server
+from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
+from pydantic import Field, ValidationError, create_model
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
 
-from onemap.place_replies import MapPlace
-from onemap.replies import (
-    LookedArea,
-    MapObject,
-    MapPose,
-    MapStatistics,
-    Region,
-    SearchSnapshot,
-    rfc3339,
-)
+from onemap import place_replies, replies
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
+from onemap_gateway.http import reply_docs, schemas
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_error
 from onemap_gateway.http.routes.queries import answers
 from onemap_gateway.http.routes.searches import start
-from onemap_gateway.http.schemas import (
-    DescribedObject,
-    Limit,
-    ObjectName,
-    QueryRequest,
-    RequestModel,
-    SearchStart,
-)
+from onemap_gateway.http.security import replayed
+from onemap_gateway.present.formats import finite, json_text
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.places import place_list
 from onemap_gateway.present.render import encode_png, render_map
-from onemap_gateway.present.replies import map_object, map_statistics
+from onemap_gateway.present.replies import map_object, map_statistics, reply_of
 from onemap_gateway.present.service_status import sentence
 from onemap_shared import keys
-from onemap_shared.messages import (
-    MAX_OBJECTS,
-    NO_DETAIL,
-    ObjectId,
-    ObjectListRequest,
-    PlaceKind,
-    PlacesRequest,
-    SearchId,
-    SearchState,
-    Verdict,
-)
+from onemap_shared import messages as m
+
+LOG = logging.getLogger("onemap.gateway")
+logging.getLogger("mcp").setLevel(logging.WARNING)  # it reports the start and end of each request
 
 AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
+INSTRUCTIONS = (
+    "A robot that knows where things are. Ask 'where_is' and 'list_objects' first. Only "
+    "'start_search' moves the robot: give it a budget, tell people before you use it, and follow "
+    "it with 'search_status'. Places are x, y in metres of the map frame."
+)
+R = TypeVar("R", bound=replies.Reply)
 
 
-class AgentReply(BaseModel):
-    """The reply of a tool."""
+@dataclass(frozen=True, slots=True)
+class Answer(Generic[R]):
+    """What a tool returns; picture: a PNG or JPEG, empty without one."""
 
-    summary: str = Field(description="The reply in words.")
+    summary: str
+    reply: R
+    picture: bytes = b""
 
 
-class PlacesReply(AgentReply):
+@dataclass(frozen=True, slots=True)
+class AgentTool:
+    """A tool, the least role that may call it, and the models of its arguments and its reply."""
+
+    run: Callable[..., Awaitable[Answer[Any]]]
+    role: Role
+    arguments: type[schemas.RequestModel]
+    reply: type[replies.Reply]
+
+    def described(self, config: GatewayConfig) -> types.Tool:
+        """The tool as agents see it, with the limits of this gateway in its schema."""
+        takes = self.arguments.model_json_schema()
+        for name, limit, _unit in budget_limits(config):
+            if name in takes.get("properties", {}):
+                takes["properties"][name]["maximum"] = limit
+        gives = self.reply.model_json_schema(mode="serialization")
+        reply_docs.complete({self.reply.__name__: gives, **gives.get("$defs", {})})
+        looks = self.role is Role.LOOK
+        return types.Tool(
+            name=self.run.__name__,
+            description=" ".join((self.run.__doc__ or "").split()),
+            input_schema=takes,
+            output_schema=gives,
+            annotations=types.ToolAnnotations(
+                read_only_hint=looks, destructive_hint=False, open_world_hint=False
+            ),
+        )
+
+
+TOOLS: dict[str, AgentTool] = {}
+Run = TypeVar("Run", bound=Callable[..., Awaitable[Answer[Any]]])
+
+
+def tool(role: Role) -> Callable[[Run], Run]:
+    """Register a function as a tool for clients of this role, and of higher ones."""
+
+    def register(run: Run) -> Run:
+        typed = signature(run, eval_str=True)
+        _gateway, *parameters = typed.parameters.values()
+        fields: dict[str, Any] = {
+            each.name: (each.annotation, ... if each.default is each.empty else each.default)
+            for each in parameters
+        }
+        arguments = create_model(run.__name__, __base__=schemas.RequestModel, **fields)
+        (reply,) = get_args(typed.return_annotation)
+        TOOLS[run.__name__] = AgentTool(run, role, arguments, reply)
+        return run
+
+    return register
+
+
+class PlacesReply(replies.QueryResult):
     """Where something is, or may be."""
 
-    found: tuple[MapObject, ...] = Field(description="Of this name, confirmed by a search.")
-    likely: tuple[Region, ...] = Field(description="Regions that look like it, not confirmed.")
-    map_age_s: float | None = Field(description="Age of the newest frame in the map.")
-    verdict: Verdict = Field(
-        description="By the map alone: found, not_here or not_looked_yet (search for it)."
+    confirmed: tuple[replies.MapObject, ...] = Field(
+        description="Objects of this name that a search found."
     )
-    looked: LookedArea
 
 
-class FoundObjectsReply(AgentReply):
-    """The objects that searches found, the one found last first."""
-
-    objects: tuple[MapObject, ...]
-
-
-class NamedPlacesReply(AgentReply):
-    """Rooms with a name and zones that no robot enters, then suggested names."""
-
-    places: tuple[MapPlace, ...]
-
-
-class MapReply(AgentReply):
+class MapReply(replies.MapStatistics):
     """The map, the robot on it, and whether they work."""
 
     ready: bool = Field(description="Whether frames reach the map and all services are there.")
     problem: str = Field(description="The reason why not; empty if all is well.")
-    map: MapStatistics
-    robot: MapPose | None = Field(description="null: no pose yet.")
-
-
-class SeenObjectReply(AgentReply):
-    """A found object; its picture is beside this reply."""
-
-    object: MapObject
-
-
-class AgentSearchReply(AgentReply):
-    """A search; the summary says what the call did."""
-
-    search: SearchSnapshot | None = Field(description="null: there has been none.")
-
-
-@dataclass(frozen=True, slots=True)
-class ToolResult:
-    """What a tool returns: the reply, and perhaps a picture of ``media_type``."""
-
-    reply: AgentReply
-    picture: bytes = b""
-    media_type: str = ""
-
-
-class AgentTool:
-    """A tool: the role it needs, what it returns, and the function that is called.
-
-    The parameters of the function are the tool's arguments, its docstring is the description.
-    """
-
-    def __init__(
-        self, role: Role, reply: type[AgentReply], run: Callable[..., Awaitable[ToolResult]]
-    ) -> None:
-        self.role, self.reply, self.run = role, reply, run
-        self.name = run.__name__
-        self.description = " ".join((run.__doc__ or "").split())
-        self.changes = role > Role.LOOK  # it starts or stops the robot
-        _, *taken = signature(run, eval_str=True).parameters.values()
-        fields: dict[str, Any] = {
-            each.name: (each.annotation, ... if each.default is each.empty else each.default)
-            for each in taken
-        }
-        self.arguments = create_model(self.name, __base__=RequestModel, **fields)
+    robot: replies.MapPose | None = Field(description="null: no pose yet.")
 
 
 SoughtObject = Annotated[
-    DescribedObject,
+    schemas.DescribedObject,
     Field(
         description="A plain noun as 'lamp', or an object with that noun as 'text' and what else "
         "is known of it in the parts: for 'the lamp beside the bed, not in the nursery' give "
@@ -155,43 +145,36 @@ WhichSearch = Annotated[
 ]
 
 
+@tool(Role.LOOK)
 async def where_is(
     gateway: GatewayContext,
     object: SoughtObject,
     max_places: Annotated[int, Field(ge=1, le=20, description="Likely places to return.")] = 5,
-) -> ToolResult:
+) -> Answer[PlacesReply]:
     """Where is an object? Places that a search confirmed, then regions of the map that look like
     it, best first. Places are in metres of the map frame. Does not move the robot.
     """
-    asked = QueryRequest.model_validate({"texts": [object], "max_regions": max_places})
-    (reply,) = await answers(gateway, asked)
+    request = schemas.QueryRequest.model_validate({"texts": [object], "max_regions": max_places})
+    (reply,) = await answers(gateway, request)
     named = object.sentence()
     # a search that was told more of it may have confirmed another one
-    plain = named.detail == NO_DETAIL
-    found = tuple(kept for kept in await _found(gateway) if plain and _is_called(kept, named.name))
+    plain = named.detail == m.NO_DETAIL
+    objects = await _found(gateway) if plain else ()
+    confirmed = tuple(kept for kept in objects if _is_called(kept, named.name))
     parts = [] if plain and not reply.stands_for else [f"Understood as: {reply.understood}."]
-    parts += [f"{_place(kept)} was found there by a search." for kept in found]
+    parts += [f"{_place(kept)} was found there by a search." for kept in confirmed]
     if reply.regions:
-        best = reply.regions[0]
         parts.append(
             f"{len(reply.regions)} regions of the map look like {reply.text!r}, the best at "
-            f"{_xy(best.centre_m)}; no search confirmed that."
+            f"{_xy(reply.regions[0].centre_m)}; no search confirmed that."
         )
     elif reply.message:
         parts += [reply.message, reply.sentence]
-    return ToolResult(
-        PlacesReply(
-            summary=" ".join(parts),
-            found=found,
-            likely=reply.regions,
-            map_age_s=reply.age_s,
-            verdict=Verdict(reply.verdict),
-            looked=reply.looked,
-        )
-    )
+    return Answer(" ".join(parts), reply_of(PlacesReply, reply, confirmed=confirmed))
 
 
-async def list_objects(gateway: GatewayContext) -> ToolResult:
+@tool(Role.LOOK)
+async def list_objects(gateway: GatewayContext) -> Answer[replies.ObjectListReply]:
     """Every object that a search found on this map, the one found last first. Does not move the
     robot.
     """
@@ -199,68 +182,70 @@ async def list_objects(gateway: GatewayContext) -> ToolResult:
     summary = "No search has found anything on this map yet."
     if objects:
         summary = f"Found so far: {', '.join(map(_place, objects))}."
-    return ToolResult(FoundObjectsReply(summary=summary, objects=objects))
+    return Answer(summary, replies.ObjectListReply(objects=objects))
 
 
-async def list_places(gateway: GatewayContext) -> ToolResult:
+@tool(Role.LOOK)
+async def list_places(gateway: GatewayContext) -> Answer[place_replies.PlaceListReply]:
     """The rooms with a name, and the zones that no robot enters. A suggested name is a guess from
     what was found there. Does not move the robot.
     """
-    message = await gateway.call(keys.MAP_PLACES, PlacesRequest())
+    message = await gateway.call(keys.MAP_PLACES, m.PlacesRequest())
     listed = await to_thread.run_sync(place_list, message)
     places = tuple(place for place in listed.places if place.name)
-    said = "; ".join(map(_described, places))
-    summary = f"Places: {said}." if places else "No place of this map has a name yet."
-    return ToolResult(NamedPlacesReply(summary=summary, places=places))
+    summary = "No place of this map has a name yet."
+    if places:
+        summary = f"Places: {'; '.join(map(_described, places))}."
+    return Answer(summary, listed.model_copy(update={"places": places}))
 
 
+@tool(Role.LOOK)
 async def describe_map(
     gateway: GatewayContext,
     picture: Annotated[bool, Field(description="Also return the map as an image.")] = False,
-) -> ToolResult:
+) -> Answer[MapReply]:
     """Size and age of the map, where the robot stands, and what is wrong if something is; with
     picture also an image of the map. Does not move the robot.
     """
     view, state = await gateway.view(), gateway.cache.state
-    info = map_statistics(view, newest(state.revision), gateway.now_ns())
+    statistics = map_statistics(view, newest(state.revision), gateway.now_ns())
     robot, stands = None, "no pose of the robot is known"
     if state.robot is not None:
-        x_m, y_m, yaw_rad = state.robot
-        robot = MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad)
-        stands = f"the robot stands at {_xy((x_m, y_m))}"
+        robot = replies.MapPose(**dict(zip(replies.MapPose.model_fields, state.robot, strict=True)))
+        stands = f"the robot stands at {_xy(state.robot)}"
     fault = gateway.fault()
     problem = fault.detail if fault else ""
     summary = (
-        f"The map shows {info.free_m2:.1f} m2 of free floor and {info.occupied_m2:.1f} m2 of "
-        f"obstacles from {info.frames_fused} frames; {stands}. {problem}"
-    )
-    reply = MapReply(
-        summary=summary.rstrip(), ready=not problem, problem=problem, map=info, robot=robot
-    )
+        f"The map shows {statistics.free_m2:.1f} m2 of free floor and "
+        f"{statistics.occupied_m2:.1f} m2 of obstacles from {statistics.frames_fused} frames; "
+        f"{stands}. {problem}"
+    ).rstrip()
+    reply = reply_of(MapReply, statistics, ready=not problem, problem=problem, robot=robot)
     if not picture:
-        return ToolResult(reply)
+        return Answer(summary, reply)
     overlay = build_overlay(state, gateway.cache.now_s())
     drawn = await to_thread.run_sync(render_map, view, overlay, None, PALETTES[Theme.LIGHT])
-    return ToolResult(reply, await to_thread.run_sync(encode_png, drawn.image), "image/png")
+    return Answer(summary, reply, await to_thread.run_sync(encode_png, drawn.image))
 
 
+@tool(Role.LOOK)
 async def look_at(
     gateway: GatewayContext,
     object: Annotated[
-        ObjectName, Field(description="Its name, or its id as 'list_objects' gives it.")
+        schemas.ObjectName, Field(description="Its name, or its id as 'list_objects' gives it.")
     ],
-) -> ToolResult:
+) -> Answer[replies.MapObject]:
     """Show an object that was found: place, time and the picture in which the robot saw it best.
     Does not move the robot.
     """
     for kept in await _found(gateway):
         if kept.id == object or _is_called(kept, object):
-            pictured = await gateway.call(keys.MAP_OBJECT, ObjectId(kept.id))
+            pictured = await gateway.call(keys.MAP_OBJECT, m.ObjectId(kept.id))
             seen = map_object(pictured.kept)
             picture = "the picture is from then" if seen.picture else "there is no picture of it"
-            said = f"{_place(seen)} was last seen at {rfc3339(seen.last_seen_at)}; {picture}."
-            reply = SeenObjectReply(summary=said, object=seen)
-            return ToolResult(reply, pictured.picture, "image/jpeg")
+            seen_at = replies.rfc3339(seen.last_seen_at)
+            summary = f"{_place(seen)} was last seen at {seen_at}; {picture}."
+            return Answer(summary, seen, pictured.picture)
     raise HttpProblem(
         "unknown_object",
         f"No search has found {object!r} yet: 'list_objects' says what was found, "
@@ -268,31 +253,34 @@ async def look_at(
     )
 
 
+@tool(Role.SEARCH)
 async def start_search(
     gateway: GatewayContext,
     objects: Annotated[
         list[SoughtObject],
-        Field(min_length=1, max_length=MAX_OBJECTS, description="What to find, in this order."),
+        Field(min_length=1, max_length=m.MAX_OBJECTS, description="What to find, in this order."),
     ],
     max_distance_m: Annotated[
-        Limit, Field(description="Metres that the robot may drive for all of it.")
+        schemas.Limit, Field(description="Metres that the robot may drive for all of it.")
     ],
-    max_time_s: Annotated[Limit, Field(description="Seconds that all of it may take.")],
-) -> ToolResult:
+    max_time_s: Annotated[schemas.Limit, Field(description="Seconds that all of it may take.")],
+) -> Answer[replies.SearchSnapshot]:
     """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
     spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
     """
-    given = {"max_distance_m": max_distance_m, "max_time_s": max_time_s}
+    budget = {"max_distance_m": max_distance_m, "max_time_s": max_time_s}
     for name, limit, unit in budget_limits(gateway.config):
-        if given[name] > limit:
+        if budget[name] > limit:
             raise HttpProblem(
                 "invalid",
-                f"{name!r} is {given[name]:g}, and one search of an agent may take at most "
+                f"{name!r} is {budget[name]:g}, and one search of an agent may take at most "
                 f"{limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
             )
-    asked = SearchStart(objects=objects, max_distance_m=max_distance_m, max_time_s=max_time_s)
     try:
-        search = await start(gateway, asked)
+        request = schemas.SearchStart(
+            objects=objects, max_distance_m=max_distance_m, max_time_s=max_time_s
+        )
+        search = await start(gateway, request)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
@@ -302,53 +290,43 @@ async def start_search(
             "ended, or end it with 'stop'.",
         ) from None
     in_order = " in this order" if len(objects) > 1 else ""
-    summary = (
+    return Answer(
         f"Started the search {search.id} for {_subject(search)}{in_order}: the robot drives now, "
         f"at most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
-        f"'stop' ends it. Understood as: {search.understood}."
+        f"'stop' ends it. Understood as: {search.understood}.",
+        search,
     )
-    return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
-async def search_status(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResult:
+@tool(Role.LOOK)
+async def search_status(
+    gateway: GatewayContext, search_id: WhichSearch = ""
+) -> Answer[replies.SearchSnapshot]:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
-    try:
-        search = await gateway.search(keys.SEARCH_GET, SearchId(search_id))
-    except HttpProblem as problem:
-        return _no_search(search_id, problem)
-    summary = (
+    search = await gateway.search(keys.SEARCH_GET, m.SearchId(search_id))
+    return Answer(
         f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
-        f"{sentence(search.reason)}{_found_names(search)}"
+        f"{sentence(search.reason)}{_found_names(search)}",
+        search,
     )
-    return ToolResult(AgentSearchReply(summary=summary, search=search))
 
 
-async def stop(gateway: GatewayContext, search_id: WhichSearch = "") -> ToolResult:
+@tool(Role.SEARCH)
+async def stop(
+    gateway: GatewayContext, search_id: WhichSearch = ""
+) -> Answer[replies.SearchSnapshot]:
     """STOPS THE ROBOT and ends the search; what it found so far is kept."""
     before = newest(gateway.cache.state.search)
-    try:
-        search = await gateway.search(keys.SEARCH_CANCEL, SearchId(search_id))
-    except HttpProblem as problem:
-        return _no_search(search_id, problem)
+    search = await gateway.search(keys.SEARCH_CANCEL, m.SearchId(search_id))
     had_ended = before is not None and before.search_id == search.id and not before.active
-    if had_ended or search.state != SearchState.CANCELLED:
-        summary = (
-            f"The search {search.id} for {_subject(search)} had ended before as {search.state}: "
-            "there was nothing to stop."
-        )
-    else:
-        summary = (
-            f"Stopped the search {search.id} for {_subject(search)} after {_spent(search)}: the "
-            f"robot brakes and stands.{_found_names(search)}"
-        )
-    return ToolResult(AgentSearchReply(summary=summary, search=search))
-
-
-def _no_search(search_id: str, problem: HttpProblem) -> ToolResult:
-    if problem.code != "unknown_search" or search_id:
-        raise problem
-    summary = "There has been no search since the planner started: the robot does not drive by one."
-    return ToolResult(AgentSearchReply(summary=summary, search=None))
+    if had_ended or search.state != m.SearchState.CANCELLED:
+        summary = f"had ended before as {search.state}: there was nothing to stop."
+        return Answer(f"The search {search.id} for {_subject(search)} {summary}", search)
+    return Answer(
+        f"Stopped the search {search.id} for {_subject(search)} after {_spent(search)}: the "
+        f"robot brakes and stands.{_found_names(search)}",
+        search,
+    )
 
 
 def budget_limits(config: GatewayConfig) -> tuple[tuple[str, float, str], ...]:
@@ -359,34 +337,34 @@ def budget_limits(config: GatewayConfig) -> tuple[tuple[str, float, str], ...]:
     )
 
 
-async def _found(gateway: GatewayContext) -> tuple[MapObject, ...]:
-    listed = await gateway.call(keys.MAP_OBJECTS, ObjectListRequest())
+async def _found(gateway: GatewayContext) -> tuple[replies.MapObject, ...]:
+    listed = await gateway.call(keys.MAP_OBJECTS, m.ObjectListRequest())
     return tuple(map(map_object, listed.objects))
 
 
-def _is_called(kept: MapObject, name: str) -> bool:
+def _is_called(kept: replies.MapObject, name: str) -> bool:
     return kept.name.casefold() == name.casefold()
 
 
-def _subject(search: SearchSnapshot) -> str:
+def _subject(search: replies.SearchSnapshot) -> str:
     return f"the place {_xy(search.place_m)}" if search.place_m else _names(search.objects)
 
 
-def _spent(search: SearchSnapshot) -> str:
+def _spent(search: replies.SearchSnapshot) -> str:
     return f"{search.elapsed_s:.0f} s and {search.path_length_m:.1f} m"
 
 
-def _found_names(search: SearchSnapshot) -> str:
+def _found_names(search: replies.SearchSnapshot) -> str:
     names = [result.name for result in search.results if result.found]
     return f" Found: {_names(names)}." if names else ""
 
 
-def _place(kept: MapObject) -> str:
+def _place(kept: replies.MapObject) -> str:
     return f"{kept.name!r} ({kept.id}) at {_xy(kept.position_m)}"
 
 
-def _described(place: MapPlace) -> str:
-    kind = "no robot enters it" if place.kind == PlaceKind.KEEP_OUT else ""
+def _described(place: place_replies.MapPlace) -> str:
+    kind = "no robot enters it" if place.kind == m.PlaceKind.KEEP_OUT else ""
     notes = [kind, "suggested" if place.suggested else "", f"{place.area_m2:.1f} m2"]
     where = _xy(place.inside_m or place.corners_m[0])
     return f"{place.name!r} at {where} ({', '.join(filter(None, notes))})"
@@ -400,38 +378,84 @@ def _names(names: Sequence[str]) -> str:
     return ", ".join(map(repr, names))
 
 
-TOOLS: Mapping[str, AgentTool] = {
-    tool.name: tool
-    for tool in (
-        AgentTool(Role.LOOK, PlacesReply, where_is),
-        AgentTool(Role.LOOK, FoundObjectsReply, list_objects),
-        AgentTool(Role.LOOK, NamedPlacesReply, list_places),
-        AgentTool(Role.LOOK, MapReply, describe_map),
-        AgentTool(Role.LOOK, SeenObjectReply, look_at),
-        AgentTool(Role.SEARCH, AgentSearchReply, start_search),
-        AgentTool(Role.LOOK, AgentSearchReply, search_status),
-        AgentTool(Role.SEARCH, AgentSearchReply, stop),
-    )
-}
-
-
 async def call_tool(
     gateway: GatewayContext, role: Role, name: str, arguments: Mapping[str, Any]
-) -> ToolResult:
-    """The result of a tool for a client of this role; raises ``HttpProblem`` with the reason."""
-    tool = TOOLS.get(name)
-    if tool is None:
+) -> types.CallToolResult:
+    """The result of a tool for a client of this role: the summary, the reply, and a picture.
+
+    What cannot be done is an error that says why.
+    """
+    try:
+        answer = await _checked_tool(role, name).run(
+            gateway, **dict(TOOLS[name].arguments.model_validate(arguments))
+        )
+    except ValidationError as error:
+        return _failed(from_validation_error(error))
+    except HttpProblem as problem:
+        return _failed(problem)
+    if TOOLS[name].role > Role.LOOK:
+        LOG.info("an agent: %s", answer.summary)
+    document = finite(answer.reply.model_dump(mode="json"))
+    content: list[types.ContentBlock] = [
+        types.TextContent(type="text", text=answer.summary),
+        # for agents that read no structures
+        types.TextContent(type="text", text=json_text(document)),
+    ]
+    if answer.picture:
+        data = base64.b64encode(answer.picture).decode("ascii")
+        kind = "image/png" if answer.picture.startswith(b"\x89PNG") else "image/jpeg"
+        content.append(types.ImageContent(type="image", data=data, mime_type=kind))
+    return types.CallToolResult(content=content, structured_content=document)
+
+
+def _checked_tool(role: Role, name: str) -> AgentTool:
+    """The tool of this name; HttpProblem unless a client of this role may call it."""
+    called = TOOLS.get(name)
+    if called is None:
         raise HttpProblem(
             "not_found", f"There is no tool {name[:60]!r}: there are {', '.join(TOOLS)}."
         )
-    if role < tool.role:
+    if role < called.role:
         raise HttpProblem(
             "forbidden",
             f"This token may only look, and {name!r} moves or stops the robot: use that of "
-            f"'gateway.{TOKENS[tool.role]}' or of a higher role.",
+            f"'gateway.{TOKENS[called.role]}' or of a higher role.",
         )
-    try:
-        asked = tool.arguments.model_validate(arguments)
-    except ValidationError as error:
-        raise from_validation_error(error) from None
-    return await tool.run(gateway, **dict(asked))
+    return called
+
+
+def _failed(problem: HttpProblem) -> types.CallToolResult:
+    reason = types.TextContent(type="text", text=problem.detail)
+    return types.CallToolResult(content=[reason], is_error=True)
+
+
+class McpResponse(Response):
+    """Answers one request of an agent whose token has ``role``; its body has been read."""
+
+    def __init__(self, gateway: GatewayContext, role: Role, message: bytes) -> None:
+        super().__init__()
+        self._gateway, self._role, self._message = gateway, role, message
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """The ASGI interface."""
+        server = Server(
+            "onemap",
+            title="OneMap",
+            instructions=INSTRUCTIONS,
+            on_list_tools=self._list_tools,
+            on_call_tool=self._call_tool,
+        )
+        manager = StreamableHTTPSessionManager(server, json_response=True, stateless=True)
+        async with manager.run():
+            await manager.handle_request(scope, replayed(self._message, receive), send)
+
+    async def _list_tools(
+        self, _context: ServerRequestContext[Any], _params: types.PaginatedRequestParams | None
+    ) -> types.ListToolsResult:
+        config = self._gateway.config
+        return types.ListToolsResult(tools=[each.described(config) for each in TOOLS.values()])
+
+    async def _call_tool(
+        self, _context: ServerRequestContext[Any], params: types.CallToolRequestParams
+    ) -> types.CallToolResult:
+        return await call_tool(self._gateway, self._role, params.name, params.arguments or {})
