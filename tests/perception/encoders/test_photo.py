@@ -34,9 +34,8 @@ from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_tools.bench.frames import rendered_frames
-from onemap_tools.bench.perception import noise
-from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.bench.scene import read_labels, recorded_frames
+from onemap_tools.models.calibration import EXCLUDED_CLASSES
 
 PHOTOGRAPHS = Path(__file__).parents[4] / "shared" / "data" / "rgbd_study"
 LABELS = Path(__file__).parents[2] / "data" / "rgbd_study.yaml"
@@ -126,11 +125,6 @@ def test_entropy_is_the_logarithm_of_how_many_classes_are_equally_likely() -> No
     shares = np.zeros((2, 1, 8), np.float32)
     shares[0, 0, 3], shares[1, 0, :4] = 1, 0.25
     assert mean_entropy(shares) == pytest.approx(np.log(4) / 2)
-
-
-def test_the_benchmark_asks_the_classifier(encoder: PhotoEncoder) -> None:
-    for width, height in ((640, 480), (320, 240)):
-        assert encoder.looks(noise(width, height))[1] is not None
 
 
 def test_positions_are_interpolated_where_their_convolutions_are_centred() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from onemap_tools.bench import fusion, perception
-from onemap_tools.bench.options import BENCHMARKS, Options, TransportBench
-from onemap_tools.bench.transport import benchmark as transport
+from onemap_tools.bench import fusion, system
+from onemap_tools.bench.options import BENCHMARKS, Options, SystemBench
 from onemap_tools.cli.app import app
 
 
@@ -44,17 +43,13 @@ def test_every_benchmark_runs_with_its_defaults_and_prints_one_object_last(
         "habitat": ["--episodes", "a", "--scenes", "b", "--out", tmp_path / "c"],
     }
     name = options.__name__.removesuffix("Bench").lower()
+    names = {field.name for field in fields(options)}
     code, text = bench(name, *required.get(name, []), "--json")
     assert code == 0, text
-    assert set(json.loads(text.splitlines()[-1])) == set(asdict(_defaults(options)))
+    assert set(json.loads(text.splitlines()[-1])) == names
     assert "going on" not in text  # progress goes to stderr
     _, table = bench(name, *required.get(name, []))
-    assert all(f"\n{field} " in f"\n{table}" for field in asdict(_defaults(options)))
-
-
-def _defaults(options: type[Options]) -> Options:
-    given = {"path", "episodes", "scenes", "out"} & set(options.__dataclass_fields__)
-    return options(**dict.fromkeys(given))
+    assert all(f"\n{field} " in f"\n{table}" for field in names)
 
 
 def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,26 +57,21 @@ def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> N
 
     def run(options: Options, _tell: object) -> dict[str, Any]:
         asked.append(options)
-        return {"results": [{"setting": "thin", "rate_hz": 8.0}]}
+        return {"sent_hz": 8.0}
 
-    monkeypatch.setattr(transport, "run", run)
-    what = ("--setting", "thin", "--setting", "narrow", "--streams", "1", "--streams", "4")
-    code, text = bench("transport", "--congestion-control", "reno", *what, "--rate", "8")
-    assert (code, text) == (0, "setting thin  rate_hz 8.0\n")
-    settings = ["thin", "narrow"]
-    assert asked == [
-        TransportBench(congestion_control="reno", setting=settings, streams=[1, 4], rate=8.0)
-    ]
+    monkeypatch.setattr(system, "run", run)
+    monkeypatch.delattr(system, "lines")
+    code, text = bench("system", "--link", "30", "--loss", "1", "--clients", "4")
+    assert (code, text.split()) == (0, ["sent_hz", "8.0"])
+    assert asked == [SystemBench(link=30.0, loss=1.0, clients=4)]
 
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
         (("fusion", "--frames", "0"), "--frames"),
-        (("perception", "--size", "640"), "size is '640'; write it like 640x480"),
+        (("system", "--size", "640"), "size is '640'; write it like 640x480"),
         (("navigation", "--method", "luck"), "'luck' is not one of"),
-        (("transport", "--setting", "fast"), "--setting is 'fast'; there are raw, window,"),
-        (("perception", "--random-weights", "--backend", "x"), "--backend is 'x'; there are mini"),
         (("habitat", "--episodes", "none"), "--scenes"),
     ],
 )
@@ -99,11 +89,3 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     code, text = bench("fusion")
     assert code == 2
     assert "needs the package 'torch': pip install -e '.[mapper]'" in text
-
-
-def test_what_could_not_be_measured_ends_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = [{"backend": "mini", "problem": "no such file"}]
-    monkeypatch.setattr(perception, "run", lambda *_: {"results": rows})
-    code, text = bench("perception")
-    assert code == 1
-    assert "backend mini  problem no such file" in text

@@ -13,14 +13,12 @@ from typing import Annotated, ClassVar, Literal
 
 from typer import Argument, Option
 
-from onemap_tools.cli.options import Config, Token, Url
-from onemap_tools.processes.network import DEFAULT_URL
+from onemap_tools.cli.options import Config, Json
 
 Device = Annotated[str, Option(help="cpu, cuda or cuda:N, as mapper.device.")]
 Threads = Annotated[int, Option(min=1, help="CPU threads of torch.")]
 Frames = Annotated[int, Option(min=1, help="Frames to measure.")]
 Seed = Annotated[int, Option(min=0, help="Of the features.")]
-Size = Annotated[str, Option(help="Of the camera's image.")]
 Style = Annotated[Literal["training", "held out"], Option(help="Of the apartments.")]
 Limit = Annotated[float, Option(min=1, help="Simulated seconds per object.")]
 
@@ -49,6 +47,7 @@ class Options:
 
     module: ClassVar[str]
     extra: ClassVar[str] = "demo"
+    as_json: Json = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,84 +112,6 @@ class PlanningBench(Options):
     side: Annotated[float, Option(min=10, max=200, help="Of the building, in metres.")] = 50.0
     steps: Annotated[int, Option(min=1, help="Of planning.")] = 300
     seed: Annotated[int, Option(min=0, help="Of the building.")] = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class PerceptionBench(Options):
-    """How long an encoder takes for one frame, on CPU and GPU.
-
-    A frame is an image of coloured squares; resizing it, copying it, the network and copying
-    the features back all count. On CUDA the network alone is timed with device
-    events too. The weights of --random-weights need no download: the time does
-    not depend on their values.
-    """
-
-    module = "perception"
-    extra = "openclip"
-    config: Config = None
-    random_weights: Annotated[
-        bool, Option("--random-weights", help="Measure backends without their weights.")
-    ] = False
-    backend: Annotated[
-        list[str] | None,
-        Option(help="With random weights: mini, photo, openclip_convnext, tipsv2; default: all."),
-    ] = None
-    architecture: Annotated[str, Option(help="Of openclip_convnext with random weights.")] = (
-        "convnext_large_d_320"  # the paper's
-    )
-    device: Annotated[list[str] | None, Option(help="Default: cpu, and cuda if there is one.")] = (
-        None
-    )
-    size: Size = "640x480"
-    frames: Frames = 30
-    threads: Annotated[
-        int | None, Option(min=1, help="CPU threads of torch; default: its own choice.")
-    ] = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class QueriesBench(Options):
-    """Which scores mean something: the floor of an encoder and how often it errs.
-
-    Generated apartments are mapped in this process from images of sampled poses.
-    Every map is then queried for each class name of mini, each synonym that was
-    never a training target (through its embedding), each alias, and words that
-    name nothing there. An object is present if the map was shown it well enough
-    and absent if the apartment has none; in between, the query does not count. An
-    answer is right if its best region lies within 1 m of such an object.
-
-    The floor, below which a map answers "nothing", is the lowest at which at most
-    one unrelated word in twenty is answered. It is chosen on apartments with odd
-    seeds; the rates are measured on those with even seeds.
-    """
-
-    module = "queries"
-    config: Config = None
-    apartments: Annotated[
-        int, Option(min=2, max=100, help="Those with odd seeds choose the floor.")
-    ] = 10
-    pictures: Annotated[int, Option(min=1, help="Images of each apartment.")] = 40
-    style: Annotated[Literal["training", "held-out", "both"], Option(help="Of the apartments.")] = (
-        "both"
-    )
-    threads: Threads = 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class RoomsBench(Options):
-    """How well rooms are told apart: against the floor plans of generated apartments.
-
-    Each apartment is mapped on a tour, with exact depth and with a stereo camera's.
-    mean_iou: over the true rooms, of their free cells with the best room found.
-    lost: rooms that 20 frames more took away without a word. Constants are chosen
-    on odd seeds and reported on even ones.
-    """
-
-    module = "rooms"
-    apartments: Annotated[int, Option(min=1, max=100, help="How many.")] = 50
-    parity: Annotated[Parity, Option(help="Of the apartments' seeds.")] = "even"
-    places: Annotated[int, Option(min=4, max=100, help="At which the camera turns around.")] = 10
-    threads: Threads = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,95 +242,43 @@ class HabitatBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClientsBench(Options):
-    """How long queries take when many clients ask a running gateway at once.
-
-    Start 'onemap up' or 'onemap demo' before, with the rate of frames that the map
-    should fuse meanwhile. Each client has a connection of its own and asks, waits
-    for the answer, and pauses. fused_hz is what the map fused while they asked.
-    """
-
-    module = "clients"
-    url: Url = DEFAULT_URL
-    token: Token = ""
-    clients: Annotated[int, Option(min=1, max=500, help="That ask.")] = 50
-    seconds: Annotated[float, Option(min=1, help="Of asking.")] = 20.0
-    new: Annotated[
-        float, Option(min=0, max=1, help="Share of texts that nobody asked for before.")
-    ] = 0.2
-    pause: Annotated[
-        float, Option(min=0, help="Seconds from a client's answer to its next question.")
-    ] = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class TransportBench(Options):
-    """What a link carries: rate and age of the fields that reach the map.
-
-    Router, robots, perception and map are processes of their own; frames are those
-    of a simulated camera with noisy depth, fields what mini makes of them, computed
-    beforehand. With --link, perception is in a network namespace of its own behind
-    a link of that rate, delay and loss (Linux, as root); without, all is on loopback.
-
-    raw: no setting. window: two frames under way. compressed: JPEG, lossless depth,
-    int8 features, 8-bit variances. thin: both. narrow: thin with 128 of mini's 384
-    channels. Ages count from the capture until the map has the field;
-    router_ms_per_frame is the router's processor time for a frame and its field.
-    """
-
-    module = "transport.benchmark"
-    link: Annotated[
-        float, Option(min=0, help="Mbit/s each way between perception and robot; 0: none.")
-    ] = 0.0
-    delay: Annotated[float, Option(min=0, help="Milliseconds each way.")] = 0.0
-    loss: Annotated[float, Option(min=0, max=50, help="Percent of packets.")] = 0.0
-    congestion_control: Annotated[
-        str, Option(help="Of TCP over the link, such as bbr or reno; default: the machine's.")
-    ] = ""
-    setting: Annotated[list[str] | None, Option(help="May be repeated; default: all.")] = None
-    streams: Annotated[
-        list[int] | None, Option(min=1, max=64, help="Robots at once; may be repeated.")
-    ] = None
-    rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second.")] = 15.0
-    encode: Annotated[float, Option(min=0, help="Milliseconds of perception a frame.")] = 30.0
-    size: Size = "320x240"
-    seconds: Annotated[float, Option(min=1, help="That count, after three others.")] = 10.0
-
-
-@dataclass(frozen=True, kw_only=True)
 class SystemBench(Options):
     """Where a frame's time goes, process by process, and what one machine carries.
 
-    Starts the real processes. One robot sends recorded frames to perception with
-    mini, and the planner searches. Several share one map: they send recorded fields
-    beside their frames, so that nothing encodes images. Recorded robots turn on
-    their places in a generated apartment and obey no command.
+    Starts the real processes. One robot sends recorded frames to perception, and the
+    planner searches. Several share one map: they send recorded fields of mini beside
+    their frames, so that nothing encodes images. Recorded robots turn on their places
+    in a generated apartment and obey no command. --config says the encoder, and
+    bus.link of robots and perception. With --link, perception is behind a link of that
+    rate, delay and loss, in a network namespace of its own (Linux, as root).
 
     taken: age of a frame when a process took it, what it waited for and the way
     included; stage: from there until the next process has the result. user, kernel
     and wakes (voluntary context switches) count per fused frame; computing is what a
-    service reports of its own step.
+    service reports of its own step. known, new: queries of the clients, for words that
+    were asked for before and for others; each asks again a second after its answer.
     """
 
     module = "system"
     robots: Annotated[int, Option(min=1, max=16, help="With one map.")] = 1
     rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second of each.")] = 15.0
     clients: Annotated[int, Option(min=0, max=500, help="That query the gateway.")] = 0
-    size: Size = "320x240"
+    link: Annotated[
+        float, Option(min=0, help="Mbit/s each way between perception and router; 0: loopback.")
+    ] = 0.0
+    delay: Annotated[float, Option(min=0, help="Of the link, milliseconds each way.")] = 0.0
+    loss: Annotated[float, Option(min=0, max=50, help="Of the link, percent of packets.")] = 0.0
+    size: Annotated[str, Option(help="Of the camera's image.")] = "320x240"
     seconds: Annotated[float, Option(min=1, help="That count.")] = 10.0
+    config: Config = None
 
 
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
     SceneBench,
-    RoomsBench,
-    QueriesBench,
     FusionBench,
     QueryBench,
     PlanningBench,
-    PerceptionBench,
-    TransportBench,
-    ClientsBench,
     SystemBench,
     HabitatBench,
 )

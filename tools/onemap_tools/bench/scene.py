@@ -41,8 +41,8 @@ from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 from onemap_tools.bench.frames import FRAME_NS, answer, map_of, rendered_frames
 from onemap_tools.bench.options import SceneBench
-from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.errors import requires_extra
+from onemap_tools.models.calibration import EXCLUDED_CLASSES
 from onemap_tools.recording.bag_file import BagError
 
 BAG_SUFFIXES = (".mcap", ".db3", ".zstd")

@@ -1,8 +1,8 @@
 """Where a frame's time goes in a whole system, and what one machine carries.
 
 Router, mapper, gateway and, for one robot, perception and planner are real processes. The robots
-live in this one: they publish what was rendered, and encoded, beforehand, and note when each stage
-takes a frame: receipts, map revisions and commands name its capture time.
+live in this one, and note when each stage takes a frame: receipts, map revisions and commands name
+its capture time.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ import json
 import math
 import os
 import subprocess
+import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -26,156 +27,97 @@ import numpy as np
 import psutil
 import yaml
 
-from onemap_perception.config import MiniParams
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.protocol import ImageEncoder
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared import keys
-from onemap_shared.config import PREFIX, BusConfig
-from onemap_shared.geometry import F64, inverse, pose_2d
-from onemap_shared.keys import Topic
-from onemap_shared.messages import Heartbeat, Odometry, SearchRequest
-from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_shared.config import PREFIX, BusConfig, LinkParams, read, section
+from onemap_shared.frame_sender import compressions
+from onemap_shared.geometry import F64, pose_2d
+from onemap_shared.messages import SearchRequest
+from onemap_shared.transport import CallError
 from onemap_shared.wire import decode, encode
-from onemap_simulator.config import ODOMETRY_HZ
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import TRAINING
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench import clients
+from onemap_tools.bench.link import EmulatedLink, LinkShape, emulated_link
 from onemap_tools.bench.machine import best_ms, parse_size
 from onemap_tools.bench.options import SystemBench
-from onemap_tools.bench.transport.benchmark import APARTMENT, Stream, make_stream
+from onemap_tools.bench.recorded_robot import (
+    COMMAND,
+    MAP,
+    STAGES,
+    VIEWS,
+    WAIT_S,
+    RecordedRobot,
+    make_stream,
+)
 from onemap_tools.errors import CliError
 from onemap_tools.processes.launch import Processes, ProcessSpec, onemap_command
 from onemap_tools.processes.network import LOOPBACK, accepts_connections, any_free_port
 from onemap_tools.processes.session import temporary_session
 
-VIEWS = 16  # of a turn
+APARTMENT = 800  # encoders are trained from 1000 on
 CLEARANCE_M = 0.4
-BUFFERED = 64  # messages between two looks of a thread
-WAIT_S = 0.2
+PERCEPTION_FILE = "perception.yaml"
 START_S = 240.0  # with kernels to compile on a busy machine
 WARM_UP_S = 2.0
 TARGET = "bathtub"  # the apartment has none, so that the search goes on
-# What says that a frame has come so far, in order, by the process that then has it.
-STAGES: Mapping[str, Topic[Any]] = {
-    "perception": keys.RGBD_RECEIPTS,
-    "mapper": keys.FIELD_RECEIPTS,
-    (MAP := "planner"): keys.MAP_REVISION,
-    (COMMAND := "command"): keys.ROBOT_CMD_VEL,
-}
-HEALTH = "health"
 COMPUTING = {"perception": ("encode_ms", "detect_ms"), "mapper": ("update_ms",)}
 COMPUTING |= {"planner": ("plan_ms",)}
 
 
-class RecordedRobot:
-    """Publishes a stream's frames; with an encoder, whose fields they are, the fields too.
-
-    ages: by stage and capture time, when a frame was first there (monotonic, seconds) and how old
-    it was (seconds). sent: when frames were published.
-    """
-
-    def __init__(self, bus: Bus, stream: Stream, encoder: ImageEncoder | None) -> None:
-        self.bus, self.stream, self.encoder = bus, stream, encoder
-        self.sent: list[float] = []
-        self.ages: dict[str, dict[int, tuple[float, float]]] = {name: {} for name in STAGES}
-        self.beats: list[tuple[float, Heartbeat]] = []
-        self._body = stream.T_map_camera[0]
-        if encoder is not None:
-            bus.serve(keys.EMBED_TEXT, lambda request: encoder.embed_text(request.texts))
-
-    @property
-    def fused(self) -> list[float]:
-        """When a frame of it was new in the map."""
-        return [at for stamp_ns, (at, _) in self.ages[MAP].copy().items() if stamp_ns]
-
-    def start(self, rate_hz: float, wait_s: float, stop: threading.Event) -> list[threading.Thread]:
-        """Its threads; the first frame comes after ``wait_s``."""
-        followed = {**STAGES, HEALTH: keys.ALL_HEARTBEATS}
-        inboxes = {name: self.bus.subscribe(topic, BUFFERED) for name, topic in followed.items()}
-        jobs = [partial(self._follow, name, inbox, stop) for name, inbox in inboxes.items()]
-        jobs += [partial(self._publish, rate_hz, wait_s, stop), partial(self._move, rate_hz, stop)]
-        threads = [threading.Thread(target=job, daemon=True) for job in jobs]
-        for thread in threads:
-            thread.start()
-        return threads
-
-    def _publish(self, rate_hz: float, wait_s: float, stop: threading.Event) -> None:
-        frames, fields = self.bus.publish(keys.ROBOT_RGBD), self.bus.publish(keys.FIELD)
-        mount = inverse(CameraParams().mount)
-        due_s = time.monotonic() + wait_s
-        while not stop.wait(max(due_s - time.monotonic(), 0.0)):
-            frame = self.stream.frame(len(self.sent), time.time_ns())
-            self._body = frame.T_map_camera @ mount
-            frames.put(frame)
-            if self.encoder is not None:
-                names = {name: getattr(self.encoder, name) for name in ("encoder_id", "text_space")}
-                fields.put(replace(self.stream.field(frame), **names))
-            self.sent.append(time.monotonic())
-            due_s = max(due_s + 1.0 / rate_hz, time.monotonic())
-
-    def _move(self, rate_hz: float, stop: threading.Event) -> None:
-        poses, number = self.bus.publish(keys.ROBOT_ODOMETRY), 0
-        while not stop.wait(1.0 / ODOMETRY_HZ):
-            turning_radps = 2 * math.pi / VIEWS * rate_hz
-            poses.put(Odometry(number, time.time_ns(), self._body, 0.0, turning_radps))
-            number += 1
-
-    def _follow(self, name: str, inbox: Subscription[Any], stop: threading.Event) -> None:
-        message: Any = None
-        while message is not None or not stop.is_set():  # at the end, what has come by then
-            message = inbox.take(0.0 if stop.is_set() else WAIT_S)
-            now_s, now_ns = time.monotonic(), time.time_ns()
-            if name == HEALTH and message is not None:
-                self.beats.append((now_s, message))
-            elif message is not None:
-                stamp_ns = message.frame_ns if name == COMMAND else message.stamp_ns
-                self.ages[name].setdefault(stamp_ns, (now_s, (now_ns - stamp_ns) * 1e-9))
-
-
 def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
-    """A row for each process, and what frames and queries took; ValueError for a wrong size."""
+    """A row for each process, and what frames and queries took; ValueError for a wrong option."""
+    sections, size_px = read(options.config), parse_size(options.size)
+    params = section(sections, "perception", PerceptionConfig)
+    link = section(sections, "bus", BusConfig).link
     tell("renders and encodes the frames")
-    encoder = make_encoder(MiniParams())
-    stream = make_stream(MiniParams(), parse_size(options.size), bodies=turns(options.robots))
+    try:
+        encoder = make_encoder(params.encoder)
+    except BackendError as problem:
+        raise ValueError(str(problem)) from problem
+    scene = generate_apartment(APARTMENT, TRAINING)
+    names = tuple(f"bench/r{number}" for number in range(options.robots))
+    stream = make_stream(encoder, scene, size_px, turns(scene, options.robots))
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        endpoint, port = f"tcp/{LOOPBACK}:{any_free_port()}", any_free_port()
-        specs = specs_of(options.robots, Path(folder), endpoint, port)
+        remote = None
+        if options.link:
+            shape = LinkShape(options.link * 1e6, options.delay * 1e-3, options.loss * 1e-2)
+            remote = stack.enter_context(emulated_link(shape))
+        system = System(Path(folder), names, any_free_port(), any_free_port(), remote)
+        system.configure(sections.get("perception", {}), link)
         clean = {name: v for name, v in os.environ.items() if not name.startswith(PREFIX)}
-        processes = stack.enter_context(Processes(specs, Path(folder), clean))
+        processes = stack.enter_context(Processes(system.specs(), system.folder, clean))
         processes.start()
-        until(lambda: accepts_connections(endpoint), "a router", processes)
+        until(lambda: accepts_connections(system.endpoint), "a router", processes)
         robots = []
-        for number, name in enumerate(namespaces(options.robots)):
-            config = BusConfig(connect=(endpoint,), namespace=name)
+        for number, name in enumerate(names):
+            config = BusConfig(connect=(system.endpoint,), namespace=name, link=link)
             bus = stack.enter_context(temporary_session(config, "robot", START_S))
-            own = slice(number * VIEWS, (number + 1) * VIEWS)
-            part = Stream(**{name: values[own] for name, values in vars(stream).items()})
-            robots.append(RecordedRobot(bus, part, encoder if options.robots > 1 else None))
+            own = encoder if options.robots > 1 else None
+            robots.append(RecordedRobot(bus, stream.part(number), own))
         stop, threads = threading.Event(), []
         try:
             for number, robot in enumerate(robots):
                 threads += robot.start(options.rate, number / options.robots / options.rate, stop)
             tell("waits for the map")
-            begin(robots, processes, f"{LOOPBACK}:{port}")
+            begin(robots, processes, system.gateway)
             tell(f"measures for {options.seconds:g} s")
-            pids = {**processes.pids, "robots": os.getpid()}
-            result = measure(options, robots, pids, f"{LOOPBACK}:{port}")
+            result = measure(options, robots, {**processes.pids, "robots": os.getpid()}, system)
         finally:
             stop.set()
             for thread in threads:
                 thread.join()
-        return result | {"wire": wire_costs(robots[0])}
+        return result | {"wire": wire_costs(robots[0], encoder, link)}
 
 
-def namespaces(robots: int) -> list[str]:
-    """That of each robot."""
-    return [f"bench/r{number}" for number in range(robots)]
-
-
-def turns(robots: int) -> list[F64]:
+def turns(scene: Scene, robots: int) -> list[F64]:
     """``VIEWS`` poses T_map_body of a turn on the spot for each robot; the first at the start."""
-    scene = generate_apartment(APARTMENT, TRAINING)
     collision = CollisionMap.of(scene, CameraParams().height_m)
     free = collision.reachable_cells(*scene.start[:2], CLEARANCE_M)
     places = collision.grid.centres(np.argwhere(free))
@@ -185,20 +127,69 @@ def turns(robots: int) -> list[F64]:
     return [pose_2d(float(x), float(y), float(yaw)) for x, y in chosen for yaw in yaws]
 
 
-def specs_of(robots: int, folder: Path, endpoint: str, port: int) -> list[ProcessSpec]:
-    """The processes, configured by a file in the folder."""
-    own, *others = names = namespaces(robots)
-    content: dict[str, Any] = {
-        "bus": {"connect": [endpoint], "namespace": own},
-        "gateway": {"port": port, "robots": {name.rpartition("/")[2]: name for name in others}},
-        "mapper": {"map_folder": str(folder), "robots": names if others else []},
-        "planner": {"state_dir": str(folder)},
-    }
-    file = folder / "system.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
-    services = ("mapper", "gateway") if others else ("perception", "mapper", "planner", "gateway")
-    router = ProcessSpec("router", onemap_command("router", "--listen", endpoint), last=True)
-    return [router, *(ProcessSpec(n, onemap_command(n, "--config", str(file))) for n in services)]
+@dataclass(frozen=True, slots=True)
+class System:
+    """The processes and their configuration. names: of the robots, their namespaces; remote: the
+    link that perception is behind, if there is one."""
+
+    folder: Path
+    names: tuple[str, ...]
+    router_port: int
+    gateway_port: int
+    remote: EmulatedLink | None
+
+    @property
+    def endpoint(self) -> str:
+        """Of the router, for all but what is behind the link."""
+        return f"tcp/{LOOPBACK}:{self.router_port}"
+
+    @property
+    def far_endpoint(self) -> str:
+        """Of the router, for perception."""
+        host = self.remote.addresses[0] if self.remote else LOOPBACK
+        return f"tcp/{host}:{self.router_port}"
+
+    @property
+    def gateway(self) -> str:
+        """Its address."""
+        return f"{LOOPBACK}:{self.gateway_port}"
+
+    @property
+    def file(self) -> Path:
+        """The configuration of all but perception."""
+        return self.folder / "system.yaml"
+
+    def configure(self, perception: object, link: LinkParams) -> None:
+        """Write the configuration."""
+        own, *others = self.names
+        content: dict[str, Any] = {
+            "bus": {"connect": [self.endpoint], "namespace": own},
+            "gateway": {
+                "port": self.gateway_port,
+                "robots": {name.rpartition("/")[2]: name for name in others},
+            },
+            "mapper": {
+                "map_folder": str(self.folder),
+                "robots": list(self.names) if others else [],
+            },
+            "planner": {"state_dir": str(self.folder)},
+        }
+        self.file.write_text(yaml.safe_dump(content), encoding="utf-8")
+        bus = {"connect": [self.far_endpoint], "namespace": own, "link": link.model_dump()}
+        far = yaml.safe_dump({"bus": bus, "perception": perception})
+        (self.folder / PERCEPTION_FILE).write_text(far, encoding="utf-8")
+
+    def specs(self) -> list[ProcessSpec]:
+        """Router, mapper, gateway and, for one robot, perception and planner."""
+        listen = [w for end in {self.endpoint, self.far_endpoint} for w in ("--listen", end)]
+        file, alone = str(self.file), len(self.names) == 1
+        commands = {"router": onemap_command("router", *listen)}
+        for name in ("mapper", "planner", "gateway") if alone else ("mapper", "gateway"):
+            commands[name] = onemap_command(name, "--config", file)
+        if alone:
+            own = onemap_command("perception", "--config", str(self.folder / PERCEPTION_FILE))
+            commands["perception"] = (*(self.remote.there if self.remote else ()), *own)
+        return [ProcessSpec(n, command, last=n == "router") for n, command in commands.items()]
 
 
 def until(true: Callable[[], object], what: str, processes: Processes) -> None:
@@ -231,32 +222,31 @@ def begin(robots: Sequence[RecordedRobot], processes: Processes, gateway: str) -
 
 def asking(options: SystemBench, gateway: str) -> subprocess.Popen[str]:
     """The clients, when they begin to ask."""
-    many = ("--clients", str(options.clients), "--seconds", str(options.seconds))
-    command = onemap_command("bench", "clients", "--url", f"http://{gateway}", *many, "--json")
+    numbers = str(options.clients), str(options.seconds)
+    command = (sys.executable, "-m", clients.__name__, f"http://{gateway}", *numbers)
     pipe = subprocess.PIPE
-    clients = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
-    assert clients.stderr is not None
-    clients.stderr.readline()
-    return clients
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
+    assert process.stdout is not None
+    process.stdout.readline()
+    return process
 
 
 def measure(
-    options: SystemBench, robots: Sequence[RecordedRobot], pids: dict[str, int], gateway: str
+    options: SystemBench, robots: Sequence[RecordedRobot], pids: dict[str, int], system: System
 ) -> dict[str, Any]:
     """The result of a system in which all frames go their way; pids: of its processes."""
     time.sleep(WARM_UP_S)
     result: dict[str, Any] = {"benchmark": "system", "robots": len(robots)}
-    clients = asking(options, gateway) if options.clients else None
-    pids |= {"clients": clients.pid} if clients else {}
+    asked = asking(options, system.gateway) if options.clients else None
+    pids |= {"clients": asked.pid} if asked else {}
     begun_s, before = time.monotonic(), {name: usage(pid) for name, pid in pids.items()}
     time.sleep(options.seconds)
     ended_s, after = time.monotonic(), {name: usage(pid) for name, pid in pids.items()}
-    if clients is not None:
-        output, problems = clients.communicate(timeout=START_S)
-        if clients.returncode:
+    if asked is not None:
+        output, problems = asked.communicate(timeout=START_S)
+        if asked.returncode:
             raise CliError(problems)
-        asked = json.loads(output.splitlines()[-1])
-        result |= {name: asked[name] for name in ("queries_per_s", "known", "new")}
+        result |= json.loads(output.splitlines()[-1])
     window, seconds = (begun_s, ended_s), ended_s - begun_s
     sent = sum(begun_s <= at < ended_s for robot in robots for at in robot.sent)
     fused = [sum(begun_s <= at < ended_s for at in robot.fused) for robot in robots]
@@ -321,13 +311,15 @@ def ages_ms(
     return [round(float(q), 1) for q in np.quantile(found, (0.5, 0.95))] if found else None
 
 
-def wire_costs(robot: RecordedRobot) -> dict[str, float]:
+def wire_costs(robot: RecordedRobot, encoder: ImageEncoder, link: LinkParams) -> dict[str, float]:
     """kB of a frame and of a field, and processor time to make bytes of them and to read them."""
     costs, frame = {}, robot.stream.frame(0, 1)
-    for name, message in (("frame", frame), ("field", robot.stream.field(frame))):
-        packet, kind = encode(message), type(message)
+    field = robot.stream.field(frame, encoder.encoder_id, encoder.text_space)
+    for name, message in (("frame", frame), ("field", field)):
+        how = compressions(type(message), link.compression)
+        packet, kind = encode(message, how), type(message)
         costs[f"{name}_kb"] = round((len(packet.header) + len(packet.body)) / 1e3, 1)
-        costs[f"{name}_encode_ms"] = best_ms(partial(encode, message), time.thread_time, 10)
+        costs[f"{name}_encode_ms"] = best_ms(partial(encode, message, how), time.thread_time, 10)
         costs[f"{name}_decode_ms"] = best_ms(partial(decode, kind, packet), time.thread_time, 10)
     return costs
 

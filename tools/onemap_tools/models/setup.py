@@ -27,8 +27,8 @@ from onemap_tools.models.known import MEGABYTE, download, model_errors
 
 GIGABYTE = 1e9
 NUMBER_BYTES = 4  # weights are loaded in single precision, whatever their file holds
-# torch, its libraries and one image of 640 x 480: 'onemap bench perception --random-weights'
-# measured 0.6 and 0.8 GB beside the weights of tipsv2 and openclip_convnext on a CPU.
+# torch, its libraries and one image of 640 x 480: 0.6 and 0.8 GB were measured beside the weights
+# of tipsv2 and openclip_convnext on a CPU.
 ALLOWANCE_BYTES = 1_000_000_000
 CGROUP = Path("/sys/fs/cgroup")
 TRIAL_PX = (640, 480)  # the image that the models must see before the file is written

@@ -104,7 +104,7 @@ def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
     if dropped_floor:
         typer.echo(
             f"the floor {dropped_floor:g} was of the weights before and is dropped: "
-            "'onemap bench queries --config' measures that of these"
+            "'onemap models calibrate --config' measures that of these"
         )
 
 

@@ -103,7 +103,7 @@ class Calibration:
     embedding that is added to a query's own. sharpness: factor of the cosine in the softmax that
     weights those classes. synonym: cosine to the query from which a class or neutral word does
     not compete with it. floor: best score below which a query is answered "not here", measured
-    by ``onemap bench queries``; 0: not measured. placed: highest cosine to any class below which
+    by ``onemap models calibrate``; 0: not measured. placed: highest cosine to any class below which
     a word counts as unlike all of them; 0.45 excludes nine in ten random strings of letters and,
     of the held-out synonyms, only "telly".
     """

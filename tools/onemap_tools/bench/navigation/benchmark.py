@@ -62,7 +62,7 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
 def described(options: NavigationBench) -> dict[str, Any]:
     """The options as a JSON object, with the settings of the services."""
     document = asdict(options)
-    for name in ("workers", "out", "beside", "config"):  # what says nothing of the task
+    for name in ("as_json", "workers", "out", "beside", "config"):  # what says nothing of the task
         del document[name]
     if options.goals == "names":
         del document["goals"]

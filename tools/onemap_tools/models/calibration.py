@@ -1,9 +1,16 @@
-"""Scores of present and absent objects: the floor of an encoder and its error rates."""
+"""``onemap models calibrate``: the floor of an encoder, and how often its answers err.
+
+Generated apartments are mapped in this process from images of sampled poses. Each map is then
+asked for every class name of mini, each synonym that was never a training target (by its
+embedding), each alias, and words that name nothing there. An object is present if the map was shown
+it well enough, absent if the apartment has none; in between, the query does not count.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,13 +38,11 @@ from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.frames import answer, map_of, rendered_frames
 from onemap_tools.bench.machine import machine_facts
-from onemap_tools.bench.options import QueriesBench
 
 SEEDS = tuple(range(800, 900))  # encoders are evaluated on 900 to 999, trained from 1000 on
 MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one image: three patches of 8 x 8
 MAX_OBSERVED_RANGE_M = 4.0  # beyond, the released model's confidence is below a quarter
 FLOORS = tuple(round(0.01 * step, 2) for step in range(1, 100))
-SHOWN_FLOORS = (0.0, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 MAX_FALSE_POSITIVE_RATE = 0.05  # of unrelated words, at the chosen floor
 NEAR_M = 1.0  # horizontal distance from a region's centre to the object
 # Everywhere, or above the map's height limit.
@@ -57,7 +62,8 @@ RAW_GROUPS = (
     "synonyms",
     "unrelated",
 )  # asked for whatever the encoder answers as a class or refuses
-STYLES = {"training": (TRAINING,), "held-out": (HELD_OUT,), "both": (TRAINING, HELD_OUT)}
+STYLES = (TRAINING, HELD_OUT)
+IMAGES = 40  # of each apartment
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,10 +95,15 @@ class MappedScene:
     observed: frozenset[str]
 
 
-def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
-    """The floor chosen on odd seeds and the rates on even ones."""
-    torch.set_num_threads(options.threads)
-    config = load(options.config, "perception", PerceptionConfig)[2].encoder
+def calibrate(
+    path: Path | None, apartments: int, tell: Callable[[str], None], *, images: int = IMAGES
+) -> dict[str, Any]:
+    """The floor chosen on odd seeds and the rates on even ones, of the encoder of a configuration.
+
+    ValueError if there is no such encoder, or no floor keeps unrelated words unanswered.
+    """
+    torch.set_num_threads(1)
+    config = load(path, "perception", PerceptionConfig)[2].encoder
     try:
         encoder = raw = make_encoder(config)
         if isinstance(config, ShippedParams):
@@ -105,17 +116,15 @@ def run(options: QueriesBench, tell: Callable[[str], None]) -> dict[str, Any]:
         for word in query_words(load_vocabulary(SHIPPED))
     ]
     outcomes: list[QueryOutcome] = []
-    for number, seed in enumerate(SEEDS[: options.apartments], 1):
-        for style in STYLES[options.style]:
-            mapped = map_scene(generate_apartment(seed, style), encoder, seed, options.pictures)
+    for number, seed in enumerate(SEEDS[:apartments], 1):
+        for style in STYLES:
+            mapped = map_scene(generate_apartment(seed, style), encoder, seed, images)
             outcomes += query_map(mapped, questions, seed)
-        tell(f"{number} of {options.apartments} apartments")
+        tell(f"{number} of {apartments} apartments")
     return {
-        "benchmark": "queries",
         "encoder_id": encoder.encoder_id,
-        "apartments": options.apartments,
-        "pictures": options.pictures,
-        "styles": [style.name for style in STYLES[options.style]],
+        "apartments": apartments,
+        "images": images,
         **summarise(outcomes),
         **machine_facts(),
     }
@@ -183,7 +192,7 @@ def distance_m(scene: Scene, category: str, place: F32) -> float:
 
 
 def summarise(outcomes: Sequence[QueryOutcome]) -> dict[str, Any]:
-    """The floor, and the rates of each group of words at it and at others."""
+    """The floor, and the rates of each group of words at it and without one."""
     floor = choose_floor([one for one in outcomes if one.seed % 2])
     even = [one for one in outcomes if not one.seed % 2]
     groups = {
@@ -193,10 +202,7 @@ def summarise(outcomes: Sequence[QueryOutcome]) -> dict[str, Any]:
     return {
         "floor": floor,
         "rates": {group: rates(each, floor) for group, each in groups.items()},
-        "at": {
-            f"{shown:g}": {group: rates(each, shown) for group, each in groups.items()}
-            for shown in SHOWN_FLOORS
-        },
+        "without_floor": {group: rates(each, 0.0) for group, each in groups.items()},
     }
 
 
@@ -228,12 +234,9 @@ def _share(flags: Sequence[bool]) -> float | None:
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The report as a table."""
-    head = (
-        f"encoder {result['encoder_id']}: floor {result['floor']:g}, chosen and "
-        f"measured on {result['apartments']} apartments of {result['pictures']} pictures"
-    )
     rows = [
-        head,
+        f"encoder {result['encoder_id']}: floor {result['floor']:g}, chosen and "
+        f"measured on {result['apartments']} apartments of {result['images']} images",
         f"{'words':12}{'absent':>8}{'answered':>10}{'present':>9}{'answered':>10}{'right':>8}",
     ]
     for group, each in result["rates"].items():

@@ -1,9 +1,8 @@
-"""A link between two network namespaces of this machine: rate, delay, loss, a full buffer.
+"""A link to a network namespace of this machine: rate, delay, loss, a full buffer.
 
-``emulated_link`` makes the namespaces and starts ``python -m onemap_tools.bench.transport.link NAME
-NAME RATE_BPS DELAY_S LOSS``, which makes the interface ``link0`` in both, says "ready", passes the
-packets on, and answers every line on its standard input with the bytes carried each way and the
-packets dropped. Linux, as root.
+``emulated_link`` makes the namespace and starts ``python -m onemap_tools.bench.link NAME RATE_BPS
+DELAY_S LOSS``, which makes an interface of that name here and there, says "ready", and passes the
+packets on until its standard input is closed. Linux, as root.
 """
 
 from __future__ import annotations
@@ -28,8 +27,6 @@ import numpy as np
 BUFFER_S = 0.1  # of a full queue, as access points keep it; what comes then is dropped
 MIN_BUFFER_BYTES = 64 * 1024  # of slow links: a few packets of every connection
 TUN = Path("/dev/net/tun")
-ADDRESSES = ("10.77.0.1", "10.77.0.2")  # of the robot's side and the other one
-CONGESTION_CONTROL = "/proc/sys/net/ipv4/tcp_congestion_control"
 TUNSETIFF = 0x400454CA
 IFF_TUN, IFF_NO_PI = 0x0001, 0x1000
 CLONE_NEWNET = 0x40000000
@@ -54,7 +51,6 @@ class PacketQueue:
 
     shape: LinkShape
     rng: np.random.Generator
-    carried_bytes: int = 0
     dropped: int = 0
     _free_s: float = 0.0  # when the last packet has left
     _under_way: deque[tuple[float, bytes]] = field(default_factory=deque)
@@ -75,7 +71,6 @@ class PacketQueue:
         packets = []
         while self._under_way and self._under_way[0][0] <= now_s:
             packets.append(self._under_way.popleft()[1])
-            self.carried_bytes += len(packets[-1])
         return packets
 
     def next_s(self) -> float | None:
@@ -104,54 +99,46 @@ def emulation_problem() -> str:
 
 @dataclass(frozen=True, slots=True)
 class EmulatedLink:
-    """Two namespaces, and the process that passes packets between them."""
+    """name: of the namespace, and of the interfaces. addresses: here, and on the other side."""
 
-    names: tuple[str, str]
-    process: subprocess.Popen[str]
+    name: str
+    addresses: tuple[str, str]
 
-    def command(self, side: int, *command: str) -> tuple[str, ...]:
-        """A command line that runs ``command`` in the namespace of side 0 or 1."""
-        return ("ip", "netns", "exec", self.names[side], *command)
-
-    def carried(self) -> dict[str, int]:
-        """Bytes from side 0 to 1 (``up``) and back (``down``) so far, and packets dropped."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
-        counts = map(int, self.process.stdout.readline().split())
-        return dict(zip(("up", "down", "dropped"), counts, strict=True))
+    @property
+    def there(self) -> tuple[str, ...]:
+        """The words that, before a command, run it on the other side."""
+        return ("ip", "netns", "exec", self.name)
 
 
 @contextmanager
-def emulated_link(shape: LinkShape, congestion_control: str = "") -> Iterator[EmulatedLink]:
-    """A link while the context lasts.
-
-    ``congestion_control`` of TCP in both namespaces, for example cubic; empty: the machine's.
-    ValueError where no link can be emulated.
-    """
-    names = (f"onemap-{os.getpid()}-a", f"onemap-{os.getpid()}-b")
+def emulated_link(shape: LinkShape) -> Iterator[EmulatedLink]:
+    """A link while the context lasts; ValueError where none can be emulated."""
+    if problem := emulation_problem():
+        raise ValueError(problem)
+    name, subnet = f"onemap-{os.getpid()}", f"10.77.{os.getpid() % 256}"
+    link = EmulatedLink(name, (f"{subnet}.1", f"{subnet}.2"))
+    own, other = link.addresses
     with ExitStack() as stack:
-        for name in names:
-            _run("ip", "netns", "add", name)
-            stack.callback(_run, "ip", "netns", "del", name)
-            _run("ip", "-n", name, "link", "set", "lo", "up")
+        _run("ip", "netns", "add", name)
+        stack.callback(_run, "ip", "netns", "del", name)
         numbers = map(str, (shape.rate_bps, shape.delay_s, shape.loss))
-        command = [sys.executable, "-m", f"{__package__}.link", *names, *numbers]
         process = stack.enter_context(
-            subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            subprocess.Popen(
+                [sys.executable, "-m", __name__, name, *numbers],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
         )
         stack.callback(process.terminate)
         assert process.stdout is not None
         if process.stdout.readline() != "ready\n":
             raise ValueError(f"the link could not be made: is {TUN} allowed here?")
-        for name, own, other in zip(names, ADDRESSES, reversed(ADDRESSES), strict=True):
-            _run("ip", "-n", name, "addr", "add", own, "peer", other, "dev", "link0")
-            _run("ip", "-n", name, "link", "set", "link0", "up")
-            if congestion_control:
-                write = f"echo {congestion_control} > {CONGESTION_CONTROL}"
-                _run("ip", "netns", "exec", name, "sh", "-c", write)
-        yield EmulatedLink(names, process)
+        for before, here, peer in ((), own, other), (link.there, other, own):
+            _run(*before, "ip", "addr", "add", here, "peer", peer, "dev", name)
+            _run(*before, "ip", "link", "set", name, "up")
+        _run(*link.there, "ip", "link", "set", "lo", "up")
+        yield link
 
 
 def _run(*command: str) -> None:
@@ -161,33 +148,37 @@ def _run(*command: str) -> None:
         raise ValueError(f"'{' '.join(command)}' failed: {reason}")
 
 
-def open_interface(namespace: str) -> int:
-    """A descriptor that reads and writes the packets of ``link0`` in a namespace."""
+def open_interface(name: str) -> int:
+    """A descriptor that reads and writes the packets of an interface of this namespace."""
+    tun = os.open(TUN, os.O_RDWR | os.O_NONBLOCK)
+    fcntl.ioctl(tun, TUNSETIFF, struct.pack("16sH", name.encode(), IFF_TUN | IFF_NO_PI))
+    return tun
+
+
+def enter(namespace: str) -> None:
+    """Move this thread to a network namespace."""
     libc = ctypes.CDLL(None, use_errno=True)
     place = os.open(f"/run/netns/{namespace}", os.O_RDONLY)
     if libc.setns(place, CLONE_NEWNET) != 0:
         raise OSError(ctypes.get_errno(), f"cannot enter the namespace {namespace}")
     os.close(place)
-    tun = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
-    fcntl.ioctl(tun, TUNSETIFF, struct.pack("16sH", b"link0", IFF_TUN | IFF_NO_PI))
-    return tun
 
 
-def pass_packets(names: tuple[str, str], shape: LinkShape) -> None:
+def pass_packets(namespace: str, shape: LinkShape) -> None:
     """Pass packets on until standard input is closed."""
-    ends = [open_interface(name) for name in names]
+    here = open_interface(namespace)
+    enter(namespace)
+    there = open_interface(namespace)
     rngs = np.random.default_rng(0).spawn(2)
-    up, down = (PacketQueue(shape, rng) for rng in rngs)
-    ways = ((ends[0], up, ends[1]), (ends[1], down, ends[0]))
+    there_queue, back_queue = (PacketQueue(shape, rng) for rng in rngs)
+    ways = ((here, there_queue, there), (there, back_queue, here))
     print("ready", flush=True)
     while True:
         due = [at for _, queue, _ in ways if (at := queue.next_s()) is not None]
         wait_s = max(min(due) - time.monotonic(), 0.0) if due else IDLE_S
-        readable, _, _ = select.select([*ends, sys.stdin], [], [], wait_s)
+        readable, _, _ = select.select([here, there, sys.stdin], [], [], wait_s)
         if sys.stdin in readable:
-            if not sys.stdin.readline():
-                return
-            print(up.carried_bytes, down.carried_bytes, up.dropped + down.dropped, flush=True)
+            return
         for source, queue, sink in ways:
             if source in readable:
                 _read(source, queue)
@@ -203,5 +194,4 @@ def _read(source: int, queue: PacketQueue) -> None:
 
 
 if __name__ == "__main__":
-    rate_bps, delay_s, loss = map(float, sys.argv[3:6])
-    pass_packets((sys.argv[1], sys.argv[2]), LinkShape(rate_bps, delay_s, loss))
+    pass_packets(sys.argv[1], LinkShape(*map(float, sys.argv[2:5])))

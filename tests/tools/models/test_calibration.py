@@ -11,9 +11,8 @@ from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench import queries
-from onemap_tools.bench.options import QueriesBench
-from onemap_tools.bench.queries import QueryOutcome, QueryWord
+from onemap_tools.models import calibration
+from onemap_tools.models.calibration import QueryOutcome, QueryWord
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
 
@@ -35,7 +34,7 @@ def outcome(
 def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
     vocabulary = load_vocabulary(SHIPPED)
-    words = queries.query_words(vocabulary)
+    words = calibration.query_words(vocabulary)
     MiniEncoder(MiniParams(), raw=True).embed_text([word.text for word in words])
     named = {
         word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
@@ -46,7 +45,7 @@ def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch
 
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     encoder = ColourEncoder()
-    mapped = queries.map_scene(room, encoder, seed=3, images=12)
+    mapped = calibration.map_scene(room, encoder, seed=3, images=12)
     assert mapped.observed >= {"sofa", "ball", "floor"}
     assert mapped.belief.frames_fused == 12
     words = (
@@ -54,8 +53,8 @@ def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
         QueryWord("blue", "", "unrelated"),
         QueryWord("green", "bed", "names"),
     )
-    questions = [(word, queries._query(word, encoder)) for word in words]
-    red, blue, green = queries.query_map(mapped, questions, 3)
+    questions = [(word, calibration._query(word, encoder)) for word in words]
+    red, blue, green = calibration.query_map(mapped, questions, 3)
     assert (red.present, red.near) == (True, True)
     assert (blue.present, blue.near) == (False, False)
     assert not green.present
@@ -65,17 +64,16 @@ def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
 def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
     monkeypatch: pytest.MonkeyPatch, room: Scene
 ) -> None:
-    monkeypatch.setattr(queries, "generate_apartment", lambda seed, style: room)
+    monkeypatch.setattr(calibration, "generate_apartment", lambda seed, style: room)
     told: list[str] = []
-    options = QueriesBench(apartments=2, pictures=3, style="training")
-    document = queries.run(options, told.append)
-    assert (document["benchmark"], document["pictures"]) == ("queries", 3)
+    document = calibration.calibrate(None, 2, told.append, images=3)
+    assert document["images"] == 3
     assert document["encoder_id"].startswith("mini-")
     assert told == ["1 of 2 apartments", "2 of 2 apartments"]
     assert 0 < document["floor"] < 1
     assert set(document["rates"]) == {"names", "synonyms", "aliases", "unrelated"}
     json.dumps(document, allow_nan=False)
-    head, columns, *rows = queries.lines(document)
+    head, columns, *rows = calibration.lines(document)
     assert f"floor {document['floor']:g}" in head
     assert columns.split()[0] == "words"
     assert [row.split()[0] for row in rows] == list(document["rates"])
@@ -84,30 +82,30 @@ def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
 def test_rates_count_absent_and_present_words_apart() -> None:
     present = [outcome(SOFA, score, near=near) for score, near in ((0.9, True), (0.5, False))]
     answers = [*present, outcome(SOFA, 0.1, near=True), outcome(SOFA, 0.4), outcome(SOFA, 0.2)]
-    assert queries.rates(answers, 0.3) == {
+    assert calibration.rates(answers, 0.3) == {
         "absent": 2,
         "false_positive_rate": 0.5,
         "present": 3,
         "answered_rate": 0.667,
         "right_rate": 0.333,
     }
-    assert queries.rates([], 0.3)["right_rate"] is None
+    assert calibration.rates([], 0.3)["right_rate"] is None
 
 
 def test_the_floor_lets_one_unrelated_word_in_twenty_through() -> None:
     answers = [outcome(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
-    floor = queries.choose_floor([*answers, outcome(SOFA, 0.99)])
+    floor = calibration.choose_floor([*answers, outcome(SOFA, 0.99)])
     assert floor == 0.19
-    assert queries.rates(answers, floor)["false_positive_rate"] == 0.05
+    assert calibration.rates(answers, floor)["false_positive_rate"] == 0.05
     with pytest.raises(ValueError, match="no floor"):
-        queries.choose_floor([outcome(CAR, 0.999)])
+        calibration.choose_floor([outcome(CAR, 0.999)])
 
 
 def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
     odd = [outcome(CAR, 0.105, seed=801), outcome(SOFA, 0.9, near=True, seed=801)]
     even = [outcome(CAR, 0.5, seed=802), outcome(SOFA, 0.1, near=True, seed=802)]
-    found = queries.summarise([*odd, *even])
+    found = calibration.summarise([*odd, *even])
     assert found["floor"] == 0.11
     assert found["rates"]["unrelated"]["false_positive_rate"] == 1.0
     assert found["rates"]["names"]["right_rate"] == 0.0
-    assert found["at"]["0"]["names"]["right_rate"] == 1.0
+    assert found["without_floor"]["names"]["right_rate"] == 1.0

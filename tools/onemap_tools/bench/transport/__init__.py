@@ -1,1 +1,0 @@
-"""Frames and fields over emulated links, between real processes."""
