@@ -61,7 +61,6 @@ class Procedure(Generic[Q, R]):
 RGBD_RECEIPTS = Topic("perception/rgbd_receipts/v1", m.FrameReceipt)
 ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME, receipts=RGBD_RECEIPTS)
 ROBOT_ODOMETRY = Topic("robot/odometry/v1", m.Odometry)
-ROBOT_POSE_GRAPH = Topic("robot/pose_graph/v1", m.PoseGraph, latched=True)
 ROBOT_CMD_VEL = Topic("robot/cmd_vel/v1", m.VelocityCommand, Delivery.COMMAND)
 ROBOT_TRUTH = Procedure("robot/truth/v1", m.TruthRequest, m.Truth)
 
@@ -163,7 +162,7 @@ WATCHED = (
 ROLES: Mapping[str, Access] = {
     "robot": Access(
         names=("simulator", "replay", "ros2", "robot"),
-        publishes=(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_POSE_GRAPH),
+        publishes=(ROBOT_RGBD, ROBOT_ODOMETRY),
         # beside commands and receipts: what ROS 2 is shown, and the searches that it starts
         subscribes=(
             *(ROBOT_CMD_VEL, RGBD_RECEIPTS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH),
@@ -181,7 +180,7 @@ ROLES: Mapping[str, Access] = {
     "mapper": Access(
         names=("mapper",),
         publishes=(MAP_REVISION, MAP_QUERIES, FIELD_RECEIPTS),
-        subscribes=(FIELD, ROBOT_POSE_GRAPH),
+        subscribes=(FIELD,),
         serves=(
             *(*QUERIES, *FILES, *OBJECTS, *PLACES),
             *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_REMEMBER),
@@ -206,7 +205,7 @@ ROLES: Mapping[str, Access] = {
     # status, doctor, recorder, viewer and demo look; changes go through the gateway
     "tools": Access(
         names=("doctor", "status", "demo", "recorder", "viewer"),
-        subscribes=(*WATCHED, ROBOT_POSE_GRAPH, FIELD, MAP_QUERIES),
+        subscribes=(*WATCHED, FIELD, MAP_QUERIES),
         calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
     ),
 }

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
-from onemap_mapper.belief.submaps import SubmapParams, SubmapStore
 from onemap_mapper.belief.view_log import (
     KEYFRAME_DEG,
     KEYFRAME_M,
@@ -183,22 +182,6 @@ def test_a_camera_that_stands_explores_nothing_new_but_its_features_improve() ->
     assert summed.float().mean() > 0.98  # the others: at edges whose occupancy settles later
     torch.testing.assert_close(belief.store.explored_confidence[slots], c)
     torch.testing.assert_close(belief.store.searched_confidence[slots], c)
-
-
-def test_a_submap_counts_what_the_map_counts() -> None:
-    """Else a map of which submaps were moved would differ from one that was seen there."""
-    belief = BeliefMap(MapParams())
-    submaps = SubmapStore(belief, SubmapParams(distance_m=0.3))
-    for field in drive(8.0, 0.3, 0.0):
-        update = compute_update(field, belief.params)
-        belief.fuse(update)
-        submaps.add(update)
-    whole = belief.store.explored_confidence.double().sum()
-    while submaps.count:
-        submaps.close()
-        taken = submaps._closed.pop().submap
-        belief.take_out(taken.features)
-    assert belief.store.explored_confidence.sum() < 1e-6 * whole
 
 
 @given(st.floats(0, 3), st.floats(-3, 3))

@@ -13,7 +13,6 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import submap_of
 from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
@@ -99,12 +98,6 @@ def test_the_map_on_a_device_is_that_of_the_compiled_code(monkeypatch: pytest.Mo
         assert_same(take(belief), expected)
         again = restore(expected, PARAMS, encoder_id="", first_revision=1)
         assert_same(take(again), expected)
-        share = submap_of(belief, 0, np.zeros(2), torch.float32)
-        belief.put_in(share.features)
-        belief.take_out(share.features)
-        assert_same(take(belief), expected)
-        belief.take_out(share.features)
-        assert belief.store.count == 0
 
 
 def test_fusing_a_frame_moves_nothing_but_counts(crossed: Crossings) -> None:

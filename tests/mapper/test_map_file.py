@@ -346,20 +346,14 @@ def test_a_frame_that_is_fused_meanwhile_changes_the_rest_of_it(
 
 
 @pytest.mark.usefixtures("small_parts")
-def test_cells_that_change_their_slots_meanwhile_begin_it_again(
+def test_another_map_that_takes_its_place_meanwhile_begins_it_again(
     belief: BeliefMap, path: Path
 ) -> None:
-    changing = restored(belief)
-
-    def shuffle() -> None:
-        store = changing.store
-        gone = store.cells[:50].copy()
-        changing.slots.values[changing.tiles.rows(gone)] = -1
-        refilled = store.remove(np.arange(50), revision=9)
-        moved = changing.tiles.rows_on_device(store.cells_of(refilled))
-        changing.slots.values[moved] = refilled.int()
-
-    assert_same_content(written(path, Turns({2: shuffle}), changing), take(changing))
-    always = Turns(dict.fromkeys(range(100), shuffle))
-    assert_same_content(written(path, always, changing), take(changing))
+    maps = [restored(belief), BeliefMap(PARAMS)]
+    maps[1].fuse(compute_update(scenes.field(9, scenes.pose()), PARAMS))
+    for often in (1, 100):
+        turns = Turns(dict.fromkeys(range(2, 2 + often), maps.reverse))
+        file = map_file.LiveMap(turns, lambda: maps[0])
+        assert file.write(path) == path.stat().st_size
+        assert_same_content(map_file.read(path), take(maps[0]))
     assert list(path.parent.iterdir()) == [path]

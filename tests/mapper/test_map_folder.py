@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.places.memory import PlaceMemory
 from onemap_mapper.storage import map_folder, snapshot
 from onemap_mapper.storage.map_file import map_path, write
@@ -25,6 +24,7 @@ from onemap_mapper.storage.map_folder import (
     saved_maps,
 )
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion
 from onemap_shared import keys
 from onemap_shared.messages import (
     MapFile,
@@ -124,7 +124,7 @@ def test_what_comes_during_a_merge_stays(tmp_path: Path, monkeypatch: pytest.Mon
         threads[-1].join(0.3)  # a merge that lets it in has lost it by now
 
     def merged_places(
-        ours: PlaceMemory, theirs: tuple[Place, ...], moved: PlanarCorrection
+        ours: PlaceMemory, theirs: tuple[Place, ...], moved: PlanarMotion
     ) -> tuple[PlaceMemory, tuple[str, ...]]:
         if len(threads) < 2:
             zone = replace(ZONE, name=f"zone {len(threads)}")
@@ -158,7 +158,7 @@ def mapped(pose: tuple[float, float, float], seed: int) -> BeliefMap:
     return scenes.mapped(scenes.field(0, scenes.pose(*pose), seed=seed))
 
 
-def merged(*maps: snapshot.MapSnapshot, moved: PlanarCorrection = NO_CORRECTION) -> BeliefMap:
+def merged(*maps: snapshot.MapSnapshot, moved: PlanarMotion = NO_MOTION) -> BeliefMap:
     belief = BeliefMap(PARAMS)
     for each in maps:
         snapshot.merge_into(belief, each, moved)
@@ -209,7 +209,7 @@ def test_a_merged_map_is_that_of_all_frames() -> None:
 def test_a_map_of_another_frame_lands_at_its_place() -> None:
     """A motion by whole cells and a quarter turn maps cells to cells."""
     original = mapped((0.0, 0.0, 0.0), seed=5)
-    moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
+    moved = PlanarMotion(np.pi / 2, 1.0, -2.0)
     found, expected = by_cell(merged(snapshot.take(original), moved=moved)), by_cell(original)
     assert len(found) == len(expected)
     for (x, y), (feature, _) in expected.items():
@@ -231,10 +231,10 @@ def test_what_does_not_fit_changes_nothing(
     before, revision = snapshot.take(belief), belief.revision
     foreign = replace(before, header=replace(before.header, **changes))  # type: ignore[arg-type]
     with pytest.raises(error, match=reason):
-        snapshot.merge_into(belief, foreign, NO_CORRECTION)
+        snapshot.merge_into(belief, foreign, NO_MOTION)
     other = replace(before, evidence=before.evidence[:, 1:])
     with pytest.raises(snapshot.MapFileError, match="levels"):
-        snapshot.merge_into(belief, other, NO_CORRECTION)
+        snapshot.merge_into(belief, other, NO_MOTION)
     assert belief.revision == revision
     np.testing.assert_array_equal(snapshot.take(belief).features, before.features)
 
@@ -247,9 +247,9 @@ def test_found_objects_are_joined_and_none_is_there_twice() -> None:
     bed = replace(kept_object(), picture_bytes=0)  # at (3.42, -1.15)
     same_bed = replace(bed, object_id="a1", position_m=(3.0, -1.0, 0.4))
     lamp = replace(bed, object_id="a2", name="lamp")
-    joined = merged_objects(memory(bed), memory(same_bed, lamp), NO_CORRECTION)
+    joined = merged_objects(memory(bed), memory(same_bed, lamp), NO_MOTION)
     assert sorted(each.kept.object_id for each in joined.objects) == [bed.object_id, "a2"]
-    moved = PlanarCorrection(np.pi, 0.0, 0.0)
+    moved = PlanarMotion(np.pi, 0.0, 0.0)
     (turned,) = merged_objects(NO_OBJECTS, memory(lamp), moved).objects
     np.testing.assert_allclose(turned.kept.position_m, (-3.42, 1.15, 0.41), atol=1e-9)
     np.testing.assert_allclose(turned.kept.extent_m, (-4.4, 0.3, -2.5, 2.1), atol=1e-9)

@@ -37,7 +37,6 @@ class Robot:
     def __init__(self, router: MemoryRouter) -> None:
         self.bus: MemoryBus = router.bus("planner")
         self.fields = self.bus.publish(keys.FIELD)
-        self.graphs = self.bus.publish(keys.ROBOT_POSE_GRAPH)
         self.revisions = self.bus.subscribe(keys.MAP_REVISION, capacity=100)
         self.heartbeats = self.bus.subscribe(keys.heartbeat("mapper"), capacity=100)
         self.perception = router.bus("perception")
@@ -228,18 +227,6 @@ def test_a_robot_in_another_world_is_left_out_of_a_shared_map(fleet: Fleet) -> N
     assert fleet.r1.newest().frames_fused == 1
     fleet.feed(fleet.r1, replace(office, sequence=1, stamp_ns=101 * S))  # both are there now
     assert "another world (fleet/r1/flat)" in fleet.mapper._health(robots(fleet)[0]).problem
-
-
-def test_corrections_of_one_robot_do_not_move_what_others_saw(
-    fleet: Fleet, caplog: pytest.LogCaptureFixture
-) -> None:
-    fleet.feed(fleet.r1, frame(0, 100 * S))
-    before = fleet.mapper._map.store.cells.copy()
-    stamps, poses = np.array([100 * S]), scenes.pose()[None]
-    fleet.r2.graphs.put(m.PoseGraph(1, 100 * S, stamps, poses, poses + 0.0))
-    fleet.step()
-    assert "the map is shared" in caplog.text
-    np.testing.assert_array_equal(fleet.mapper._map.store.cells, before)
 
 
 def test_a_robot_that_has_a_mapper_of_its_own_is_not_shared(tmp_path: Path) -> None:

@@ -53,21 +53,16 @@ class ChangingMap:
         self.belief.set_encoder("encoder-a", "space-a", CHANNELS)
         self.texts = [text(self.rng, name, calibrated=name != "c") for name in "abc"]
         self.expected: dict[int, list[F32]] = {}
-        self._shares: list[FeatureShare] = []
         for _ in range(3):
             self.change()
 
     def change(self) -> None:
-        """Fuse cells, or take out what was fused before, so that other cells take their slots."""
-        if len(self._shares) > 2 and self.rng.random() < 0.3:
-            self.belief.take_out(self._shares.pop(int(self.rng.integers(len(self._shares)))))
-        else:
-            cells = np.unique(self.rng.integers(0, 8, (int(self.rng.integers(1, 40)), 2)), axis=0)
-            features = torch.from_numpy(unit_rows(self.rng, len(cells)))
-            c = torch.ones(len(cells), dtype=torch.float64)
-            heights = np.zeros((len(cells), LEVELS), np.float32)
-            self._shares.append(FeatureShare(cells, features, c, c, c, heights))
-            self.belief.put_in(self._shares[-1])
+        """Fuse cells, new ones and known ones."""
+        cells = np.unique(self.rng.integers(0, 8, (int(self.rng.integers(1, 40)), 2)), axis=0)
+        features = torch.from_numpy(unit_rows(self.rng, len(cells)))
+        c = torch.ones(len(cells), dtype=torch.float64)
+        heights = np.zeros((len(cells), LEVELS), np.float32)
+        self.belief.put_in(FeatureShare(cells, features, c, c, heights))
         found = ScoreCache().scores_of_all(self.texts, self.belief.store, self.belief.revision)
         self.expected[self.belief.revision] = [
             self.belief.shared_version().to_grid(each.scores) for each in found
@@ -88,7 +83,7 @@ def test_a_cell_takes_few_bytes_besides_its_feature() -> None:
     belief.set_encoder("encoder-a", "space-a", CHANNELS)
     ones = torch.ones(count, dtype=torch.float64)
     features, heights = torch.ones(count, CHANNELS), np.zeros((count, LEVELS), np.float32)
-    belief.put_in(FeatureShare(cells, features, ones, ones, ones, heights))
+    belief.put_in(FeatureShare(cells, features, ones, ones, heights))
     cache, asked = ScoreCache(), text(np.random.default_rng(0), "a text")
     cache.learn(asked)
     cache.settled(belief.store, belief.revision, 0)

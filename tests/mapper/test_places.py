@@ -14,13 +14,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
 from onemap_mapper.places.keeper import FORM, PlaceKeeper
 from onemap_mapper.places.memory import PlaceMemory, from_bytes, to_bytes
 from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.storage.kept import Kept as FileKept
 from onemap_mapper.storage.kept import unsealed
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.geometry import Bool
@@ -78,7 +78,7 @@ def test_as_many_places_as_allowed_fit_into_file_and_message() -> None:
     with pytest.raises(ValueError, match=too_many):
         memory.changed((ZONE,))
     with pytest.raises(ValueError, match=too_many):
-        memory.merged((ZONE,), NO_CORRECTION)
+        memory.merged((ZONE,), NO_MOTION)
     assert memory.changed((ZONE,), (names[0],)).places[-1] == ZONE  # one goes, one comes
 
 
@@ -87,7 +87,7 @@ def test_a_merged_map_brings_its_places_turned_and_moved(
     ours: tuple[m.Place, ...], theirs: tuple[m.Place, ...]
 ) -> None:
     """A quarter turn and whole cells: what a place covers is turned and moved as cells are."""
-    moved = PlanarCorrection(np.pi / 2, 1.0, -2.0)
+    moved = PlanarMotion(np.pi / 2, 1.0, -2.0)
     memory, stayed = PlaceMemory(ours).merged(theirs, moved)
     assert memory.places[: len(ours)] == ours
     names = {place.name for place in ours}
@@ -103,7 +103,7 @@ def test_a_merged_map_brings_its_places_turned_and_moved(
         else:
             turned = [(1.0 - y, x - 2.0) for x, y in place.corners_m]
             np.testing.assert_allclose(known.corners_m, turned, atol=1e-9)
-    assert memory.merged(memory.places, NO_CORRECTION) == (memory, ())
+    assert memory.merged(memory.places, NO_MOTION) == (memory, ())
 
 
 class Kept:

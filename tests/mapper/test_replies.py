@@ -9,7 +9,6 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import (
     judged,
@@ -19,6 +18,7 @@ from onemap_mapper.query.replies import (
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
+from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, take
 from onemap_shared import messages as m
 from onemap_shared.geometry import F32
@@ -234,7 +234,7 @@ def test_a_view_tells_walls_from_furniture_by_how_high_they_reach(table_map: Bel
 
 def test_heights_follow_a_merge(table_map: BeliefMap) -> None:
     merged = BeliefMap(scenes.params())
-    turned = PlanarCorrection(np.pi / 2, 3.0, 1.0)
+    turned = PlanarMotion(np.pi / 2, 3.0, 1.0)
     merge_into(merged, take(table_map), turned)
     merge_into(merged, take(table_map), turned)
     for name in LIES:

@@ -17,7 +17,6 @@ from onemap_mapper.service import KNOWN_TEXT, Mapper, build
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.geometry import pose_2d
 from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
@@ -333,31 +332,6 @@ def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
     assert rig.newest().objects_version > loaded.objects_version
     listed = Rig(tmp_path / "maps").client.call(keys.MAP_LIST, m.MapListRequest())
     assert listed.maps[0].name == "flat"
-
-
-def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
-    graphs = rig.router.bus("robot").publish(keys.ROBOT_POSE_GRAPH)
-    none = np.zeros((0, 4, 4))
-    graphs.put(m.PoseGraph(1, 0, np.zeros(0, np.int64), none, none))
-    rig.mapper.step(0.0)
-    rig.feed(*(sofa_ahead(k) for k in range(3)))
-    before = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")).centres_m[0]
-    rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset(""))
-    field, announced = sofa_ahead(2), rig.newest().revision
-    published = field.T_map_camera[None]
-    corrected = pose_2d(1.0, -2.0, 0.0) @ published
-    stamps = np.array([field.stamp_ns])
-    graphs.put(m.PoseGraph(2, field.stamp_ns, stamps, published, corrected))
-    rig.mapper.step(0.0)
-    assert rig.newest().revision > announced
-    after = rig.client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa")).centres_m[0]
-    # One cell at the edge of the region comes or goes by rounding: millimetres of its middle.
-    np.testing.assert_allclose(after - before, (1.0, -2.0), atol=0.01)
-    view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest(""))
-    assert not (view.layers & m.Layer.SEARCHED).any()
-    assert rig.metric("submaps") == 1
-    rig.client.call(keys.MAP_CLEAR, m.MapClear())
-    assert rig.metric("submaps") == 0
 
 
 def test_a_pose_bomb_is_refused_and_the_next_frame_is_fused(rig: Rig) -> None:

@@ -70,7 +70,6 @@ SAMPLES: tuple[Any, ...] = (
         7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12,
         reached=(1.0, -2.0, 0.5), hold="nav2 does not answer",
     ),
-    m.PoseGraph(2, 456, np.array([123, 234]), np.stack([POSE, POSE]), np.stack([POSE, POSE])),
     m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123, frame_ns=99),
     m.FeatureField(
         7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),

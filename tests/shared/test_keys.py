@@ -40,7 +40,6 @@ PACKAGES = {
     "planner": ("onemap_planner",),
     "gateway": ("onemap_gateway",),
 }
-NOT_USED_HERE = {"robot": {keys.ROBOT_POSE_GRAPH.key}}  # of robots that correct their poses
 SHARED_USE = {
     "robot": {keys.RGBD_RECEIPTS.key},  # bus
     "perception": {keys.FIELD_RECEIPTS.key},  # bus
@@ -66,7 +65,7 @@ def test_a_role_may_do_what_its_service_does_and_no_more(role: str) -> None:
     access = keys.ROLES[role]
     topics, procedures = access.publishes + access.subscribes, access.serves + access.calls
     allowed = {topic.key for topic in topics} | {procedure.key for procedure in procedures}
-    assert allowed == used(role) | NOT_USED_HERE.get(role, set()) | SHARED_USE.get(role, set())
+    assert allowed == used(role) | SHARED_USE.get(role, set())
 
 
 def test_every_key_has_a_role_on_each_side() -> None:

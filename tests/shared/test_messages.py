@@ -43,18 +43,6 @@ IMPOSSIBLE: list[tuple[type[Any], str, dict[str, Any]]] = [
     (m.VelocityCommand, "planner has 9 characters", {"planner": "two\nlines"}),
     (m.VelocityCommand, "linear_mps contains NaN", {"linear_mps": NAN}),
     (m.VelocityCommand, "lateral_mps contains NaN or infinity", {"lateral_mps": INF}),
-    (m.PoseGraph, "strictly ascending", {"keyframe_stamps_ns": np.array([5, 5])}),
-    (m.PoseGraph, "published has shape", {"keyframe_stamps_ns": np.array([5])}),
-    (m.PoseGraph, r"T_map_body\[1\]", {"T_map_body": np.stack([np.eye(4), MIRRORED])}),
-    (
-        m.PoseGraph,
-        "the limit is 1024",
-        {
-            "keyframe_stamps_ns": np.arange(m.MAX_KEYFRAMES + 1),
-            "T_map_body_published": np.zeros((m.MAX_KEYFRAMES + 1, 4, 4)),
-            "T_map_body": np.zeros((m.MAX_KEYFRAMES + 1, 4, 4)),
-        },
-    ),
     (m.FeatureField, "empty", {"features": np.zeros((0, 3, 4), np.float16)}),
     (m.FeatureField, "features contains", {"features": np.full((2, 3, 4), NAN, np.float16)}),
     (m.FeatureField, "variance must be positive", {"variance": f(6, 8)}),

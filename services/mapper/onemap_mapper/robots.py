@@ -31,7 +31,6 @@ from onemap_shared.messages import (
     FeatureField,
     FrameReceipt,
     Heartbeat,
-    PoseGraph,
 )
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import HEARTBEAT_S, StartError
@@ -208,7 +207,6 @@ class MapRobot:
         self.queries = MapQueries(bus, device, space)
         self._order, self._origin = FrameOrder(), OriginCheck()
         self._fields = bus.subscribe(keys.FIELD, arrived=arrived)
-        self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._receipts = bus.publish(keys.FIELD_RECEIPTS)
         self._revisions = bus.publish(keys.MAP_REVISION)
         self.answered = bus.publish(keys.MAP_QUERIES)
@@ -233,10 +231,6 @@ class MapRobot:
             self.encoder_seen = field.encoder_id
             self.queries.clear()
         return field
-
-    def take_graph(self) -> PoseGraph | None:
-        """The newest pose graph, if one has arrived."""
-        return self._graphs.take(0.0)
 
     def is_late(self, field: FeatureField, history: FrameHistory) -> bool:
         """Whether a field is older than the robot's newest frame in the map; counts it."""

@@ -33,7 +33,7 @@ from onemap_mapper.query.replies import (
 )
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.robots import AllRobots, MapRobot, buses_of
-from onemap_mapper.session import MapSession, PoseGraphFollower
+from onemap_mapper.session import MapSession
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import (
     Checkpoints,
@@ -61,7 +61,6 @@ from onemap_shared.messages import (
     MapFile,
     MapSummary,
     Place,
-    PoseGraph,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -107,7 +106,6 @@ class Mapper:
         self._checkpoints = Checkpoints(
             config.map_folder, self._live, lambda: self._places.for_checkpoint
         )
-        self._follower = PoseGraphFollower(shared=bool(config.robots))
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
         self._robots = tuple(
@@ -140,9 +138,8 @@ class Mapper:
             self._announce_kept()  # zones hold before the first frame
 
     def step(self, timeout_s: float) -> None:
-        """Fuse the newest field of each robot, if any arrives within the timeout; then follow
-        corrections."""
-        self._arrived.wait(0.0 if self._follower.busy else timeout_s)
+        """Fuse the newest field of each robot, if any arrives within the timeout."""
+        self._arrived.wait(timeout_s)
         self._arrived.clear()  # before they are taken, so that none is overlooked
         self._steps += 1
         warmed = WARMED_IDLE
@@ -152,7 +149,6 @@ class Mapper:
                 self._fuse(robot, field, belief)
                 self._learn_words(robot)
                 warmed = WARMED
-            self._follow(robot.take_graph())
             robot.beat(self._steps, partial(self._health, robot))
         self._session.scores.warm(warmed)
         self._checkpoints.poll(time.monotonic())
@@ -170,7 +166,6 @@ class Mapper:
                 "memory_bytes": float(self._map.memory_bytes),
             }
             metrics |= robot.metrics(self._map.history(robot.number), now_s)
-            metrics |= self._follower.metrics()
             metrics["checkpoints"] = float(self._checkpoints.written)
             metrics["checkpoint_ms"] = self._checkpoints.write_ms
             problem = self._places.kept.problem or robot.telemetry.problem(now_s)
@@ -251,7 +246,6 @@ class Mapper:
         """Reset sigma_E of one robot: its search begins."""
         with self._lock:
             self._map.reset_searched(robot.number)
-            self._follower.reset_searched()
             self._announce()
             return summary_of(self._map)
 
@@ -322,13 +316,6 @@ class Mapper:
                 session.scores.learn(robot.queries.of_text(KNOWN_TEXT))
 
         self._scoring.submit(learn)
-
-    def _follow(self, graph: PoseGraph | None) -> None:
-        with self._lock:
-            if graph is not None:
-                self._follower.receive(graph, self._map)
-            if self._follower.work():
-                self._announce()
 
     def _fuse(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> None:
         """Fuse a field into ``belief``, the map when it was taken.
@@ -480,14 +467,10 @@ class Mapper:
                 depth=update.depth,
             )
             self._announce()
-        with self._lock:  # again, so that the announced map can be read first
-            if self._map is belief:
-                self._follower.record(update)
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and everything derived from it; the caller holds the lock."""
         self._session = MapSession(belief, self._lock, len(self._robots))
-        self._follower.replace(belief)
         for robot in self._robots:
             robot.telemetry.reset_floor()  # the map may have another frame
         self._announce()
@@ -502,13 +485,9 @@ class Mapper:
             self._announce()
 
     def _edit(self, change: Callable[[BeliefMap], None]) -> MapSummary:
-        """Change the map in use; what the change raises leaves it as it was.
-
-        What it held before is no longer moved by corrections, as that of a loaded map.
-        """
+        """Change the map in use; what the change raises leaves it as it was."""
         with self._lock:
             change(self._map)
-            self._follower.replace(self._map)
             self._checkpoints.replaced(due=True)
             self._announce()
             return summary_of(self._map)

@@ -20,7 +20,7 @@ ErrorChoice = Literal["none", "drift", "jump", "late", "dropped", "depth", "peop
 
 KEPT_EVERY_M = 0.05  # between two poses of the history
 LEAST_SHARE = 0.25  # of the largest bias: every run drifts
-# The pose jumps back to the true one, as SLAM without a pose graph does, near an earlier place:
+# The pose jumps back to the true one, as after a correction of SLAM, near an earlier place:
 CLOSING_RADIUS_M = 1.0
 CLOSING_WAY_M = 8.0  # since that place and the last closure: a loop, not a turn in a room
 PLACE_EVERY_M = 0.25  # of way between two places that are remembered

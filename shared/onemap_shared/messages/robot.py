@@ -8,16 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-import numpy as np
-
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
+from onemap_shared.geometry import U8, U16, Velocity2d
 from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape, numbers
 
 # Milliseconds that a velocity command holds at most: every driver brakes by itself after them, and
 # the planner checks each command to their end.
 COMMAND_VALIDITY_MS = 300
-MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,43 +80,6 @@ class Odometry(Message):
     hold: str = ""
     driver: Name = ""
     refused: Annotated[tuple[float, ...], numbers(3, optional=True)] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class PoseGraph(Message):
-    """Where the robot was, as SLAM says after a correction. Replaces the graph before it.
-
-    A graph without keyframes corrects nothing: it announces that corrections will follow, so that
-    the mapper keeps what it needs for them.
-
-    Attributes:
-        sequence: counts these messages.
-        stamp_ns: the last moment whose pose was published uncorrected; frames that were captured
-            later carry corrected poses.
-        keyframe_stamps_ns: (N,) times of the keyframes, strictly ascending, at most 1024.
-        T_map_body_published: (N, 4, 4) pose of the body, or of anything fixed to it, at these
-            times, as it was published with the frames then.
-        T_map_body: (N, 4, 4) the same pose as it is known now.
-    """
-
-    sequence: int
-    stamp_ns: int
-    keyframe_stamps_ns: Annotated[I64, Shape("N")]
-    T_map_body_published: Annotated[F64, Shape("N", 4, 4)]
-    T_map_body: Annotated[F64, Shape("N", 4, 4)]
-
-    def _check(self) -> None:
-        count = len(self.keyframe_stamps_ns)
-        if count > MAX_KEYFRAMES:
-            raise ValueError(
-                f"the pose graph has {count} keyframes; the limit is {MAX_KEYFRAMES}: leave out "
-                "every second one, corrections in between are interpolated"
-            )
-        if (np.diff(self.keyframe_stamps_ns) <= 0).any():
-            raise ValueError("keyframe_stamps_ns must be strictly ascending")
-        for name in ("T_map_body_published", "T_map_body"):
-            for index, pose in enumerate(getattr(self, name)):
-                check_rigid(pose, f"{name}[{index}]")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from onemap_mapper.belief.cells import FeatureShare
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
@@ -31,7 +32,7 @@ REQUESTS = (
     m.SearchViewRequest("plain"),  # without calibration
     m.SearchViewRequest(),
 )
-STEPS = ("frame", "share", "take out", "drive", "reset", "clear", "reload", "words", "ask", "lost")
+STEPS = ("frame", "share", "drive", "reset", "clear", "reload", "words", "ask", "lost")
 
 
 def unit_rows(rng: np.random.Generator, count: int) -> F32:
@@ -65,7 +66,6 @@ class World:
         self.rng = np.random.default_rng(seed)
         self.maps = 0
         self.kept: dict[m.SearchViewRequest, AssembledView] = {}
-        self.shares: list[FeatureShare] = []
         self.words()
         self.clear()
 
@@ -83,7 +83,6 @@ class World:
     def clear(self) -> None:
         """An empty map, as after clear and in a mapper that was started again."""
         self.belief = BeliefMap(scenes.params(), first_revision=int(self.rng.integers(0, 3)))
-        self.shares.clear()
         self.reload()
 
     def reload(self) -> None:
@@ -99,14 +98,13 @@ class World:
                 self.belief.fuse(replace(update, sequence=self.belief.revision))
             case "share":
                 self.put_in()
-            case "take out" if self.shares:
-                self.belief.take_out(self.shares.pop(int(self.rng.integers(len(self.shares)))))
             case "drive" if self.belief.tiles.count:
                 rows = np.unique(self.rng.integers(0, 4096 * self.belief.tiles.count, 50))
                 evidence = np.zeros((len(rows), self.belief.params.levels + 1), np.int8)
-                evidence[:, 0] = self.rng.integers(-3, 20, len(rows))
-                clear = self.rng.random(len(rows)) < 0.5
-                self.belief.set_occupancy(rows, torch.tensor(evidence), torch.tensor(clear))
+                evidence[:, 0] = self.rng.integers(-3, 13, len(rows))
+                clear, cells = self.rng.random(len(rows)) < 0.5, self.belief.tiles.cells(rows)
+                frame = OccupancyUpdate.of_arrays(cells, evidence, clear, np.zeros_like(clear))
+                self.belief.fuse_occupancy(frame, torch.from_numpy(rows))
             case "reset":
                 self.belief.reset_searched()
             case "clear":
@@ -126,8 +124,7 @@ class World:
         features = torch.from_numpy(unit_rows(self.rng, len(cells)))
         if self.belief.dimension == 0:
             self.belief.set_encoder("encoder-a", "space-a", CHANNELS)
-        self.shares.append(FeatureShare(cells, features, c, c, c, heights))
-        self.belief.put_in(self.shares[-1])
+        self.belief.put_in(FeatureShare(cells, features, c, c, heights))
 
     def ask(self, request: m.SearchViewRequest, *, lost: bool) -> None:
         """A reply travels to the caller, or is lost on the way."""
@@ -161,7 +158,7 @@ def assert_same(view: m.SearchView, whole: m.SearchView) -> None:
 )
 @settings(max_examples=40, deadline=None)
 def test_assembled_changes_are_the_whole_view(seed: int, steps: list[str]) -> None:
-    """Grown, cleared, loaded and corrected maps, other words and lost replies."""
+    """Grown, cleared and loaded maps, other words and lost replies."""
     world = World(seed)
     for name in steps:
         world.step(name)

@@ -147,14 +147,6 @@ def test_another_map_is_told(robot: RecordedRobot, monkeypatch: pytest.MonkeyPat
     assert "computed with torch 99: last bits may differ" in result.stdout
 
 
-def test_with_corrections_of_slam_nothing_is_compared(robot: RecordedRobot) -> None:
-    robot.see(0, 1)
-    robot.bus.publish(keys.ROBOT_POSE_GRAPH).put(sample(m.PoseGraph))
-    code, document = replayed(robot.end())
-    assert (code, document["compared"]) == (1, 0)
-    assert "corrections of SLAM" in document["problems"][0]
-
-
 def test_the_images_give_a_map_of_another_encoder(robot: RecordedRobot, tmp_path: Path) -> None:
     robot.see(0, 1)
     out = tmp_path / "again.npz"

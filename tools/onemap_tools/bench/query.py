@@ -83,7 +83,7 @@ def map_of(cells: int, params: MapParams, seed: int) -> BeliefMap:
         ones = torch.ones(len(some), dtype=torch.float64)
         heights = np.zeros((len(some), LEVELS), np.float32)
         features = _unit(len(some), generator)
-        belief.put_in(FeatureShare(some, features, ones, ones, ones, heights))
+        belief.put_in(FeatureShare(some, features, ones, ones, heights))
     return belief
 
 

@@ -51,7 +51,6 @@ DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
 EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
 FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
 QUERIES = keys.MAP_QUERIES
-POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
 # What is recorded, and how many messages wait. A map's revision names the frame that it fused:
 # taken before the features, it is never recorded without a frame that was there when it was.
 RECORDED: tuple[tuple[Topic[Any], int], ...] = (
@@ -60,7 +59,6 @@ RECORDED: tuple[tuple[Topic[Any], int], ...] = (
     (FIELDS, FRAMES_HELD),
     (QUERIES, QUEUE),
     (keys.ROBOT_ODOMETRY, QUEUE),
-    (POSE_GRAPHS, 1),
     (keys.ROBOT_CMD_VEL, QUEUE),
     (keys.DETECTIONS, QUEUE),
     (keys.SEARCH_STATE, QUEUE),

@@ -45,7 +45,6 @@ from onemap_tools.recording.bag_file import (
     EMBEDDINGS,
     FIELDS,
     FRAMES,
-    POSE_GRAPHS,
     QUERIES,
     REVISIONS,
     BagError,
@@ -139,7 +138,6 @@ class MapHistory:
     digests: list[MapDigest] = field(default_factory=list)
     stamps_ns: set[int] = field(default_factory=set)  # of the recorded fields
     asked: AskedAgain = field(default_factory=AskedAgain)
-    corrected: bool = False
     cut_off: bool = False
 
     @property
@@ -167,8 +165,6 @@ def read_history(path: Path) -> MapHistory:
                 history.asked.texts[text] = text_query(embeddings, index, device)
         elif message.topic == FIELDS.key:
             history.stamps_ns.add(message.stamp_ns)
-        elif message.topic == POSE_GRAPHS.key:
-            history.corrected = True
     history.cut_off = reader.cut_off
     return history
 
@@ -312,9 +308,8 @@ def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
 def _rebuilt(path: Path, history: MapHistory, params: MapParams) -> MapRebuild:
     """The map of the recorded features; raises BagError."""
     made = MapRebuild(BeliefMap(params))
-    if not history.corrected:
-        made.asked = history.asked
-        made.digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
+    made.asked = history.asked
+    made.digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
     fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
     made.follow(history.steps, fields)
     return made
@@ -338,11 +333,6 @@ def _encoded_again(
 
 def _problems(history: MapHistory, made: MapRebuild, *, reencoded: bool) -> Iterator[str]:
     """Why the map is not, or not surely, the recorded one; each in one sentence."""
-    if history.corrected:
-        yield (
-            "The map followed corrections of SLAM (robot/pose_graph); the frames are fused where "
-            "they were first seen, so that nothing is compared."
-        )
     if made.gaps:
         yield (
             f"{made.gaps} changes of the map are not in the recording: it began with a map that "

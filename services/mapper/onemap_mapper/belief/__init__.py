@@ -1,1 +1,1 @@
-"""The map: cells, features, tiles, views, submaps."""
+"""The map: cells, features, tiles, views."""

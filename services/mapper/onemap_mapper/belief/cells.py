@@ -35,7 +35,7 @@ from onemap_mapper.belief.view_log import ONE_VIEW, Views
 from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.geometry import F32, F64, I64
 
 TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
 
@@ -58,9 +58,6 @@ BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
 GROUP = 64  # slots, whose newest change is kept: a frame's cells lie in some dozens of groups
 RESERVE = 1.25  # times what there was, so that a large map is not copied for every block
-# What remains of a cell is cleared below this share of its confidence: rounding errors of its
-# feature grow with the inverse of what remains, and would become as large as the feature.
-EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
 
 
 def searched_row(robot: int) -> int:
@@ -111,38 +108,22 @@ class FeatureShare:
     """What some frames contribute to cells, on the host.
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
-    any precision; confidence, searched and explored (n,) float64, the sums of c, of that of
-    keyframes since the reset, and of that of all keyframes; heights (n, LEVELS) float32, shares.
+    any precision; confidence and explored (n,) float64, the sums of c, and of that of keyframes;
+    heights (n, LEVELS) float32, shares.
     """
 
     cells: I64
     features: Tensor
     confidence: Tensor
-    searched: Tensor
     explored: Tensor
     heights: F32
-
-    @property
-    def nbytes(self) -> int:
-        tensors = (self.features, self.confidence, self.searched, self.explored)
-        held = sum(each.numel() * each.element_size() for each in tensors)
-        return self.cells.nbytes + self.heights.nbytes + held
-
-    def only(self, chosen: Bool | I64) -> FeatureShare:
-        """The share of some of the cells, by mask (n,) or by index."""
-        index = torch.from_numpy(chosen)
-        parts = (self.features, self.confidence, self.searched, self.explored)
-        features, confidence, searched, explored = (part[index] for part in parts)
-        return FeatureShare(
-            self.cells[chosen], features, confidence, searched, explored, self.heights[chosen]
-        )
 
 
 class CellStore:
     """The slots of one map; the device, and the dtype of the features, are fixed at construction.
 
-    It has two kinds of readers: those that ask for arrays on the host (``cells``, ``share``), and
-    those that compute on the device.
+    It has two kinds of readers: those that ask for arrays on the host (``cells``), and those that
+    compute on the device.
     """
 
     def __init__(
@@ -161,8 +142,7 @@ class CellStore:
         self.device, self._device, self._dtype = device, device, dtype
         self._blocks: list[Tensor] = []
         # Rows: c, that of keyframes since the reset, that of all keyframes; from the fourth on, the
-        # second for a further robot each, once it has one. In float64, so that what is taken out
-        # again leaves nothing.
+        # second for a further robot each, once it has one. In float64: sums of many small ones.
         self._confidence = torch.zeros((3, 0), dtype=torch.float64, device=device)
         self._cells = torch.zeros((0, 2), dtype=torch.int64, device=device)
         self._changed_at = self._cells.new_zeros(0)
@@ -184,10 +164,6 @@ class CellStore:
         """World cells (count, 2) of the slots, on the host; not to be written."""
         cells: I64 = to_host(self._cells[: self.count])
         return cells
-
-    def cells_of(self, slots: Tensor) -> Tensor:
-        """World cells (n, 2) of these slots, on the device."""
-        return self._cells[slots]
 
     @property
     def changed_at(self) -> Tensor:
@@ -252,11 +228,6 @@ class CellStore:
         self._confidence = torch.cat([self._confidence, grown], dim=1)
         self._heights = torch.cat([self._heights, self._heights.new_zeros((extra, LEVELS))])
 
-    def keep_every_view(self) -> None:
-        """Let no view fade from now on, and convert to float32, so that ``take_out`` is exact."""
-        self.max_prior, self._dtype = inf, torch.float32
-        self._blocks = [block.float() for block in self._blocks]
-
     def fuse(
         self,
         slots: Index,
@@ -318,82 +289,22 @@ class CellStore:
         known = self._heights[slots]
         self._heights[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
 
-    def share(self, dtype: torch.dtype) -> FeatureShare:
-        """A copy of all content, on the host, with features in ``dtype``."""
-        everything = torch.arange(self.count, device=self._device)
-        features = self.features(everything).cpu().to(dtype)
-        confidence, searched, explored = self._confidence[:, : self.count].clone().cpu()
-        heights = to_host(self.heights(slice(0, self.count)))
-        return FeatureShare(self.cells.copy(), features, confidence, searched, explored, heights)
-
     def put_in(self, slots: Index, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
         slots = to_device(slots, self._device)
-        parts = self._sums_of(share)
+        confidence, explored = (
+            part.to(self._device) for part in (share.confidence, share.explored)
+        )
         before = self._confidence[0, slots]
-        K = gain(before, parts[0]).float()
+        K = gain(before, confidence).float()
         for first in range(0, len(slots), BLOCK):  # a map in float32 would take twice its memory
             some = slice(first, first + BLOCK)
             features = share.features[some].to(self._device).float()
             self._move(slots[some], features, K[some], seeds(before[some]))
         self._move_heights(slots, to_device(share.heights, self._device), K)
-        for row, part in enumerate(parts):
-            self._confidence[row, slots] += part
+        self._confidence[0, slots] += confidence
+        self._confidence[EXPLORED, slots] += explored
         self._set_changed(slots, revision)
-
-    def take_out(self, slots: Index, share: FeatureShare, *, revision: int) -> Tensor:
-        """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
-
-        Fusing with the gain -c_s / (c - c_s) gives (c F - c_s F_s) / (c - c_s).
-        """
-        slots = to_device(slots, self._device)
-        taken, *parts = self._sums_of(share)
-        before = self._confidence[0, slots]
-        rest = before - taken
-        empty = rest <= EMPTY_BELOW[self._dtype] * before
-        K = torch.where(empty, 0.0, -taken / rest).float()
-        features = share.features.to(self._device).float()
-        for block, chosen, within in self._by_block(slots):
-            table = self._blocks[block]
-            left = fused(table[within].float(), features[chosen], K[chosen])
-            table[within] = (left * ~empty[chosen, None]).to(self._dtype)
-        self._confidence[0, slots] = torch.where(empty, 0.0, rest)
-        for row, part in enumerate(parts, start=1):
-            left = (self._confidence[row, slots] - part).clamp(min=0.0)
-            self._confidence[row, slots] = torch.where(empty, 0.0, left)
-        self._set_changed(slots, revision)
-        self._move_heights(slots, to_device(share.heights, self._device), K)
-        self._heights[slots] *= ~empty[:, None]
-        return empty
-
-    def _sums_of(self, share: FeatureShare) -> tuple[Tensor, Tensor, Tensor]:
-        """The sums of confidence of a share, by row of the confidences."""
-        confidence, searched, explored = (
-            part.to(self._device) for part in (share.confidence, share.searched, share.explored)
-        )
-        return confidence, searched, explored
-
-    def remove(self, slots: Index, *, revision: int) -> Tensor:
-        """Remove distinct slots; returns the slots (k,) that were filled again, with the last ones.
-
-        The other slots keep their numbers.
-        """
-        gone = torch.zeros(self.count, dtype=torch.bool, device=self._device)
-        gone[to_device(slots, self._device)] = True
-        count = self.count - len(slots)
-        to = torch.nonzero(gone[:count]).squeeze(1)
-        last = count + torch.nonzero(~gone[count:]).squeeze(1)
-        features = self.features(last)
-        for block, chosen, within in self._by_block(to):
-            self._blocks[block][within] = features[chosen].to(self._dtype)
-        self._confidence[:, to] = self._confidence[:, last]
-        self._confidence[:, count : self.count] = 0.0
-        self._heights[to] = self._heights[last]
-        self.all_heights[count:] = 0.0
-        self._cells[to] = self._cells[last]
-        self._set_changed(to, revision)
-        self.count = count
-        return to
 
     def features(self, slots: Index) -> Tensor:
         """Features (n, D) float32 of these slots, a copy on the device."""

@@ -20,7 +20,7 @@ from onemap_mapper.belief.cells import CellStore, FeatureShare
 from onemap_mapper.belief.features import all_finite
 from onemap_mapper.belief.tiles import ChangeLog, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVersion
-from onemap_mapper.belief.view_log import NO_VIEW, ViewLog, Views
+from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.evidence import HIT, OccupancyLayers, OccupancyUpdate, cells_within
 from onemap_mapper.occupancy.offset import MIN_ON_FREE, REACH_CELLS, offset_cells
@@ -54,13 +54,11 @@ class BeliefMap:
         self.histories: dict[int, FrameHistory] = {}  # by robot
         self.frames_fused = 0
         self.revision = first_revision
-        self._keeps_every_view = False
         self.store = self._new_store(0)
         self._device = device = params.torch_device
         self.tiles = TileIndex(params, device)
         self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
         self.occupancy = OccupancyLayers(params, device)
-        self.newest_views = NO_VIEW  # that the newest frame counted for
         self.view_log = ViewLog(device, compiled=params.compiled)
         self.changes = ChangeLog(device, compiled=params.compiled)
 
@@ -88,11 +86,8 @@ class BeliefMap:
     def _layers(self) -> tuple[TileLayer, ...]:
         return (self.slots, *self.occupancy.layers)
 
-    def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
-        """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed.
-
-        views: what it counts for if another map of the same frames says so.
-        """
+    def fuse(self, update: FrameUpdate, *, robot: int = 0) -> None:
+        """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed."""
         self._check(update)
         history = self.history(robot)
         free = self._assumed_free(update, history.start_m)
@@ -106,14 +101,13 @@ class BeliefMap:
         offset_m = self._offset_m(update.occupancy, driving)
         self._doubt_beside(self.fuse_occupancy(update.occupancy, driving))
         slots = self.slots_at(rows, update.cells)
-        own = history.keyframes.views(update.T_map_camera)
-        self.newest_views = views or replace(own, robot=robot)
+        views = replace(history.keyframes.views(update.T_map_camera), robot=robot)
         self.store.fuse(
             slots,
             update.features,
             update.confidence,
             revision=self.revision,
-            views=self.newest_views,
+            views=views,
             heights=update.heights,
         )
         self.changes.mark(rows)
@@ -126,7 +120,7 @@ class BeliefMap:
         )
         self.assume_free(floor)
         self.frames_fused += 1
-        self.histories[robot] = history.after(update, self.newest_views, offset_m)
+        self.histories[robot] = history.after(update, views, offset_m)
 
     def _offset_m(self, frame: OccupancyUpdate, rows: Tensor) -> float:
         """How far beside the map what a frame shows stands, metres; 0 if it does not.
@@ -200,17 +194,12 @@ class BeliefMap:
         self.changes.mark(rows[different])
         return frame.cells[changed]
 
-    def keep_every_view(self) -> None:
-        """Let no view fade from now on, in float32: only so can views be taken out again."""
-        self._keeps_every_view = True
-        self.store.keep_every_view()
-
     def _doubt_beside(self, changed: Tensor) -> None:
         """Let features at cells (k, 2) that changed, and beside them, count for little from now on.
 
         They are those of another thing; beside them, because a patch shows both sides of an edge.
         """
-        if len(changed) == 0 or self._keeps_every_view:
+        if len(changed) == 0:
             return
         reach = torch.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1, device=changed.device)
         near = (changed[:, None] + torch.cartesian_prod(reach, reach)).flatten(end_dim=1)
@@ -225,25 +214,6 @@ class BeliefMap:
         slots = self.slots_at(rows, to_device(share.cells, self._device))
         self.store.put_in(slots, share, revision=self.revision)
         self.changes.mark(rows)
-
-    def take_out(self, share: FeatureShare) -> None:
-        """Undo ``put_in``: cells of which nothing remains are no longer observed."""
-        self.revision += 1
-        rows = self.tiles.rows_on_device(to_device(share.cells, self._device))
-        slots = self.slots.values[rows].long()
-        known = slots != NO_SLOT  # the others were emptied before, up to rounding
-        rows, slots = rows[known], slots[known]
-        empty = self.store.take_out(slots, share.only(to_host(known)), revision=self.revision)
-        self.slots.values[rows[empty]] = NO_SLOT
-        refilled = self.store.remove(slots[empty], revision=self.revision)
-        moved = self.tiles.rows_on_device(self.store.cells_of(refilled))
-        self.slots.values[moved] = refilled.int()
-        self.changes.mark(torch.cat([rows, moved]))
-
-    def set_occupancy(self, rows: Index, evidence: Tensor, clear: Tensor) -> None:
-        """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
-        rows, evidence, clear = (to_device(each, self._device) for each in (rows, evidence, clear))
-        self.changes.mark(rows[self.occupancy.put(rows, evidence, clear)])
 
     def reset_searched(self, robot: int = 0) -> None:
         """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
@@ -287,16 +257,13 @@ class BeliefMap:
 
     def _new_store(self, dimension: int) -> CellStore:
         params = self.params
-        store = CellStore(
+        return CellStore(
             dimension,
             device=params.torch_device,
             dtype=params.torch_dtype,
             compiled=params.compiled,
             max_prior=params.max_prior_confidence,
         )
-        if self._keeps_every_view:
-            store.keep_every_view()
-        return store
 
     def _check(self, update: FrameUpdate) -> None:
         if not (self._finite(update.features) and update.confidence.isfinite().all()):

@@ -329,10 +329,6 @@ class OccupancyLayers:
         assumed = self.assumed.values[rows] | ~clear
         return self._put(rows, evidence, torch.ones_like(clear), assumed)[0]
 
-    def put(self, rows: Tensor, evidence: Tensor, clear: Tensor) -> Tensor:
-        """Replace what is known of cells, by rows (n,); returns which look different now (n,)."""
-        return self._put(rows, evidence, clear, self.assumed.values[rows] & clear)[0]
-
     def _put(
         self,
         rows: Tensor,

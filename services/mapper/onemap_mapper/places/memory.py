@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from onemap_mapper.belief.submaps import PlanarCorrection
+from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_shared.messages import MAX_PLACES, Place, different_names
 from onemap_shared.messages.checks import Count, Message, items
 from onemap_shared.names import normalised
@@ -41,7 +41,7 @@ class PlaceMemory(Message):
         return self._limited(known)
 
     def merged(
-        self, theirs: tuple[Place, ...], moved: PlanarCorrection
+        self, theirs: tuple[Place, ...], moved: PlanarMotion
     ) -> tuple[PlaceMemory, tuple[str, ...]]:
         """Our places, and those of theirs with other names at their places in our frame.
 
@@ -74,7 +74,7 @@ class PlaceMemory(Message):
 NO_PLACES = PlaceMemory()
 
 
-def _moved(place: Place, moved: PlanarCorrection) -> Place:
+def _moved(place: Place, moved: PlanarMotion) -> Place:
     def points(points_m: tuple[tuple[float, ...], ...]) -> list[tuple[float, float]]:
         return [(x, y) for x, y in moved.apply(np.array(points_m, np.float64)).tolist()]
 

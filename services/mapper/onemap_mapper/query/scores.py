@@ -221,7 +221,7 @@ class MapScores:
             found = self._cache.updated(queries, table, revision)
             if taken is not None:
                 return taken, found
-        with self._lock:  # the map changes faster than it is read, as when submaps move
+        with self._lock:  # the map changes faster than it is read
             belief = self._belief
             return part(belief), self._cache.updated(queries, belief.store, belief.revision)
 

@@ -82,7 +82,7 @@ MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
 MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
 MAX_KEPT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
 MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
-MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves after submaps moved
+MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves; more where an older release moved it
 
 
 @dataclass(frozen=True, slots=True)
@@ -438,8 +438,8 @@ PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, u
 ATTEMPTS = 3
 
 
-class CellsMoved(Exception):
-    """The cells of a map changed their slots while it was written, as when submaps move."""
+class MapReplaced(Exception):
+    """Another map took the place of the one that is written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -460,9 +460,9 @@ class LiveMap:
         """Write the file atomically; returns its size in bytes, 0 and no file of an empty map.
 
         A cell's feature and confidences are of one moment; two cells may be some frames apart.
-        If cells change their slots meanwhile, or another map takes the place, it begins again,
-        the last time from a copy of the whole. ``accept`` is given about how many bytes it will
-        be, and may raise. Raises OSError, MapFileError.
+        If another map takes the place meanwhile, it begins again, the last time from a copy of the
+        whole. ``accept`` is given about how many bytes it will be, and may raise. Raises OSError,
+        MapFileError.
         """
         for _ in range(ATTEMPTS):
             with self.lock:
@@ -473,7 +473,7 @@ class LiveMap:
             accept(content.nbytes)
             try:
                 return write(content, path, self._feature_parts(belief, content))
-            except CellsMoved:
+            except MapReplaced:
                 continue
         with self.lock:
             content = take(self.current(), objects, places)
@@ -495,15 +495,15 @@ class LiveMap:
 
         Sets the confidences of ``content`` to those of the same moment. There is one buffer for
         all parts, because torch's allocations, which are aligned, leave gaps behind.
-        Raises ``CellsMoved`` if the features are not those of the content's cells.
+        Raises ``MapReplaced`` if it is not the map in use any more.
         """
         store, count = belief.store, len(content.cells)
         buffer = np.empty((min(PART, count), belief.dimension), content.features.dtype)
         for first in range(0, count, PART):
             part = slice(first, min(first + PART, count))
             with self.lock:
-                if store.count < part.stop:
-                    raise CellsMoved
+                if belief is not self.current():
+                    raise MapReplaced
                 for rows, features in store.chunks(np.arange(part.start, part.stop)):
                     buffer[rows] = to_host(features)
                 confidences = to_host(store.confidences(part))
@@ -512,7 +512,3 @@ class LiveMap:
                 if copy is not None:
                     copy[part] = values
             yield buffer[: part.stop - part.start]
-        with self.lock:
-            same = np.array_equal(store.cells[:count], content.cells)
-            if belief is not self.current() or not same:
-                raise CellsMoved

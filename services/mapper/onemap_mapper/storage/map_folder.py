@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.places.keeper import PlaceKeeper
 from onemap_mapper.storage.map_file import SUFFIX, MapNotFound, map_path, read, read_header, require
 from onemap_mapper.storage.objects import ObjectKeeper, ObjectMemory
+from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import (
     EncoderMismatch,
     MapFileError,
@@ -168,7 +168,7 @@ class SavedMaps:
         and objects change in one announced revision: zones hold when their floor is known.
         """
         path = map_path(self._config.map_folder, request.name)
-        moved = PlanarCorrection(request.yaw_rad, request.x_m, request.y_m)
+        moved = PlanarMotion(request.yaw_rad, request.x_m, request.y_m)
         with refusing(f"read {path}"):
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
@@ -192,9 +192,7 @@ class SavedMaps:
         return replace(summary, path=str(path), file_bytes=size, places_stayed=stayed)
 
 
-def merged_objects(
-    ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarCorrection
-) -> ObjectMemory:
+def merged_objects(ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarMotion) -> ObjectMemory:
     """Our found objects and those of theirs that are none of ours, at their places in our frame."""
     objects = list(ours.objects)
     for entry in theirs.objects:
@@ -206,7 +204,7 @@ def merged_objects(
     return replace(ours, objects=tuple(objects)).limited()
 
 
-def _moved_object(kept: KeptObject, moved: PlanarCorrection) -> KeptObject:
+def _moved_object(kept: KeptObject, moved: PlanarMotion) -> KeptObject:
     """The object at its place in the other frame; its extent is the box around the moved one."""
     x_min, y_min, x_max, y_max = kept.extent_m
     corners = moved.apply(np.array([(x, y) for x in (x_min, x_max) for y in (y_min, y_max)]))

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from onemap_mapper.belief.cells import SEARCHED, FeatureShare
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection, moved_cells
 from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
@@ -21,6 +20,7 @@ from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_cells
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import I64
 from onemap_shared.messages import MapDigest, Place
@@ -169,7 +169,7 @@ def restore(
     header = snapshot.header
     _check_header(header, params, encoder_id)
     belief = BeliefMap(params, first_revision=first_revision - 1)
-    _put_in(belief, replace(snapshot, evidence=_evidence(snapshot, params)), NO_CORRECTION)
+    _put_in(belief, replace(snapshot, evidence=_evidence(snapshot, params)), NO_MOTION)
     belief.revision = first_revision
     if header.dimension > 0:
         belief.store.set_confidence(SEARCHED, torch.from_numpy(snapshot.searched))
@@ -177,7 +177,7 @@ def restore(
     return belief
 
 
-def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
+def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarMotion) -> None:
     """Fuse a snapshot, moved by ``moved`` into the frame of the map, into that map.
 
     Features are weighted by the inverse of their variance and evidence is added, so that it does
@@ -189,7 +189,7 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
     _put_in(belief, taken, moved)
 
 
-def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -> None:
+def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarMotion) -> None:
     header = taken.header
     cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
     share = _share(taken, cells, source, moved)
@@ -232,7 +232,7 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
     _evidence(taken, params)
 
 
-def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarCorrection) -> FeatureShare:
+def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarMotion) -> FeatureShare:
     """The features of world cells (n, 2), each from the cell of this index (n,)."""
     explored = taken.confidence if taken.explored is None else taken.explored
     confidence, seen = (
@@ -240,25 +240,21 @@ def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarCorrection)
         for values in (taken.confidence, explored)
     )
     features = np.asarray(taken.features)
-    if moved != NO_CORRECTION:  # else as they lie there: a copy takes the memory of a map
+    if moved != NO_MOTION:  # else as they lie there: a copy takes the memory of a map
         features = features[source]
-    searched = torch.zeros_like(confidence)
     heights = taken.known_heights()[source]
-    share = torch.from_numpy(features)
-    return FeatureShare(cells, share, confidence, searched, seen, heights)
+    return FeatureShare(cells, torch.from_numpy(features), confidence, seen, heights)
 
 
-def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
+def _seen(seen: SeenFrom, moved: PlanarMotion) -> SeenFrom:
     """The same views from the places of the camera in our frame."""
-    if moved == NO_CORRECTION:
+    if moved == NO_MOTION:
         return seen
     yaw_rad = (seen.poses[:, 2] + moved.yaw_rad + np.pi) % (2 * np.pi) - np.pi
     return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
 
 
-def _occupancy(
-    taken: MapSnapshot, moved: PlanarCorrection, device: torch.device
-) -> OccupancyUpdate:
+def _occupancy(taken: MapSnapshot, moved: PlanarMotion, device: torch.device) -> OccupancyUpdate:
     driving_cells = taken.driving_cells.astype(np.int64)
     cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
     assumed = taken.clear[source] == ASSUMED
