@@ -18,25 +18,27 @@ from onemap.client import (
 from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
 from onemap.place_replies import ChangedRooms, MapPlace, PlaceListReply
 from onemap.replies import (
-    Choice,
-    ChoiceOption,
-    FindEvidence,
     LookedArea,
     MapContent,
     MapObject,
     MapPose,
     MapStatistics,
-    ObjectOutcome,
     QueryResult,
     Region,
-    ReplayStep,
-    SearchCoverage,
-    SearchReplay,
-    SearchSnapshot,
     ServiceHealth,
     StoredMap,
     StreamHealth,
     SystemStatus,
+)
+from onemap.search_replies import (
+    Choice,
+    ChoiceOption,
+    FindEvidence,
+    ObjectOutcome,
+    ReplayStep,
+    SearchCoverage,
+    SearchReplay,
+    SearchSnapshot,
 )
 from onemap.searches import (
     NO_LIMITS,

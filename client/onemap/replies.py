@@ -1,15 +1,17 @@
 """What a gateway replies, declared once: the gateway sends these models, the client returns them.
 
+Of searches: ``search_replies``; of places: ``place_replies``.
+
 Places are metres in the frame of the map: x forward from where the robot started, y to its left.
 Members that an older gateway leaves out have defaults; those that a newer one adds are in
 ``document`` only.
-Values of closed lists (``state``, ``outcome``, ``kind``, ``order``, ``verdict``, ``reason_code``)
-are plain texts, so that a value which this version does not know can be read.
+Values of closed lists, such as a ``state``, are plain texts, so that a value which this version
+does not know can be read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime, timedelta, timezone
 from typing import Annotated, Any, TypeVar
 
@@ -31,11 +33,9 @@ from typing_extensions import Self
 
 R = TypeVar("R", bound="Reply")
 
-FINAL_STATES = (
-    *("found", "found_other", "not_found", "failed", "cancelled", "arrived", "interrupted"),
-)
 DECIMALS = 3  # of lengths in metres: millimetres
 RECEIVED = "received"  # context of a validation of JSON that a gateway sent
+VERDICTS = ("found", "not_here", "not_looked_yet")
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 EMPTY = BeforeValidator(lambda value: value or None)  # messages of the bus have () and "" for none
 
@@ -72,11 +72,26 @@ Nanoseconds = Annotated[
         }
     ),
 ]
+
+
+def one_of(values: Iterable[str]) -> Any:
+    """A closed list of texts, for the schema alone."""
+    return Field(json_schema_extra={"enum": [*values]})
+
+
 Rounded = Annotated[float, AfterValidator(lambda value: round(value, DECIMALS))]
 Point = tuple[Rounded, Rounded]
 Box = tuple[Rounded, Rounded, Rounded, Rounded]  # x_min, y_min, x_max, y_max
 MaybePoint = Annotated[Point | None, EMPTY]
-ReasonCode = Annotated[str | None, EMPTY, Field(description="Why it failed; null unless it did.")]
+
+
+def examples(*given: str) -> ConfigDict:
+    """For the schema: the documents of replies with the members of these JSON objects."""
+
+    def add(schema: dict[str, Any], model: type[Reply]) -> None:
+        schema["examples"] = [model.model_validate_json(members).document for members in given]
+
+    return ConfigDict(json_schema_extra=add)
 
 
 class Reply(BaseModel):
@@ -112,185 +127,6 @@ class Reply(BaseModel):
         return type(self) is type(other) and self.__dict__ == other.__dict__
 
 
-class ChoiceOption(Reply):
-    """A goal that the planner weighed."""
-
-    kind: str = Field(description="frontier, region, detection, go_to or look_at.")
-    xy_m: Point = Field(description="x, y of where the robot would stand.")
-    score: Rounded = Field(description="Similarity expected there, 0 to 1; 0 for a place.")
-    travel_m: Rounded = Field(description="Metres of way to there.")
-    utility: Rounded = Field(description="Goals are ranked by it: score and size less the way.")
-    chosen: bool = Field(description="Whether the robot drives there.")
-
-
-class Choice(Reply):
-    """Where the robot drives, and why."""
-
-    number: int = Field(description="Counts the decisions of the search, from 1.")
-    sentence: str = Field(description="What the robot does and why, as in `reason`.")
-    options: tuple[ChoiceOption, ...] = Field(
-        description="The best of the goals that were weighed, at most 5, the chosen one among them."
-    )
-    left_out: int = Field(default=0, description="Goals that were weighed and are not listed.")
-
-
-class SearchCoverage(Reply):
-    """What a search that found nothing has looked at."""
-
-    explored_m2: Rounded = Field(description="Free floor that was seen well enough.")
-    free_m2: Rounded = Field(description="Free floor that was seen at all.")
-    unreachable_m2: Rounded = Field(description="Free floor that no way leads to.")
-    best_match_m: MaybePoint = Field(
-        description="x, y of where the map resembles the object most; null without features."
-    )
-    best_score: Rounded = Field(description="Similarity there, 0 to 1.")
-
-
-class FindEvidence(Reply):
-    """In what an object was seen; its picture is at `/v1/objects/{id}.jpg`."""
-
-    frame_ns: Nanoseconds = Field(
-        description="Capture time of the frame; a string, as all nanoseconds."
-    )
-    box_px: Annotated[Box | None, EMPTY] = Field(
-        description="x_min, y_min, x_max, y_max in that frame; null if there is none."
-    )
-    cells: int = Field(description="Cells of the map that support it.")
-
-
-class ObjectOutcome(Reply):
-    """How the search for one object, or the drive to the place, ended."""
-
-    name: str = Field(description="Of the object; empty for a place.")
-    outcome: str
-    reason: str = ""
-    position_m: Annotated[tuple[Rounded, Rounded, Rounded] | None, EMPTY] = Field(
-        default=None, description="x, y, z; null: not found."
-    )
-    score: float = 0.0
-    duration_s: float = 0.0
-    path_length_m: Rounded = 0.0
-    start_xy_m: MaybePoint = None
-    end_xy_m: MaybePoint = None
-    reason_code: ReasonCode = None
-    coverage: SearchCoverage | None = Field(default=None, description="If it was not found.")
-    evidence: FindEvidence | None = Field(default=None, description="If something was found.")
-    checks: tuple[str, ...] = Field(
-        default=(),
-        description="What of its description holds and what was not checked, a sentence each.",
-    )
-
-    @property
-    def found(self) -> bool:
-        """Whether the object was found."""
-        return self.outcome == "found"
-
-
-class SearchSnapshot(Reply):
-    """Progress of a search; ``state`` is that of the object now sought, or the final one."""
-
-    id: str
-    kind: str = "find"
-    continues: str = Field(
-        default="", description="Id of the ended search whose rest it is; empty: of none."
-    )
-    place_m: MaybePoint = Field(
-        default=None,
-        description="x, y of the place to drive to or to look at, metres; null for objects.",
-    )
-    state: str
-    objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
-    understood: str = Field(default="", description="How the objects were; empty for a place.")
-    left: tuple[str, ...] = Field(default=(), description="Not found so far, to search again.")
-    index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
-    target: str = Field(
-        default="",
-        description="The object now sought; empty when the search is over or for a place.",
-    )
-    reason: str = Field(default="", description="In a sentence, what is going on or why it ended.")
-    reason_code: ReasonCode = None
-    results: tuple[ObjectOutcome, ...] = Field(
-        description="Of the objects that are done, in the order of the request."
-    )
-    choice: Choice | None = Field(
-        default=None, description="Where the robot drives, and why; null while it has no goal."
-    )
-    elapsed_s: float = 0.0
-    path_length_m: Rounded = 0.0
-    started_ns: Nanoseconds = 0
-    updated_ns: Nanoseconds = 0
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def active(self) -> bool:
-        """Whether the search still runs."""
-        return self.state not in FINAL_STATES
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def started_at(self) -> Time:
-        return moment(self.started_ns)
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def updated_at(self) -> Time:
-        return moment(self.updated_ns)
-
-    @property
-    def all_found(self) -> bool:
-        """Whether every object of the search was found; False for a place."""
-        found = sum(result.found for result in self.results)
-        return bool(self.objects) and found == len(self.objects)
-
-    @property
-    def subject(self) -> str:
-        """What it is about now: the object sought, the place, or the search."""
-        if self.place_m is not None:
-            return f"({self.place_m[0]:g}, {self.place_m[1]:g})"
-        return self.target or "search"
-
-    @property
-    def arrived(self) -> bool:
-        """Whether the robot has reached the place, or looks at it; False for objects."""
-        return self.state == "arrived"
-
-
-class SearchListReply(Reply):
-    """The searches that the planner remembers or has recorded, newest first."""
-
-    searches: tuple[SearchSnapshot, ...]
-    left_out: int = Field(
-        default=0, description="Older searches that one reply cannot hold; usually 0."
-    )
-
-
-class ReplayStep(Reply):
-    """A step of a past search: its state changed, or a goal was chosen."""
-
-    elapsed_s: Rounded
-    state: str
-    target: str = Field(description="The object sought then; empty at the end or for a place.")
-    reason: str = Field(description="In a sentence, what happened and why.")
-    robot_m: MaybePoint = Field(default=None, description="x, y of the robot; null: not known.")
-    goal_kind: str = Field(default="", description="As of an option of `choice`.")
-    goal_m: MaybePoint = Field(default=None, description="x, y of the goal; null: there was none.")
-
-
-class SearchReplay(Reply):
-    """What was recorded of a search: its steps, and where the robot was."""
-
-    search: SearchSnapshot
-    steps: tuple[ReplayStep, ...] = Field(description="At most about 300.")
-    left_out: int = Field(
-        default=0,
-        description="Steps that one reply cannot hold: some between two changes of the state.",
-    )
-    path_m: tuple[tuple[Rounded, Rounded, Rounded], ...] = Field(
-        description="Seconds since the search began, x, y of the robot; at most 2000, every 0.25 m "
-        "or more, and where the robot was at each step."
-    )
-
-
 class MapContent(Reply):
     """What the map holds after it was saved, loaded, merged or cleared."""
 
@@ -309,6 +145,12 @@ class MapContent(Reply):
 
 class StoredMap(Reply):
     """A map in the mapper's map folder; without content if its file cannot be read."""
+
+    model_config = examples(
+        """{"name": "flat", "file_bytes": 2514932, "saved_ns": 1767225612400000000,
+        "encoder_id": "mini-1", "text_space": "minilm", "cell_size_m": 0.1, "cells_observed": 8132,
+        "frames_fused": 412, "problem": ""}"""
+    )
 
     name: str
     file_bytes: int
@@ -355,6 +197,14 @@ class MapStatistics(Reply):
 
 class MapObject(Reply):
     """An object that was found, kept with the map."""
+
+    model_config = examples(
+        """{"id": "3f9a12c4", "name": "bed", "position_m": [3.42, -1.15, 0.41],
+        "extent_m": [2.5, -2.1, 4.4, -0.3], "height_m": [0.1, 0.7], "score": 0.93,
+        "times_found": 2, "search_id": "8f14e45f", "first_found_ns": 1767225612400000000,
+        "last_seen_ns": 1767226191000000000, "box_px": [120, 184.5, 512, 402],
+        "picture": "/v1/objects/3f9a12c4.jpg"}"""
+    )
 
     id: str
     name: str = Field(description="As it was searched for when it was last found.")
@@ -477,16 +327,44 @@ class ScoreGrid(Reply):
     scores: tuple[tuple[float | None, ...], ...]
 
 
+FOUND = """{
+    "text": "sofa", "verdict": "found", "sentence": "'sofa' is at (2.35, -1.10) m.",
+    "regions": [{
+        "rank": 1, "centre_m": [2.35, -1.1], "extent_m": [1.5, -1.6, 3.2, -0.6],
+        "outline_m": [[1.5, -1.6], [3.2, -1.6], [3.2, -0.6], [1.5, -0.6]],
+        "score": 0.91, "variance": 0.04, "height_m": [0.1, 0.9],
+        "last_seen_at": "2026-01-01T00:00:12.400Z",
+        "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38}
+    }],
+    "looked": {"share": 0.62, "looked_m2": 31.5, "not_looked_m2": 19.3, "frontiers": 4,
+        "frontier_m": [5.15, 0.45]},
+    "revision": 412, "age_s": 0.21, "encoder_id": "mini-1", "best_score": 0.91, "calibrated": true
+}"""
+ABSENT = """{
+    "text": "piano", "verdict": "not_looked_yet",
+    "sentence": "'piano' was not seen, but only 62 % of the reachable area was looked at; look \
+next beyond the edge of the map at (5.15, 0.45) m.",
+    "regions": [],
+    "looked": {"share": 0.62, "looked_m2": 31.5, "not_looked_m2": 19.3, "frontiers": 4,
+        "frontier_m": [5.15, 0.45]},
+    "revision": 412, "age_s": 0.21, "encoder_id": "mini-1", "best_score": 0.04, "calibrated": true,
+    "message": "Nothing on the map looks like 'piano': the best score is 0.04, and answers begin \
+at 0.22."
+}"""
+
+
 class QueryResult(Reply):
     """Whether it is on the map, and ranked regions that look like it, best first.
 
     What scores below the encoder's floor is left out; ``message`` then says so.
     """
 
+    model_config = examples(FOUND, ABSENT)
+
     text: str = Field(description="As it was asked; `image` where an image was.")
     understood: str = Field(default="", description="How the text was; empty of an image.")
     stands_for: tuple[str, ...] = Field(default=(), description="Names nearest to a description.")
-    verdict: str = Field(
+    verdict: Annotated[str, one_of(VERDICTS)] = Field(
         default="",
         description="`found`, `not_here`: the reachable area was looked at without finding it, or "
         "`not_looked_yet`.",

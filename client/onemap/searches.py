@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote
 
 from onemap.connection import Connection, InvalidSetting, OneMapError, StreamInterrupted
-from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
+from onemap.search_replies import SearchListReply, SearchReplay, SearchSnapshot
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap import Choice, ObjectOutcome, QueryResult, SearchSnapshot
-from onemap.replies import FINAL_STATES, moment, rfc3339
+from onemap.replies import VERDICTS, moment, rfc3339
+from onemap.search_replies import FINAL_STATES, REASONS, STATES
 from onemap_shared import messages
 
 OUTCOME = {"name": "sofa", "outcome": "not_found"}
@@ -62,8 +63,11 @@ def test_a_reply_is_the_same_after_a_round_trip() -> None:
     assert snapshot.choice == Choice.of(CHOICE)
 
 
-def test_the_final_states_are_those_of_the_planner() -> None:
+def test_the_closed_lists_are_those_of_the_services() -> None:
     assert set(FINAL_STATES) == {state.value for state in messages.FINAL_STATES}
+    assert set(STATES) == {state.value for state in messages.SearchState}
+    assert {*REASONS, ""} == {code.value for code in messages.FailureCode}
+    assert set(VERDICTS) == {verdict.value for verdict in messages.Verdict}
 
 
 @given(st.integers(0, 2**62))

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
-from onemap.replies import ObjectOutcome, SearchSnapshot
+from onemap.search_replies import ObjectOutcome, SearchSnapshot
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.formats import finite, json_text
 from onemap_gateway.present.live import live_document

@@ -190,12 +190,6 @@ def test_a_status_has_its_target_while_active_and_a_drive_its_place() -> None:
     assert (drive.target, drive.subject) == ("", "the place (1.00, -2.50)")
 
 
-def test_every_reason_of_a_failure_has_a_sentence_of_its_own() -> None:
-    sentences = [code.sentence for code in m.FailureCode if code]
-    assert all(sentence.endswith(".") for sentence in sentences)
-    assert len(set(sentences)) == len(sentences) == len(m.FailureCode) - 1
-
-
 def embeddings(rows: list[list[float]], competing: list[list[int]]) -> m.TextEmbeddings:
     """Embeddings of the texts a, b, c with these rows of ``neutral_mask``."""
     mask = np.array(competing, np.uint8).reshape(3, -1)

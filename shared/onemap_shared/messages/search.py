@@ -83,23 +83,6 @@ class FailureCode(Word):
     UNKNOWN_WORD = "unknown_word"
     MAP_REFUSED = "map_refused"
 
-    @property
-    def sentence(self) -> str:
-        """What it means, whatever the search; empty for none."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    FailureCode.NONE: "",
-    FailureCode.TIME_LIMIT: "The time limit of the search, or of one object, was reached.",
-    FailureCode.DISTANCE_LIMIT: "The robot drove as far as the search allows.",
-    FailureCode.STUCK: "The robot cannot get away from where it stands.",
-    FailureCode.NO_INPUT: "Odometry or map were missing, or too old to act on, for too long.",
-    FailureCode.UNREACHABLE: "No way leads to the place, or to a view of it.",
-    FailureCode.UNKNOWN_WORD: "The encoder of the map does not know the word.",
-    FailureCode.MAP_REFUSED: "The map cannot answer for this name.",
-}
-
 
 @dataclass(frozen=True, slots=True)
 class Coverage:

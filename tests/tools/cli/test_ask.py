@@ -16,9 +16,8 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from onemap import Client, OneMapError, QueryInterrupted, QueryResult
+from onemap import Client, MapObject, OneMapError, QueryInterrupted, QueryResult
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.reply_docs import EXAMPLES
 from onemap_gateway.service import build
 from onemap_ros2 import discovery
 from onemap_tools import gateway
@@ -80,7 +79,7 @@ STATUS = {
         {"name": "rgbd", "age_s": None, "rate_hz": 0, "received": 0, "missed": 7, "refused": 1}
     ],
 }
-OBJECTS = {"objects": [EXAMPLES["MapObject"][0]]}
+OBJECTS = {"objects": [MapObject.model_json_schema()["examples"][0]]}
 INFO = {
     "revision": 412,
     "age_s": 0.5,
@@ -108,7 +107,7 @@ SAVED = {
     "saved_at": "2026-09-21T13:33:20Z",
 }
 CHANGED = "flat.npz: 81 cells from 9 frames, 2.5 MB.\n"
-FOUND, ABSENT = EXAMPLES["QueryResult"]
+FOUND, ABSENT = QueryResult.model_json_schema()["examples"]
 WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
 
 

@@ -21,14 +21,14 @@ from mcp import types
 from mcp.server.context import ServerRequestContext
 from mcp.server.lowlevel import Server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
-from pydantic import Field, ValidationError, create_model
+from pydantic import ConfigDict, Field, ValidationError, create_model
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
-from onemap import place_replies, replies
+from onemap import place_replies, replies, search_replies
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.config import TOKENS, GatewayConfig, Role
-from onemap_gateway.http import reply_docs, schemas
+from onemap_gateway.http import schemas
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_error
 from onemap_gateway.http.routes.queries import answers
@@ -80,14 +80,12 @@ class AgentTool:
         for name, limit, _unit in budget_limits(config):
             if name in takes.get("properties", {}):
                 takes["properties"][name]["maximum"] = limit
-        gives = self.reply.model_json_schema(mode="serialization")
-        reply_docs.complete({self.reply.__name__: gives, **gives.get("$defs", {})})
         looks = self.role is Role.LOOK
         return types.Tool(
             name=self.run.__name__,
             description=" ".join((self.run.__doc__ or "").split()),
             input_schema=takes,
-            output_schema=gives,
+            output_schema=self.reply.model_json_schema(mode="serialization"),
             annotations=types.ToolAnnotations(
                 read_only_hint=looks, destructive_hint=False, open_world_hint=False
             ),
@@ -118,6 +116,8 @@ def tool(role: Role) -> Callable[[Run], Run]:
 
 class PlacesReply(replies.QueryResult):
     """Where something is, or may be."""
+
+    model_config = ConfigDict(json_schema_extra={})  # the examples lack a member
 
     confirmed: tuple[replies.MapObject, ...] = Field(
         description="Objects of this name that a search found."
@@ -264,7 +264,7 @@ async def start_search(
         schemas.Limit, Field(description="Metres that the robot may drive for all of it.")
     ],
     max_time_s: Annotated[schemas.Limit, Field(description="Seconds that all of it may take.")],
-) -> Answer[replies.SearchSnapshot]:
+) -> Answer[search_replies.SearchSnapshot]:
     """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
     spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
     """
@@ -301,7 +301,7 @@ async def start_search(
 @tool(Role.LOOK)
 async def search_status(
     gateway: GatewayContext, search_id: WhichSearch = ""
-) -> Answer[replies.SearchSnapshot]:
+) -> Answer[search_replies.SearchSnapshot]:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
     search = await gateway.search(keys.SEARCH_GET, m.SearchId(search_id))
     return Answer(
@@ -314,7 +314,7 @@ async def search_status(
 @tool(Role.SEARCH)
 async def stop(
     gateway: GatewayContext, search_id: WhichSearch = ""
-) -> Answer[replies.SearchSnapshot]:
+) -> Answer[search_replies.SearchSnapshot]:
     """STOPS THE ROBOT and ends the search; what it found so far is kept."""
     before = newest(gateway.cache.state.search)
     search = await gateway.search(keys.SEARCH_CANCEL, m.SearchId(search_id))
@@ -346,15 +346,15 @@ def _is_called(kept: replies.MapObject, name: str) -> bool:
     return kept.name.casefold() == name.casefold()
 
 
-def _subject(search: replies.SearchSnapshot) -> str:
+def _subject(search: search_replies.SearchSnapshot) -> str:
     return f"the place {_xy(search.place_m)}" if search.place_m else _names(search.objects)
 
 
-def _spent(search: replies.SearchSnapshot) -> str:
+def _spent(search: search_replies.SearchSnapshot) -> str:
     return f"{search.elapsed_s:.0f} s and {search.path_length_m:.1f} m"
 
 
-def _found_names(search: replies.SearchSnapshot) -> str:
+def _found_names(search: search_replies.SearchSnapshot) -> str:
     names = [result.name for result in search.results if result.found]
     return f" Found: {_names(names)}." if names else ""
 

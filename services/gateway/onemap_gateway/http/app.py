@@ -26,7 +26,6 @@ from onemap_gateway.http.problems import (
     problem_response,
     problem_responses,
 )
-from onemap_gateway.http.reply_docs import complete
 from onemap_gateway.http.routes import agents, map, objects, pages, places, queries, robot, searches
 from onemap_gateway.http.security import READING, SecurityMiddleware, required_role
 
@@ -112,7 +111,6 @@ class _Application(FastAPI):
 def _complete(document: dict[str, Any]) -> None:
     """Add the problems, which FastAPI cannot derive from the routes."""
     schemas = document["components"]["schemas"]
-    complete(schemas)
     schemas["ProblemDetails"] = ProblemDetails.model_json_schema()
     schemas.pop("HTTPValidationError", None)
     schemas.pop("ValidationError", None)

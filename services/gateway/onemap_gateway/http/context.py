@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from onemap.replies import SearchSnapshot
+from onemap.search_replies import SearchSnapshot
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.bus.rpc import RpcClient, served_by
 from onemap_gateway.bus.state_cache import StateCache

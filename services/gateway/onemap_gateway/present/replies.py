@@ -14,15 +14,12 @@ import numpy as np
 from onemap.replies import (
     MapObject,
     MapStatistics,
-    ObjectOutcome,
-    ReplayStep,
     Reply,
-    SearchReplay,
-    SearchSnapshot,
     StageLatency,
     StreamHealth,
     SystemStatus,
 )
+from onemap.search_replies import ObjectOutcome, ReplayStep, SearchReplay, SearchSnapshot
 from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared.messages import (

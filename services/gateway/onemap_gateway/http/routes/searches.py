@@ -11,7 +11,7 @@ import anyio
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from onemap.replies import SearchListReply, SearchReplay, SearchSnapshot
+from onemap.search_replies import SearchListReply, SearchReplay, SearchSnapshot
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, content, problem_responses
 from onemap_gateway.http.schemas import SearchStart
