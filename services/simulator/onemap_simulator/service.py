@@ -29,6 +29,7 @@ from onemap_simulator.errors import FrameLink
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth
+from onemap_simulator.inspection import scene_warnings
 from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
@@ -247,6 +248,17 @@ def open_scene(config: SimulatorConfig) -> Scene:
     return replace(scene, start=config.start)
 
 
+def warnings_of(config: SimulatorConfig) -> list[str]:
+    """What may be wrong with the scene's file, in sentences; ValueError for what is wrong.
+
+    A start of the configuration is checked by ``open_scene``.
+    """
+    if config.scene == APARTMENT:
+        return []
+    robot = config.robot
+    return scene_warnings(Path(config.scene), radius_m=robot.radius_m, height_m=robot.height_m)
+
+
 def check_scene(name: str) -> None:
     """Raise ValueError with one sentence if there is no such scene, without opening it."""
     if name == APARTMENT:
@@ -271,6 +283,8 @@ def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
     """Open the scene and make the worker, or raise StartError."""
     try:
         scene = open_scene(config)
+        for warning in warnings_of(config):
+            LOG.warning(warning)
         LOG.info("%s: %d triangles, %d objects", scene.name, len(scene.faces), len(scene.objects))
         return SimulatorWorker(bus, scene, config)
     except ValueError as problem:

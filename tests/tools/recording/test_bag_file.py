@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import errno
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from onemap_shared import keys
-from onemap_shared.messages import AnsweredQuery, Odometry, Verdict
+from onemap_shared.messages import Odometry
 from onemap_tools.recording.bag_file import BagError, BagReader, BagWriter
-from onemap_tools.recording.info import describe, info
-from tests.gateway import fakes
 from tests.shared.samples import POSE, SAMPLES, equal
-from tests.tools.recording.bags import RecordedRobot
 
 COUNT = 40
 
@@ -143,34 +138,3 @@ def test_what_is_no_mcap_file_or_damaged_is_refused(tmp_path: Path) -> None:
     path.write_bytes(damaged)
     with pytest.raises(BagError, match="is damaged"):
         sequences(path)
-
-
-def test_it_says_what_is_in_it_and_what_was_asked(tmp_path: Path) -> None:
-    robot = RecordedRobot(tmp_path)
-    robot.begin()
-    robot.see(0, 1)
-    robot.update()
-    robot.see(2)
-    robot.bus.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
-    queries = robot.bus.publish(keys.MAP_QUERIES)
-    sofa = AnsweredQuery("sofa", 1, 123, "encoder-a", Verdict.NOT_LOOKED_YET, 0.1)
-    found = replace(sofa, verdict=Verdict.FOUND, best_score=0.9, centre_m=(1.0, 2.0))
-    for query in (sofa, found, replace(sofa, text="bed")):
-        queries.put(query)
-    path = robot.end()
-    document = info(path)
-    topics = {each["topic"]: each for each in document["topics"]}
-    field = topics["perception/field/v1"]
-    assert (field["messages"], field["rate_hz"]) == (3, 2.0)
-    assert field["schema"] == "onemap.FeatureField/1"
-    assert (document["seconds"], document["cut_off"]) == (1.0, False)
-    assert (document["encoders"], document["detectors"]) == (["encoder-a"], ["fake"])
-    assert document["map"]["frames_fused"] == 3
-    assert document["bytes"] == path.stat().st_size
-    asked = [(each["text"], each["times"], each["centre_m"]) for each in document["queries"]]
-    assert asked == [("sofa", 2, [1.0, 2.0]), ("bed", 1, None)]
-    text = "\n".join(describe(document))
-    assert "Encoder: encoder-a\nDetector: fake" in text
-    assert "Map: 3 frames at revision 3" in text
-    assert "cut off" not in text
-    assert "for 'sofa', last answered found with the score 0.90 at (1.00, 2.00)" in text

@@ -219,8 +219,9 @@ def test_frames_of_ros2_have_the_poses_at_their_stamps(tmp_path: Path) -> None:
 
 def test_a_bag_whose_clocks_jump_gives_the_frames_before_and_after(tmp_path: Path) -> None:
     hour_ms = 3_600_000
-    later = [(ms + hour_ms, kind, data) for ms, kind, data in drive(6, T0 + hour_ms * MS)]
-    reader = Ros2Bag(bag(tmp_path / "a.mcap", [*later, *drive(6)]), CONFIG)
+    later = [(ms, kind, data) for ms, kind, data in drive(6, T0 + hour_ms * MS)]
+    earlier = [(ms + 1000, kind, data) for ms, kind, data in drive(6)]
+    reader = Ros2Bag(bag(tmp_path / "a.mcap", [*later, *earlier]), CONFIG)
     stamps_ms = [(frame.stamp_ns - T0) // MS % hour_ms for frame in reader.frames()]
     assert stamps_ms == [0, 100, 200, 300, 400, 500, 100, 200, 300, 400, 500]
     assert reader.problems == [
@@ -254,21 +255,14 @@ def test_what_a_bag_of_ros2_lacks_is_named(tmp_path: Path) -> None:
     with pytest.raises(BagError, match=r"holds no /tf \(ros2.namespace\), which must be recorded"):
         list(Ros2Bag(unplaced, CONFIG).frames())
     wrong = bag(tmp_path / "b.mcap", drive(), color="sensor_msgs/msg/Imu")
-    with pytest.raises(BagError, match=r"/cam/color .* is sensor_msgs/msg/Imu in cdr; it must be"):
+    with pytest.raises(BagError, match=r"/cam/color .* is sensor_msgs/msg/Imu; it must be"):
         list(Ros2Bag(wrong, CONFIG).frames())
 
 
-def test_a_bag_that_was_cut_off_says_so_to_people_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
-    config, path = tmp_path / "robot.yaml", bag(tmp_path / "a.mcap", drive(4))
-    config.write_text(json.dumps({"ros2": {"topics": TOPICS}}), encoding="utf-8")
+def test_a_bag_that_was_cut_off_says_what_mends_it(tmp_path: Path) -> None:
+    path = bag(tmp_path / "a.mcap", drive(4))
     path.write_bytes(path.read_bytes()[:-100])
-    result = RUNNER.invoke(app, ["replay", str(path), "--config", str(config)])
-    assert "It was cut off: the recorder was killed" in result.stdout
-    path.write_bytes(path.read_bytes()[:150])
-    with pytest.raises(BagError, match=r"holds no .* It was cut off"):
+    with pytest.raises(BagError, match=r"If its recorder was killed, .* or 'mcap recover FILE'"):
         list(Ros2Bag(path, CONFIG).frames())
 
 
@@ -320,15 +314,10 @@ def test_every_form_of_a_bag_gives_the_same_map(
     plain = bag(tmp_path / "a.mcap", drive(4))
     expected = digest(plain)
     assert out.exists()
-    packed = tmp_path / "a.mcap.zstd"
-    packed.write_bytes(zstandard.compress(plain.read_bytes()))
-    assert digest(packed) == expected
     for storage, mode in product(StoragePlugin, CompressionMode):
         if (storage, mode) == (StoragePlugin.SQLITE3, CompressionMode.STORAGE):
             continue  # which only MCAP has
         path = rosbag2(tmp_path / f"{storage.name}-{mode.name}", drive(4), storage, mode)
-        assert digest(path) == expected, (storage, mode)
-        (path / "metadata.yaml").unlink()  # as a recorder that was killed
         assert digest(path) == expected, (storage, mode)
 
 
@@ -336,8 +325,6 @@ def test_bags_that_are_not_read_are_refused_with_what_to_do(tmp_path: Path) -> N
     folder = rosbag2(tmp_path, drive(1), StoragePlugin.SQLITE3, CompressionMode.FILE)
     metadata = folder / "metadata.yaml"
     said = metadata.read_text(encoding="utf-8")
-    shown = RUNNER.invoke(app, ["bag", "info", str(folder), "--json"])
-    assert json.loads(shown.stdout.splitlines()[-1])["bytes"] > 1000
 
     def refusal(content: str) -> str:
         metadata.write_text(content, encoding="utf-8")
@@ -345,15 +332,18 @@ def test_bags_that_are_not_read_are_refused_with_what_to_do(tmp_path: Path) -> N
         assert result.exit_code == EXIT_USAGE_ERROR
         return str(error_of(result)["error"])
 
-    assert "compressed with lz4, only zstd is read" in refusal(said.replace("zstd", "lz4", 1))
-    assert "is not as rosbag2 writes it" in refusal("[1, 2]")
-    assert "bag_9.db3.zstd: No such file" in refusal(said.replace("bag_1.db3", "bag_9.db3"))
+    assert "'lz4' is not supported" in refusal(said.replace("zstd", "lz4", 1))
+    assert "cannot be read as a bag of ROS 2" in refusal("[1, 2]")
+    assert "files are missing" in refusal(said.replace("bag_1.db3", "bag_9.db3"))
     database = folder / "bag_1.db3.zstd"
     database.write_bytes(zstandard.compress(b"SQLite format 3\0" + bytes(5000)))
-    assert "bag_1.db3.zstd is damaged: file is not a database" in refusal(said)
-    database.write_bytes(b"#ROSBAG V2.0\n and more")
-    assert "is a bag of ROS 1: 'rosbags-convert" in refusal(said)
+    assert "file is not a database" in refusal(said)
     for each in folder.iterdir():
         each.unlink()
-    with pytest.raises(BagError, match=r"is no recording: it holds no metadata.yaml, \*.mcap"):
-        list(BagReader(folder).messages())
+    assert "'ros2 bag reindex FOLDER'" in refusal_of(folder)
+
+
+def refusal_of(path: Path) -> str:
+    with pytest.raises(BagError) as error:
+        list(Ros2Bag(path, CONFIG).frames())
+    return str(error.value)

@@ -218,8 +218,8 @@ class HabitatBench(Options):
     """The paper's figures on HM3D, in Habitat: SR, SPL, PR, PPL, SPL by position.
 
     Needs Habitat-Sim and the HM3D scenes with their annotations; docs/benchmarks.md
-    says what to install. Searches in simulated time; the folder holds results.json, a
-    page and one line per episode. It has never been run on the real data: its tests
+    says what to install. Searches in simulated time; the folder holds results.json and
+    one line per episode. It has never been run on the real data: its tests
     drive a stand-in for Habitat.
     """
 

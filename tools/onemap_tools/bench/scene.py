@@ -45,7 +45,7 @@ from onemap_tools.errors import requires_extra
 from onemap_tools.models.calibration import EXCLUDED_CLASSES
 from onemap_tools.recording.bag_file import BagError
 
-BAG_SUFFIXES = (".mcap", ".db3", ".zstd")
+BAG_SUFFIXES = (".mcap", ".db3")
 MAX_ANSWERS = 20  # regions of one reply: more than one room holds of a thing
 CLEARANCE_M = 0.4  # from walls and furniture: closer, an image shows a patch of one thing
 MIN_CLEARANCE_M = 0.25  # in narrow scenes; a little more than a robot's radius

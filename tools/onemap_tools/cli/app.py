@@ -7,9 +7,9 @@ from typing import Annotated, Any
 import typer
 
 from onemap_tools.bench.commands import app as bench_app
-from onemap_tools.cli import ask, config, map, models, places, recordings, run, scene
+from onemap_tools.cli import ask, config, map, models, places, recordings, run
 from onemap_tools.cli.command_group import CommandGroup
-from onemap_tools.cli.options import DEEPER, FIRST, OPERATE, RECORDINGS, version
+from onemap_tools.cli.options import DEEPER, FIRST, OPERATE, version
 from onemap_tools.train.commands import app as train_app
 
 NEWCOMERS = (
@@ -65,10 +65,8 @@ for commands in (ask.app, places.app, recordings.app, run.app, models.export_app
     app.add_typer(commands)
 for name, group, panel in (
     ("map", map.app, FIRST),
-    ("bag", recordings.bag_app, RECORDINGS),
     ("service", run.service_app, OPERATE),
     ("config", config.app, OPERATE),
-    ("scene", scene.app, DEEPER),
     ("models", models.app, DEEPER),
     ("bench", bench_app, DEEPER),
     ("train", train_app, DEEPER),

@@ -1,4 +1,4 @@
-"""Commands for recordings and viewers: record, look at a file, play it, show it elsewhere."""
+"""Commands for recordings: record, and play what was recorded."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from onemap_tools.cli.terminal import print_json, progress_console, result_conso
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 
 app = typer.Typer()
-bag_app = typer.Typer(no_args_is_help=True, help="Look at a recording.")
 
 
 @app.command(rich_help_panel=FIRST)
@@ -72,29 +71,6 @@ def _show(
     result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
     if as_json:
         print_json(document)
-
-
-@bag_app.callback()
-def _bag() -> None:
-    """Look at a recording."""
-
-
-@bag_app.command(name="info")
-def bag_info(
-    file: Annotated[
-        Path, typer.Argument(exists=True, help="An MCAP file, or a bag of ROS 2: file or folder.")
-    ],
-    as_json: Json = False,
-) -> None:
-    """What a recording holds; reads all of it and checks its checksums.
-
-    Exit code 0 if it is complete, 1 if it was cut off, 2 if it is damaged or no MCAP file.
-    """
-    with requires_extra("record", "This command"):
-        from onemap_tools.recording.info import describe, info
-    document = info(file)
-    _show(document, describe, as_json)
-    raise typer.Exit(EXIT_FAILED if document["cut_off"] else EXIT_OK)
 
 
 def _is_images(path: Path) -> bool:

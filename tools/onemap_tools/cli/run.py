@@ -22,8 +22,7 @@ Scene = Annotated[
         exists=True,
         dir_okay=False,
         help="A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name "
-        "corrects it: categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene "
-        "check'.",
+        "corrects it: categories (node: name), start (x, y, yaw), up (y or z).",
     ),
 ]
 Objects = Annotated[
@@ -94,7 +93,7 @@ def demo(
 
     Exit code 0 only if all were found and the simulator confirms it, also where Ctrl-C ends the
     demo after the search. It cannot confirm objects that a scene file does not name: there the
-    robot's claim counts. See 'onemap scene check'.
+    robot's claim counts.
 
     With --recording nothing moves: the frames are mapped, then the map is asked for --objects.
     Exit code 0 if all frames were played within --time-limit.

@@ -20,9 +20,8 @@ from onemap_shared.sentence import listed_sentences
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
-from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
-from onemap_simulator.service import open_scene
+from onemap_simulator.service import open_scene, warnings_of
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
@@ -106,7 +105,7 @@ class DemoRobot:
 class DemoSetup:
     """Processes of a run, their environment, and the addresses to reach them.
 
-    config_file: of the first robot, and of what the robots share.
+    config_file: of the first robot, and of what the robots share. warnings: of the scene's file.
     """
 
     endpoint: str
@@ -115,6 +114,7 @@ class DemoSetup:
     specs: tuple[ProcessSpec, ...]
     environment: dict[str, str]
     robots: tuple[DemoRobot, ...]
+    warnings: tuple[str, ...] = ()
 
     def url_of(self, robot: DemoRobot) -> str:
         """Where a robot's page and API are."""
@@ -202,12 +202,7 @@ def set_up(options: DemoOptions) -> DemoSetup:
 
         check_robot("ros2", sections)
         environment[ROUTER_VARIABLE] = endpoint
-    if options.scene is not None:
-        try:
-            load_scene(options.scene)
-        except ValueError as problem:
-            more = f"'onemap scene check {options.scene}' shows more."
-            raise CliError(f"{problem}. {more}", EXIT_USAGE_ERROR) from problem
+    warnings = scene_warnings_of(sections) if options.recording is None else []
     names = [f"r{n}" for n in range(1, options.robots + 1)] if options.robots > 1 else [""]
     robots = tuple(DemoRobot(name, options.process) for name in names)
     parts = sections_of_robots(sections, robots)
@@ -222,7 +217,16 @@ def set_up(options: DemoOptions) -> DemoSetup:
         specs=_processes(robots, files, options.process),
         environment=environment,
         robots=robots,
+        warnings=tuple(warnings),
     )
+
+
+def scene_warnings_of(sections: Mapping[str, Any]) -> list[str]:
+    """What may be wrong with the scene's file, in sentences; CliError for what is wrong."""
+    try:
+        return warnings_of(SimulatorConfig.model_validate(sections["simulator"]))
+    except ValueError as problem:
+        raise CliError(f"{problem}.", EXIT_USAGE_ERROR) from problem
 
 
 def demo_sections(

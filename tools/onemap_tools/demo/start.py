@@ -39,6 +39,8 @@ def _run(options: DemoOptions, console: Console) -> dict[str, Any]:
     # With the imports of this process, which whoever types the command waits for as well.
     began_s = time.monotonic() - (time.time() - psutil.Process().create_time())
     setup = set_up(options)
+    for warning in setup.warnings:
+        console.print(f"Warning: {warning}", style="yellow", soft_wrap=True)
     with (
         Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
         interruptible(processes.kill) as stop,

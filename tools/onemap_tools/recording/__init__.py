@@ -1,1 +1,1 @@
-"""Recordings of what travels on the bus, in MCAP files, and viewers of others."""
+"""Recordings of what travels on the bus, in MCAP files, and their replay."""

@@ -1,29 +1,23 @@
-"""MCAP files: written so that a killed process leaves what it wrote, read as far as they go.
+"""Recordings as MCAP files: a killed recorder leaves what it wrote, read as far as it goes.
 
-A message of ours is stored as the length of its header (4 bytes, little-endian), header and
-body, as on the wire; the schema's name is that of the message. Bags of rosbag2 are read in all
-that it writes: MCAP and sqlite3, as folders too, plain or with zstd around files or messages.
+A message is stored as the length of its header (4 bytes, little-endian), header and body, as on the
+wire; the schema's name is that of the message. Bags of ROS 2 are read by ``ros2_frames``.
 """
 
 from __future__ import annotations
 
 import os
-import shutil
-import sqlite3
 import struct
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BufferedReader, FileIO
-from pathlib import Path, PurePath
-from tempfile import NamedTemporaryFile, gettempdir
+from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-from mcap.records import Channel, Header, Message, Metadata, Schema
+from mcap.records import Channel, Header, Message
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
-from zstandard import ZstdDecompressor, ZstdError
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
@@ -34,11 +28,8 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 M = TypeVar("M")
 
 PROFILE, ENCODING = "onemap", "onemap"
-ROS2_PROFILE, CDR = "ros2", "cdr"
-METADATA = "metadata.yaml"  # of a folder of rosbag2
-ZSTD, SQLITE, ROS1 = b"\x28\xb5\x2f\xfd", b"SQLite format 3\0", b"#ROSBAG V"  # first bytes
-ROWS = """SELECT name, type, serialization_format, timestamp, data FROM messages
-JOIN topics ON messages.topic_id = topics.id ORDER BY timestamp, messages.id"""
+ROS2_PROFILE = "ros2"
+MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
 
@@ -79,8 +70,6 @@ class BagMessage:
     """One recorded message. ``stamp_ns``: its own time, or when it was recorded without one."""
 
     topic: str
-    schema: str
-    encoding: str
     sequence: int
     stamp_ns: int
     log_time_ns: int
@@ -188,160 +177,62 @@ class BagWriter:
         self._whole = self._output.size
 
 
-def bag_files(path: Path) -> list[Path]:
-    """A file itself, or those of a folder of rosbag2 in their order; raises BagError.
-
-    A recorder that was killed leaves a folder without metadata: then its files by their names.
-    """
-    if not path.is_dir():
-        return [path]
-    files = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes)]
-    if (path / METADATA).exists():
-        try:
-            text = (path / METADATA).read_text(encoding="utf-8")
-            said = yaml.safe_load(text)["rosbag2_bagfile_information"]
-            files = [path / PurePath(name).name for name in said["relative_file_paths"]]
-            packed = said.get("compression_format") or "zstd"
-        except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError) as problem:
-            raise BagError(
-                f"{path / METADATA} is not as rosbag2 writes it: without it the files are read."
-            ) from problem
-        if packed != "zstd":
-            raise BagError(f"{path} is compressed with {packed}, only zstd is read: convert it.")
-    elif not files:
-        raise BagError(
-            f"{path} is no recording: it holds no {METADATA}, *.mcap, *.db3, frames.json, "
-            "rgb.txt, pose."
-        )
-    else:
-        files.sort(key=lambda each: (len(each.name), each.name))
-    return files
-
-
 class BagReader:
-    """Reads a bag from its beginning; ``cut_off`` and ``metadata`` are known at its end."""
+    """Reads a recording from its beginning; ``cut_off`` is known at its end."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.profile = ""
         self.cut_off = False
-        self._is_mcap = False
-        self.metadata: dict[str, dict[str, str]] = {}
 
     def messages(self) -> Iterator[BagMessage]:
         """All messages in the order in which they were recorded; raises BagError.
 
-        An MCAP file that ends in the middle of a record was cut off: what precedes it is read.
+        A file that ends in the middle of a record was cut off: what precedes it is read.
         """
-        path = self.path
-        try:
-            for path in bag_files(self.path):
-                with open(path, "rb") as stored:
-                    if stored.peek().startswith(ZSTD):
-                        plain = ZstdDecompressor().stream_reader(stored, read_across_frames=True)
-                        yield from self._file(path, BufferedReader(plain), packed=True)
-                    else:
-                        yield from self._file(path, stored, packed=False)
-        except OSError as problem:
-            raise BagError(f"Cannot read {path}: {problem.strerror}.") from problem
-
-    def _file(self, path: Path, file: BufferedReader, *, packed: bool) -> Iterator[BagMessage]:
-        """The messages of one file; ``packed``: its bytes on the disk are not those read here."""
-        self._is_mcap = False
-        try:
-            begin = file.peek()
-            if begin.startswith(ROS1):
-                raise BagError(
-                    f"{path} is a bag of ROS 1: 'rosbags-convert --src {path} --dst FOLDER "
-                    "--dst-typestore ros2_jazzy' makes a folder that is read."
-                )
-            if begin.startswith(SQLITE):
-                self.profile = ROS2_PROFILE
-                with _on_disk(path, file) if packed else nullcontext(path) as database:
-                    yield from _rows(path, database)
-            else:
-                stream = StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
-                yield from self._read(stream)
-        except (OSError, BagError):
-            raise
-        except Exception as problem:  # of mcap, its decompressors and struct
-            if not self._is_mcap and not isinstance(problem, ZstdError):
-                raise BagError(f"{path} is not an MCAP file, nor sqlite3 of rosbag2.") from problem
-            if not _is_at_end(file):
-                raise BagError(f"{path} is damaged: {problem}.") from problem
-            self.cut_off = True
-
-    def _read(self, stream: StreamReader) -> Iterator[BagMessage]:
-        schemas: dict[int, str] = {}
-        channels: dict[int, Channel] = {}
-        for record in stream.records:
+        channels: dict[int, str] = {}
+        for record in self._records():
             match record:
-                case Header():
-                    self.profile, self._is_mcap = record.profile, True
-                case Schema():
-                    schemas[record.id] = record.name
                 case Channel():
-                    channels[record.id] = record
-                case Metadata():
-                    self.metadata[record.name] = record.metadata
+                    channels[record.id] = record.topic
                 case Message():
-                    channel = channels[record.channel_id]
                     yield BagMessage(
-                        channel.topic,
-                        schemas.get(channel.schema_id, ""),
-                        channel.message_encoding,
+                        channels[record.channel_id],
                         record.sequence,
                         record.publish_time,
                         record.log_time,
-                        _unpacked(channel.message_encoding, record.data),
+                        record.data,
                     )
                 case _:
                     pass
 
+    def profile(self) -> str:
+        """What its writer says that it is, empty if it was cut off before; raises BagError."""
+        first = next(self._records(), None)
+        return first.profile if isinstance(first, Header) else ""
 
-def _is_at_end(file: BufferedReader) -> bool:
-    try:
-        return not file.read(1)
-    except ZstdError:  # damage, for an end in the middle is none
-        return False
-
-
-def _unpacked(encoding: str, data: bytes) -> bytes:
-    """A message as it was published: rosbag2 may compress each; CDR begins with a zero."""
-    if encoding == CDR and data.startswith(ZSTD):
-        return ZstdDecompressor().decompressobj().decompress(data)
-    return data
-
-
-@contextmanager
-def _on_disk(path: Path, file: BufferedReader) -> Iterator[Path]:
-    """A copy of an unpacked database, which sqlite3 reads from a disk only."""
-    with NamedTemporaryFile(suffix=".db3") as copy:
+    def _records(self) -> Iterator[object]:
         try:
-            shutil.copyfileobj(file, copy)
-            copy.flush()
+            with open(self.path, "rb") as file:
+                if not file.peek().startswith(MAGIC):
+                    raise BagError(f"{self.path} is not an MCAP file.")
+                yield from self._read(file)
         except OSError as problem:
-            raise BagError(
-                f"Cannot unpack {path} into {gettempdir()}: {problem.strerror}; TMPDIR names "
-                "another folder."
-            ) from problem
-        yield Path(copy.name)
+            raise BagError(f"Cannot read {self.path}: {problem.strerror}.") from problem
 
-
-def _rows(path: Path, database: Path) -> Iterator[BagMessage]:
-    try:
-        with closing(
-            sqlite3.connect(f"{database.absolute().as_uri()}?mode=ro", uri=True)
-        ) as opened:
-            for topic, schema, encoding, at_ns, data in opened.execute(ROWS):
-                plain = _unpacked(encoding, data)
-                yield BagMessage(topic, schema, encoding, 0, at_ns, at_ns, plain)
-    except (sqlite3.Error, ZstdError) as problem:
-        raise BagError(f"{path} is damaged: {problem}.") from problem
+    def _read(self, file: BufferedReader) -> Iterator[object]:
+        try:
+            stream = StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
+            yield from stream.records
+        except OSError:
+            raise
+        except Exception as problem:  # of mcap, its decompressors and struct
+            if file.read(1):
+                raise BagError(f"{self.path} is damaged: {problem}.") from problem
+            self.cut_off = True
 
 
 def is_ros2(path: Path) -> bool:
-    """Whether a file is a ROS 2 bag, by its profile or its first message; raises BagError."""
-    reader = BagReader(path)
-    first = next(reader.messages(), None)
-    return reader.profile == ROS2_PROFILE or (first is not None and first.encoding == CDR)
+    """Whether it is a bag of ROS 2, as a folder and a file that is no MCAP must be."""
+    if path.is_dir() or path.suffix != ".mcap":
+        return True
+    return BagReader(path).profile() == ROS2_PROFILE

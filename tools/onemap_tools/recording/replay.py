@@ -254,7 +254,7 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
             from onemap_ros2.config import Ros2Config
             from onemap_tools.recording.ros2_frames import Ros2Bag
         bag = Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
-    history = read_history(options.path)
+    history = read_history(options.path) if bag is None else MapHistory()
     params = _map_params(options, history)
     torch.set_num_threads(TORCH_THREADS)
     if options.reencode:

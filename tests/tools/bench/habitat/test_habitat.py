@@ -275,4 +275,3 @@ def test_a_sequence_runs_from_its_files_to_the_results_once(
     assert (len(told), len(habitat.made)) == (1, 1)  # nothing was missing: it was not needed
     assert habitat.made[0].closed
     assert json.loads((data / "out" / "results.json").read_text()) == result
-    assert "episode 0" in (data / "out" / "index.html").read_text()

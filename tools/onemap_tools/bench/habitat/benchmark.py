@@ -305,7 +305,7 @@ lines = table_lines
 
 
 def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
-    """Run what is not yet in the folder, write page and JSON there; the summary.
+    """Run what is not yet in the folder, write the summary there.
 
     ValueError for a method that Habitat's episodes do not have, and for what cannot be read.
     """
@@ -355,5 +355,5 @@ def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
         "compared_with": {},
         "wall_s": round(sum(record.wall_s for record in records), 1),
     }
-    folder.write_results(result, records)
+    folder.write_results(result)
     return result

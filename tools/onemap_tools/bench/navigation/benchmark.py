@@ -21,16 +21,13 @@ from onemap_tools.bench.navigation.results import (
     ResultsFolder,
     comparison,
     episode_line,
-    episode_picture,
     estimates,
-    picture_name,
     read_beside,
     summary,
     table_lines,
 )
 from onemap_tools.bench.navigation.rules import RULES
 from onemap_tools.bench.options import NavigationBench
-from onemap_tools.cli.floor_plan import write_png
 from onemap_tools.processes.worker_pool import worker_pool
 
 DESCRIBED = ("onemap", "plain", "oracle")  # the object that is meant, or its name alone
@@ -97,7 +94,7 @@ def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]
     folder = None if options.out is None else ResultsFolder(options.out, document)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in asked if setup.index not in done]
-    for finished in run_all(todo, options.workers, options.out):
+    for finished in run_all(todo, options.workers):
         record = EPISODE.validate_python(finished.document())  # rounded, as one that is read
         done[record.index] = record
         if folder:
@@ -119,22 +116,17 @@ def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]
         "wall_s": round(time.perf_counter() - started_s, 1),
     }
     if folder:
-        folder.write_results(result, episodes)
+        folder.write_results(result)
     rows = [episode.document() for episode in episodes]
     for row in rows:
         del row["trajectory"]
     return {**result, "results": rows}
 
 
-def run_all(
-    setups: Sequence[EpisodeSetup], workers: int, pictures: Path | None
-) -> Iterator[EpisodeRecord]:
-    """Run the episodes in ``workers`` processes; yields them as they end.
-
-    pictures: folder for one picture of each.
-    """
+def run_all(setups: Sequence[EpisodeSetup], workers: int) -> Iterator[EpisodeRecord]:
+    """Run the episodes in ``workers`` processes; yields them as they end."""
     with worker_pool(workers) as pool:
-        running = [pool.submit(timed_episode, setup, pictures) for setup in setups]
+        running = [pool.submit(timed_episode, setup) for setup in setups]
         try:
             for each in as_completed(running):
                 yield each.result()
@@ -142,13 +134,9 @@ def run_all(
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def timed_episode(setup: EpisodeSetup, pictures: Path | None) -> EpisodeRecord:
-    """Run an episode on one core, with its time in seconds, and write its picture."""
+def timed_episode(setup: EpisodeSetup) -> EpisodeRecord:
+    """Run an episode on one core, with its time in seconds."""
     torch.set_num_threads(1)
     started_s = time.perf_counter()
     record = run_episode(setup)
-    if pictures is not None:
-        simulator = setup.config.simulator
-        image = episode_picture(record, simulator.style, simulator.robot)
-        write_png(pictures / picture_name(record.index), image)
     return replace(record, wall_s=round(time.perf_counter() - started_s, 1))

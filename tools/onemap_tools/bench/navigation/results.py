@@ -6,7 +6,7 @@ summed from where the search for each began. PR: objects found before the first 
 PPL: PR times shortest over driven path of the sequence until it ends there (Wani et al., 2020). SPL
 by position: given that all objects before were found, as in the paper.
 
-The folder of a run holds options, episodes, summary and a page. A run that was killed goes on where
+The folder of a run holds options, episodes and summary. A run that was killed goes on where
 it stopped; a last line that was cut off is run again.
 """
 
@@ -17,20 +17,13 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter
 
-from onemap_shared.geometry import F64, U8
-from onemap_simulator.generation.apartment import generate_apartment
-from onemap_simulator.generation.style import STYLES
-from onemap_simulator.inspection import FloorMap
-from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.robot import RobotParams
-from onemap_tools.cli.floor_plan import draw_floor_plan, draw_path
+from onemap_shared.geometry import F64
 from onemap_tools.demo.summary import path_efficiency
 
 DIGITS, TRAJECTORY_DIGITS = 4, 2
@@ -315,13 +308,11 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
 
 
 OPTIONS_FILE, EPISODES_FILE = "options.json", "episodes.jsonl"
-RESULTS_FILE, PAGE_FILE = "results.json", "index.html"
+RESULTS_FILE = "results.json"
 # Settings of the search itself; those of simulator and perception are part of the task.
 SEARCHING = ("config.planner.", "config.mapper.")
 # What may differ beside them: the apartments that both searched are compared.
 FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "without"}
-COLOURS = ((200, 90, 0), (60, 150, 20), (0, 120, 240))  # BGR: blue, green, orange
-STAIRWELL = (0, 0, 220)  # red
 TITLES = {
     "sr": "SR per object",
     "spl": "SPL per object",
@@ -419,22 +410,10 @@ class ResultsFolder:
         with self._episodes.open("a", encoding="utf-8") as file:
             file.write(_line(record))
 
-    def write_results(self, document: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> None:
-        """Write the summary, and the page with the episodes in their order."""
+    def write_results(self, document: Mapping[str, Any]) -> None:
+        """Write the summary."""
         text = json.dumps(document, indent=2) + "\n"
         (self.folder / RESULTS_FILE).write_text(text, encoding="utf-8")
-        figures = ""
-        for episode in episodes:
-            figures += f"<p>{escape(episode_line(episode))}</p>"
-            if (self.folder / picture_name(episode.index)).exists():
-                figures += f'<img loading="lazy" src="{picture_name(episode.index)}">'
-        table = escape("\n".join(table_lines(document)))
-        page = (
-            '<!doctype html><html lang="en"><meta charset="utf-8"><title>Episodes</title>'
-            f"<pre>{table}</pre><p>Red: the start. The path to the first object is blue, to the "
-            f"second green, to the third orange, then again from blue.</p>{figures}</html>\n"
-        )
-        (self.folder / PAGE_FILE).write_text(page, encoding="utf-8")
 
 
 def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[EpisodeRecord]]:
@@ -509,34 +488,3 @@ def _finished(file: Path) -> list[EpisodeRecord]:
 
 def _line(record: EpisodeRecord) -> str:
     return json.dumps(record.document(), allow_nan=False) + "\n"
-
-
-def picture_name(index: int) -> str:
-    """File name of an episode's picture."""
-    return f"episode_{index:04d}.png"
-
-
-def episode_picture(episode: EpisodeRecord, style: str, robot: RobotParams) -> U8:
-    """A BGR image (rows, columns, 3): the floor plan, stairwells, and each object's path."""
-    scene = generate_apartment(episode.seed, STYLES[style])
-    collision = CollisionMap.of(scene, robot.height_m)
-    reachable = collision.reachable_cells(*episode.start[:2], robot.radius_m)
-    floor = FloorMap(collision.grid, collision.clearance <= 0, reachable)
-    image = draw_floor_plan(scene, floor, episode.start)
-    for x0, y0, x1, y1 in (*episode.stairwells, *episode.zones):
-        corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
-        image = draw_path(image, floor.grid, corners, STAIRWELL)
-    for index, path in enumerate(paths_of(episode)):
-        image = draw_path(image, floor.grid, path, COLOURS[index % len(COLOURS)])
-    return image
-
-
-def paths_of(episode: EpisodeRecord) -> list[F64]:
-    """The trajectory (N, 2) cut into the paths to each object, by the time that each took."""
-    points = np.array(episode.trajectory, np.float64).reshape(-1, 2)
-    times_s = np.cumsum([item.time_s for item in episode.objects])
-    if len(points) == 0 or times_s[-1] <= 0:
-        return []
-    ends = np.rint(times_s / times_s[-1] * (len(points) - 1)).astype(int)
-    starts = np.append(0, ends[:-1])
-    return [points[a : b + 1] for a, b in zip(starts, ends, strict=True)]
