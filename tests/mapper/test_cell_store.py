@@ -8,7 +8,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief import cells, features
+from onemap_mapper.belief import cells
 from onemap_mapper.belief.cells import (
     BLOCK,
     CellStore,
@@ -16,6 +16,7 @@ from onemap_mapper.belief.cells import (
     gain,
     searched_row,
 )
+from onemap_mapper.belief.features import half_bits, half_value
 from onemap_mapper.belief.view_log import Views
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
@@ -51,6 +52,21 @@ def test_blocks_equal_one_dense_table(compiled: bool, seed: int) -> None:
         some = np.flatnonzero(rng.random(store.count) < rng.choice([0.3, 1.0]))
         for chosen, part in store.chunks(some):
             torch.testing.assert_close(part, F[some[chosen]])
+
+
+def test_float16_is_read_and_written_as_numpy_does() -> None:
+    bits = np.arange(2**16, dtype=np.uint16)
+    values = bits.view(np.float16).astype(np.float32)
+    read = np.array([half_value(each) for each in bits], np.float32)
+    np.testing.assert_array_equal(read, values)
+    np.testing.assert_array_equal(np.signbit(read), np.signbit(values))
+    drawn = np.random.default_rng(0).integers(0, 2**32, 20_000, dtype=np.uint32)
+    between = (values[:0x7BFF] + values[1:0x7C00]) / 2  # ties, with those of subnormal numbers
+    with np.errstate(over="ignore", invalid="ignore"):
+        for some in (values, drawn.view(np.float32), between, np.nextafter(between, np.float32(9))):
+            written = np.array([half_bits(each) for each in some], np.uint16).view(np.float16)
+            np.testing.assert_array_equal(written, some.astype(np.float16))
+            np.testing.assert_array_equal(np.signbit(written), np.signbit(some))
 
 
 VIEW = 0.86  # confidence of a frame at 2 m
@@ -108,7 +124,6 @@ def test_what_further_robots_searched_grows_with_the_cells() -> None:
     assert store.confidences(everything)[[own, first, second]].sum(dim=1).tolist() == [2, 5, 0]
 
 
-@pytest.mark.skipif(not features.HALF, reason="numba, or float16 in the processor, is missing")
 @pytest.mark.parametrize("max_prior", [3.0, 300.0])
 def test_the_compiled_loop_rounds_as_torch_does(max_prior: float) -> None:
     """Up to one step of float16 where the last bit of the float32 before it differs."""

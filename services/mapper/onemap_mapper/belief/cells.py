@@ -24,7 +24,6 @@ from torch import Tensor
 
 from onemap_mapper import jit
 from onemap_mapper.belief.features import (
-    HALF,
     FeatureTable,
     fuse_half_rows,
     fuse_rows,
@@ -271,7 +270,7 @@ class CellStore:
     def _move(self, slots: Tensor, features: Tensor, K: Tensor, seed: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
         half = self._dtype == torch.float16
-        if self._compiled and (HALF or not half):
+        if self._compiled:
             at, *parts = _arrays((slots, features, K, seed))
             for block in np.unique(at // BLOCK).tolist():
                 if half:

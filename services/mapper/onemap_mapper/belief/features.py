@@ -1,10 +1,11 @@
 """Features of a map: fused in place, read for scalar products with texts.
 
-Kernels convert float16 in registers. Rounding to float16 is by chance, so that changes smaller than
-its steps are not lost: a cell that has been seen for long moves by a few thousandths of the way to
-what it shows now, often less than half a step, and rounded to the nearest it would stop. A value is
-rounded up as often as it lies near its upper neighbour. The chance is a hash of the cell's
-confidence, which grows with each view: the same frames give the same map.
+Kernels convert float16 in registers, by arithmetic of integers. Rounding to float16 is by chance,
+so that changes smaller than its steps are not lost: a cell that has been seen for long moves by a
+few thousandths of the way to what it shows now, often less than half a step, and rounded to the
+nearest it would stop. A value is rounded up as often as it lies near its upper neighbour. The
+chance is a hash of the cell's confidence, which grows with each view: the same frames give the same
+map.
 
 A table shares the memory of the map's blocks, so that making one copies nothing, or it is a copy of
 some cells. While frames are fused, rows of a shared one may be half written: whoever reads it
@@ -22,11 +23,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.jit import AVAILABLE, compiled, compiled_fast
+from onemap_mapper.jit import compiled, compiled_fast
 from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import F32, I64, U16
 
 GREATEST = np.finfo(np.float32).max
+CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
 
 
 @compiled
@@ -63,55 +65,31 @@ def all_finite(values: F32) -> bool:
     return True
 
 
-def _processor_converts() -> bool:
-    """Whether the processor converts float16 itself: on x86 all since 2012, and all of ARM's."""
-    from llvmlite import binding
-
-    features = binding.get_host_cpu_features()
-    return bool(features.get("f16c", True))  # named for x86 only
-
-
-def _from_half() -> Any:
-    """A function for compiled code: the 16 bits of a float16 to their float32 value."""
-    from llvmlite import ir
-    from numba import types
-    from numba.core import extending
-
-    def half_value(_context: Any, bits: Any) -> Any:  # noqa: ARG001 (numba passes it by name)
-        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            half = builder.bitcast(arguments[0], ir.HalfType())
-            return builder.fpext(half, ir.FloatType())
-
-        return types.float32(types.uint16), generate
-
-    return extending.intrinsic(half_value)
+@compiled
+def half_value(bits: Any) -> Any:
+    """The float32 value of the 16 bits of a float16."""
+    number = np.uint32(bits)
+    size = np.uint32(np.uint32(number & np.uint32(0x7FFF)) << np.uint32(CUT_BITS))
+    value = np.float32(size.view(np.float32) * np.float32(2.0**112))  # the exponents' biases differ
+    if size >= np.uint32(31 << 23):  # infinite, or no number
+        value = np.uint32(size | np.uint32(0x7F800000)).view(np.float32)
+    return value if number < np.uint32(0x8000) else -value
 
 
-def _to_half() -> Any:
-    """A function for compiled code: a float32 and what is added to its bits, to a float16's bits.
-
-    The bits of the mantissa that a float16 does not have are cut off then.
-    """
-    from llvmlite import ir
-    from numba import types
-    from numba.core import extending
-
-    def cut_half(_context: Any, value: Any, added: Any) -> Any:  # noqa: ARG001
-        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            word = ir.IntType(32)
-            bits = builder.add(builder.bitcast(arguments[0], word), arguments[1])
-            cut = builder.and_(bits, ir.Constant(word, -(1 << 13)))
-            half = builder.fptrunc(builder.bitcast(cut, ir.FloatType()), ir.HalfType())
-            return builder.bitcast(half, ir.IntType(16))
-
-        return types.uint16(types.float32, types.uint32), generate
-
-    return extending.intrinsic(cut_half)
-
-
-HALF = AVAILABLE and _processor_converts()  # whether the functions below can be used
-_half_value: Any = _from_half() if AVAILABLE else None
-_cut_half: Any = _to_half() if AVAILABLE else None
+@compiled
+def half_bits(value: Any) -> Any:
+    """The 16 bits of the float16 nearest to a float32, of two equally near ones the even one."""
+    bits = np.float32(value).view(np.uint32)
+    sign = np.uint32(np.uint32(bits >> np.uint32(16)) & np.uint32(0x8000))
+    size = np.uint32(bits & np.uint32(0x7FFFFFFF))
+    odd = np.uint32(np.uint32(size >> np.uint32(CUT_BITS)) & np.uint32(1))
+    half = np.uint32(np.uint32(size - np.uint32(112 << 23) + np.uint32(0xFFF) + odd) >> CUT_BITS)
+    # Below the smallest normal float16 a unit of its bits is one of 0.5's mantissa.
+    tiny = np.uint32(np.float32(size.view(np.float32) + np.float32(0.5)).view(np.uint32))
+    half = half if size >= np.uint32(113 << 23) else np.uint32(tiny - np.uint32(0x3F000000))
+    half = half if size < np.uint32(143 << 23) else np.uint32(0x7C00)  # infinite
+    half = half if size <= np.uint32(255 << 23) else np.uint32(0x7E00)  # no number
+    return np.uint16(half | sign)
 
 
 @compiled_fast
@@ -121,7 +99,7 @@ def half_products(table_bits: U16, vector: F32, out: F32) -> None:
         row = table_bits[k]
         total = np.float32(0)
         for channel in range(len(vector)):
-            total += _half_value(row[channel]) * vector[channel]
+            total += half_value(row[channel]) * vector[channel]
         out[k] = total
 
 
@@ -141,14 +119,16 @@ def fuse_half_rows(  # noqa: PLR0917 (compiled code takes no keywords)
         start = np.uint32(seed[k])
         near, rest = share < np.float32(0.5), np.float32(1) - share
         for channel in range(len(row)):
-            old = _half_value(row[channel])
+            old = half_value(row[channel])
             step = new[channel] - old
             mean = old + share * step if near else new[channel] - rest * step
             number = np.uint32(start + np.uint32(channel) * np.uint32(0x9E3779B9))
             number = np.uint32((number ^ (number >> np.uint32(16))) * np.uint32(0x7FEB352D))
             number = np.uint32((number ^ (number >> np.uint32(15))) * np.uint32(0x846CA68B))
             number = np.uint32(number ^ (number >> np.uint32(16)))
-            row[channel] = _cut_half(mean, number >> np.uint32(19))
+            cut = np.uint32(np.float32(mean).view(np.uint32) + np.uint32(number >> np.uint32(19)))
+            cut = np.uint32(cut & np.uint32(0xFFFFE000))  # the bits that a float16 does not have
+            row[channel] = half_bits(cut.view(np.float32))
 
 
 @compiled_fast
@@ -162,7 +142,6 @@ def products(table: F32, vector: F32, out: F32) -> None:
         out[k] = total
 
 
-CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
 LOW_32 = 0xFFFFFFFF
 PER_CHANNEL = 0x9E3779B9  # odd, so that all channels differ
 # The hash of Wellons, "lowbias32": each bit of the input changes each of the output.
@@ -273,7 +252,7 @@ class FeatureTable:
 def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:
     """found (T, n) float32 = vectors (T, D) float32 times table (n, D)^T, float32 or float16."""
     half = table.dtype == torch.float16
-    if compiled and len(vectors) <= FEW_VECTORS and (HALF or not half):
+    if compiled and len(vectors) <= FEW_VECTORS:
         for vector, out in zip(vectors, found, strict=True):
             query = vector.contiguous().numpy()
             if half:
