@@ -27,18 +27,24 @@ class _ToolCall(BaseModel):
 class StopsOnly:
     """Passes on requests that stop the robot, and answers all others with a problem.
 
-    ``stopping``: while one is passed on.
+    limit: of connections; ``stopping``: while a request is passed on.
     """
 
-    def __init__(self, app: ASGIApp, refusal: HttpProblem) -> None:
-        self._app, self._refusal = app, refusal
+    def __init__(self, app: ASGIApp, limit: int) -> None:
+        self._app, self._limit = app, limit
         self.stopping = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The ASGI interface."""
         stop = await _stop_request(scope, receive)
         if stop is None:
-            response = problem_response(self._refusal)
+            busy = HttpProblem(
+                "busy",
+                f"The gateway serves {self._limit} connections at once and has no room for "
+                "another, except to stop the robot: try again.",
+                service="gateway",
+            )
+            response = problem_response(busy)
             response.headers["Connection"] = "close"
             await response(scope, receive, send)
             return
@@ -51,8 +57,6 @@ class StopsOnly:
 
 async def _stop_request(scope: Scope, receive: Receive) -> Receive | None:
     """What yields the body of a request that stops the robot; None of any other request."""
-    if scope["type"] != "http":
-        return None
     if is_stop(scope["method"], scope["path"]):
         return receive
     if (scope["method"], split(scope["path"])[1]) != ("POST", "/mcp"):
