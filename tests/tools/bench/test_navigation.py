@@ -32,7 +32,6 @@ from onemap_tools.bench.navigation.episode import (
     true_results,
 )
 from onemap_tools.bench.navigation.results import Failure, episode_line, table_lines
-from onemap_tools.bench.navigation.rules import RULES
 from onemap_tools.bench.options import MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
@@ -98,11 +97,6 @@ def test_the_options_name_every_episode() -> None:
     assert drawing.apartment_seeds(3, 3, "all") == (3, 4, 5)
     assert drawing.apartment_seeds(3, 3, "even") == (4, 6, 8)
     assert drawing.apartment_seeds(4, 2, "odd") == (5, 7)
-
-
-def test_a_rule_that_is_switched_off_must_be_one() -> None:
-    with pytest.raises(ValueError, match="--without 'luck' is no rule; there are hysteresis, hint"):
-        setups(replace(OPTIONS, method="onemap", without=["hint", "luck"]))
 
 
 def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
@@ -222,7 +216,7 @@ def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
 @pytest.mark.parametrize(
     ("method", "changes"),
     [
-        ("onemap", {"features": "mini", "without": [*RULES]}),
+        ("onemap", {"features": "mini"}),
         ("onemap_reset", {}),
         ("onemap_no_consensus", {"features": "uncalibrated"}),
         ("vlfm", {}),

@@ -171,9 +171,6 @@ class NavigationBench(Options):
 
     module = "navigation.benchmark"
     method: Method = "onemap"
-    without: Annotated[
-        list[str] | None, Option(help="A rule of the search to switch off; may be repeated.")
-    ] = None
     features: Annotated[
         FeaturesName, Option(help="uncalibrated: simulated, with scores as CLIP's.")
     ] = "simulated"

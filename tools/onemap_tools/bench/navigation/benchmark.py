@@ -26,7 +26,6 @@ from onemap_tools.bench.navigation.results import (
     summary,
     table_lines,
 )
-from onemap_tools.bench.navigation.rules import RULES
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.processes.worker_pool import worker_pool
 
@@ -48,8 +47,6 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
         )
     if options.goals == "colours" and options.features != "mini":
         raise ValueError("labels have no colours: --goals colours is for --features mini")
-    if unknown := set(options.without or ()) - set(RULES):
-        raise ValueError(f"--without {min(unknown)!r} is no rule; there are {', '.join(RULES)}")
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
     return tuple(
         EpisodeSetup(index, _config(options, seed), options) for index, seed in enumerate(seeds)
@@ -63,8 +60,6 @@ def described(options: NavigationBench) -> dict[str, Any]:
         del document[name]
     if options.goals == "names":
         del document["goals"]
-    if not options.without:
-        del document["without"]
     if zones := document.pop("zones"):
         document["zones_per_episode"] = zones
     if wells := document.pop("stairwells"):

@@ -57,7 +57,6 @@ from onemap_tools.bench.navigation.results import (
     FirstView,
     ObjectRecord,
 )
-from onemap_tools.bench.navigation.rules import without
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -140,8 +139,7 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
         time_s = sum(item.time_s for item in objects)
         return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
-    with without(options.without or ()):
-        return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
 
 
 def _search(

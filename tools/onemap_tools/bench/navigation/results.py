@@ -312,7 +312,7 @@ RESULTS_FILE = "results.json"
 # Settings of the search itself; those of simulator and perception are part of the task.
 SEARCHING = ("config.planner.", "config.mapper.")
 # What may differ beside them: the apartments that both searched are compared.
-FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "without"}
+FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments"}
 TITLES = {
     "sr": "SR per object",
     "spl": "SPL per object",
@@ -433,7 +433,6 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[Epis
     advice = "only runs that differ in method, planner or mapper can be compared"
     _refuse(folder, another, advice)
     of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
-    of += [f"without {rule}" for rule in before.get("without", ())]
     name, episodes = ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
     if before["method"] != "plain":
         return {name: episodes}
