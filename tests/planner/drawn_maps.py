@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from onemap_planner.policy.step import PlannerParams
-from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
+from onemap_planner.world.costmap import BesideMap, Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
@@ -76,15 +76,11 @@ def costmap_of(
     *,
     trail_xy: F64 = NO_POINTS,
     obstacles_xy: F64 = NO_POINTS,
+    appeared_xy: F64 = NO_POINTS,
 ) -> Costmap:
-    """The costmap without virtual obstacles and a trail unless they are given."""
-    return build_costmap(
-        map_view,
-        robot_xy=np.array(robot_xy),
-        trail_xy=trail_xy,
-        obstacles_xy=obstacles_xy,
-        params=params,
-    )
+    """The costmap of the map alone unless more is given."""
+    beside = BesideMap(trail_xy, obstacles_xy, appeared_xy=appeared_xy)
+    return build_costmap(map_view, np.array(robot_xy), params, beside)
 
 
 def detections_of(

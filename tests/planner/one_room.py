@@ -22,7 +22,6 @@ from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import Detections, SearchView
 from tests.planner.drawn_maps import (
     CELL_M,
-    NO_POINTS,
     PARAMS,
     costmap_of,
     drawn_map,
@@ -47,7 +46,7 @@ def planner_state(*candidates: ObjectCandidate, active_time_s: float = 0.0) -> P
 
 def context_of(view: SearchView, pose: Pose2d = POSE) -> PlanningContext:
     """The context of a robot at the pose that came from nowhere and ran into nothing."""
-    return build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    return build_context(pose, view, PARAMS.costmap)
 
 
 def standing(map_view: MapView, robot_xy: tuple[float, float]) -> PlanningContext:

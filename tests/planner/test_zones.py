@@ -9,12 +9,9 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
-from onemap_planner.policy.context import (
-    PlanningContext,
-    build_context,
-    keeping_out,
-)
+from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.search.state_machine import Destination, Finished
+from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import (
@@ -25,7 +22,7 @@ from onemap_shared.messages import (
     SearchState,
 )
 from onemap_shared.places import Zones
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, places_of, search_view_of
+from tests.planner.drawn_maps import PARAMS, drawn_map, places_of, search_view_of
 from tests.planner.grid_world import (
     GridWorld,
     SimulatedSearch,
@@ -87,8 +84,9 @@ def random_context(seed: int) -> tuple[PlanningContext, PlanningContext, Place]:
     outside = free[distance_m(free, place) > RADIUS_M + 0.15]
     x, y = outside[rng.integers(len(outside))]
     pose = Pose2d(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
-    context = build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
-    return context, keeping_out(context, Zones(places_of(view.grid, place))), place
+    plain = build_context(pose, view, PARAMS.costmap)
+    beside = BesideMap(zones=Zones(places_of(view.grid, place)))
+    return plain, build_context(pose, view, PARAMS.costmap, beside), place
 
 
 @pytest.mark.parametrize("seed", range(10))

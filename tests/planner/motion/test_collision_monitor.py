@@ -23,7 +23,7 @@ from onemap_planner.motion.collision_monitor import (
 )
 from onemap_planner.motion.motions import STOP, Pose2d, moved
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
-from onemap_planner.world.costmap import Costmap, with_appeared
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
@@ -315,7 +315,7 @@ def hall_with_somebody(at_m: float) -> Costmap:
     map_view = replace(OPEN, occupancy=OPEN.occupancy.copy())
     map_view.occupancy[round(at_m / CELL_M), 24:27] = Occupancy.OCCUPIED
     cells = np.argwhere(map_view.occupancy == Occupancy.OCCUPIED)
-    return with_appeared(costmap_of(map_view, (2.5, 2.5), SIZE), map_view.grid.centres(cells))
+    return costmap_of(map_view, (2.5, 2.5), SIZE, appeared_xy=map_view.grid.centres(cells))
 
 
 @given(st.floats(2.9, 4.5), speeds | vectors, headings, st.floats(0.0, 0.5))

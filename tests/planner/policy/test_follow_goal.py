@@ -14,6 +14,7 @@ from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
 from onemap_planner.policy.memory import ActiveGoal
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.search.state_machine import Exploring
+from onemap_planner.world.costmap import BesideMap
 from onemap_shared.geometry import F64, Velocity2d
 from tests.planner.grid_world import SimulatedSearch, in_two_rooms, start
 from tests.planner.one_room import candidate
@@ -34,14 +35,8 @@ def observed(run: SimulatedSearch) -> Observation:
 
 def planned(run: SimulatedSearch, window_xy: F64 | None) -> PlanningContext:
     view = run.world.view(run.state.search.target)
-    return build_context(
-        run.world.pose,
-        view,
-        trail=run.state.trail,
-        obstacles_xy=run.state.obstacles_xy,
-        params=run.config.costmap,
-        window_xy=window_xy,
-    )
+    beside = BesideMap(np.array(run.state.trail), run.state.obstacles_xy)
+    return build_context(run.world.pose, view, run.config.costmap, beside, window_xy=window_xy)
 
 
 def following(run: SimulatedSearch, limit_s: float = 60.0) -> F64:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.motion.path import cost_to_go_from
-from onemap_planner.world.costmap import build_costmap, with_gaps
+from onemap_planner.world.costmap import with_gaps
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import (
@@ -44,13 +44,7 @@ def test_navigable_is_free_with_room_for_the_robot(occupancy: np.ndarray) -> Non
 def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:
     map_view = drawn_map(*["     "] * 5, scale=4)
     trail = np.column_stack([np.linspace(0.55, 1.75, 13), np.full(13, 1.0)])
-    costmap = build_costmap(
-        map_view,
-        robot_xy=np.array([1.75, 1.0]),
-        trail_xy=trail,
-        obstacles_xy=NO_POINTS,
-        params=PARAMS.costmap,
-    )
+    costmap = costmap_of(map_view, (1.75, 1.0), PARAMS.costmap, trail_xy=trail)
     assert costmap.free[5, 10]
     assert not costmap.unseen[5, 10]
     assert costmap.free[5, 8]

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from onemap_planner.world.distance import distances_m
+from onemap_planner.world.costmap import distances_m
 from tests.reference.planning import clearances
 
 

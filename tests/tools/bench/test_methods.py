@@ -20,13 +20,13 @@ from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, FeatureField, SearchView, TextEmbeddings
 from onemap_tools.bench.navigation import methods
-from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, explored, planner_state
 
 
 def seen(*rows: str) -> PlanningContext:
     view = search_view_of(drawn_map(*rows, scale=5))
-    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    return build_context(POSE, view, PARAMS.costmap)
 
 
 def utility(travel_m: float) -> GoalUtility:

@@ -18,7 +18,7 @@ from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.step import PlannerParams, step
 from onemap_planner.search.state_machine import EventStamp, Exploring, new_search
-from onemap_planner.world.costmap import build_costmap
+from onemap_planner.world.costmap import BesideMap, build_costmap
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import map_view_around
 from onemap_planner.world.regions import find_regions
@@ -53,8 +53,7 @@ def run(options: PlanningBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         made = active.comparison if active else None
         times_ms[made is None or made.at_s == state.active_time_s].append(took_ms)
         pose = _moved(pose, outcome.decision.motion) if outcome.decision else pose
-    nothing, params = np.zeros((0, 2)), PARAMS.costmap
-    context = build_context(pose, view, trail=state.trail, obstacles_xy=nothing, params=params)
+    context = build_context(pose, view, PARAMS.costmap)
     return {
         "benchmark": "planning",
         "seed": options.seed,
@@ -127,14 +126,12 @@ def _moved(pose: Pose2d, motion: Motion) -> Pose2d:
 def _parts(context: PlanningContext, view: SearchView, state: PlannerState) -> dict[str, float]:
     """What there is to compare, and the least milliseconds of the parts of comparing."""
     map_view, costmap, here = context.map_view, context.costmap, np.array(context.pose.xy)
-    trail_xy, nothing, params = np.array(state.trail), np.zeros((0, 2)), context.params
+    beside = BesideMap(np.array(state.trail))
     x, y = costmap.grid.cells(here).tolist()
     frontiers, regions = find_frontiers(map_view, costmap), find_regions(map_view)
     parts: dict[str, Callable[[], object]] = {
         "map_view_ms": lambda: map_view_around(view, here),
-        "costmap_ms": lambda: build_costmap(
-            map_view, robot_xy=here, trail_xy=trail_xy, obstacles_xy=nothing, params=params
-        ),
+        "costmap_ms": lambda: build_costmap(map_view, here, context.params, beside),
         "cost_to_go_ms": lambda: cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M).cost_m,
         "frontiers_ms": lambda: find_frontiers(map_view, costmap),
         "frontier_goals_ms": lambda: frontier_goals(frontiers, context),

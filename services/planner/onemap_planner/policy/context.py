@@ -13,15 +13,15 @@ from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
 from onemap_planner.sentences import CREEPS_CLOSE_BY, creeps_unseen
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import (
+    MAP_ALONE,
     NOTHING,
     Appeared,
+    BesideMap,
     Costmap,
     CostmapParams,
     build_costmap,
     distance_cells,
-    with_appeared,
     with_gaps,
-    with_zones,
 )
 from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
@@ -156,43 +156,31 @@ class PlanningContext:
 def build_context(
     pose: Pose2d,
     view: PlanningView,
-    *,
-    trail: tuple[tuple[float, float], ...],
-    obstacles_xy: F64,
     params: CostmapParams,
+    beside: BesideMap = MAP_ALONE,
+    *,
+    before: Appeared = NOTHING,
     window_xy: F64 | None = None,
 ) -> PlanningContext:
     """The context at this pose.
 
-    trail: where the robot has been, metres; obstacles_xy (B, 2): virtual obstacles, metres;
-    window_xy: see ``map_view_around``.
+    before: what had appeared on the view before this one; window_xy: see ``map_view_around``.
     """
-    map_view = map_view_around(view, np.asarray(pose.xy), window_xy)
-    costmap = build_costmap(
+    here = np.asarray(pose.xy)
+    map_view = map_view_around(view, here, window_xy)
+    appeared = before.after(map_view, here, view.stamp_ns * 1e-9)
+    beside = replace(beside, appeared_xy=appeared.xy)
+    costmap = build_costmap(map_view, here, params, beside)
+    return PlanningContext(
+        pose,
         map_view,
-        robot_xy=np.asarray(pose.xy),
-        trail_xy=np.array(trail, dtype=np.float64).reshape(-1, 2),
-        obstacles_xy=obstacles_xy,
-        params=params,
+        costmap,
+        _cost_to_go(costmap, pose),
+        params,
+        whole=window_xy is None,
+        appeared=appeared,
+        zones=beside.zones,
     )
-    cost_to_go = _cost_to_go(costmap, pose)
-    return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
-
-
-def keeping_out(context: PlanningContext, zones: Zones) -> PlanningContext:
-    """The context of a robot that keeps out of zones."""
-    costmap = with_zones(context.costmap, zones, np.asarray(context.pose.xy))
-    if costmap is context.costmap:
-        return replace(context, zones=zones)
-    cost_to_go = _cost_to_go(costmap, context.pose)
-    return replace(context, zones=zones, costmap=costmap, cost_to_go=cost_to_go)
-
-
-def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:
-    """The context that knows what has appeared since the view ``before`` it, of ``seen_s``."""
-    appeared = before.after(context.map_view, np.asarray(context.pose.xy), seen_s)
-    costmap = with_appeared(context.costmap, appeared.xy)
-    return replace(context, costmap=costmap, appeared=appeared)
 
 
 def across_gaps(context: PlanningContext) -> PlanningContext:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf, radians
 
+import numpy as np
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import Pose2d, Reverse, Rotate
@@ -31,8 +32,6 @@ from onemap_planner.policy.context import (
     across_gaps,
     build_context,
     creeping_reason,
-    keeping_out,
-    with_change,
 )
 from onemap_planner.policy.displaced import notice, stand
 from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
@@ -69,7 +68,7 @@ from onemap_planner.search.state_machine import (
 )
 from onemap_planner.sentences import not_navigable
 from onemap_planner.world.candidates import CONSENSUS, Consensus
-from onemap_planner.world.costmap import CostmapParams
+from onemap_planner.world.costmap import BesideMap, CostmapParams
 from onemap_planner.world.description import Description, described
 from onemap_planner.world.map_view import known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
@@ -234,16 +233,12 @@ def _context(
 ) -> PlanningContext:
     view = observation.view
     assert view is not None
+    zones = Zones(observation.places, state.search.stay_out)
+    trail_xy = np.array(state.trail, np.float64).reshape(-1, 2)
+    beside = BesideMap(trail_xy, state.obstacles_xy, zones)
     context = build_context(
-        pose,
-        view,
-        trail=state.trail,
-        obstacles_xy=state.obstacles_xy,
-        params=params.costmap,
-        window_xy=window_xy,
+        pose, view, params.costmap, beside, before=state.appeared, window_xy=window_xy
     )
-    context = keeping_out(context, Zones(observation.places, state.search.stay_out))
-    context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
     context = across_gaps(context) if state.crosses_gaps else context
     return replace(context, cost_to_go=context.cost_to_go.or_same(state.cost_to_go))
 

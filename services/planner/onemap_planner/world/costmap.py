@@ -5,21 +5,21 @@ And what has just appeared where the floor was free: somebody who walks about, m
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
-from onemap_planner.world.distance import distances_m
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
-from onemap_shared.places import Zones
+from onemap_shared.places import NO_ZONES, Zones
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than any way through N
@@ -176,17 +176,36 @@ class Costmap:
         return mask
 
 
-def build_costmap(
-    map_view: MapView, *, robot_xy: F64, trail_xy: F64, obstacles_xy: F64, params: CostmapParams
-) -> Costmap:
-    """The costmap of a map view. All points are metres in the map frame.
+def no_points() -> F64:
+    """No points, (0, 2) metres."""
+    return np.zeros((0, 2))
 
-    robot_xy (2,): inside the view's grid; trail_xy (K, 2): where the robot's centre has been, so
-    that the floor there is free even if no camera saw it, but for the last metre: else the robot's
-    own steps would make way into the unknown; obstacles_xy (B, 2): virtual obstacles, which the
-    robot ran into and no map shows.
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BesideMap:
+    """What a costmap takes in beside the map; points are metres in the map frame.
+
+    trail_xy (K, 2): where the robot's centre has been, so that the floor there is free even if no
+    camera saw it, but for the last metre: else the robot's own steps would make way into the
+    unknown; obstacles_xy (B, 2): virtual obstacles, which the robot ran into and no map shows;
+    zones: that it keeps out of; appeared_xy (N, 2): where somebody has just appeared.
     """
+
+    trail_xy: F64 = field(default_factory=no_points)
+    obstacles_xy: F64 = field(default_factory=no_points)
+    zones: Zones = NO_ZONES
+    appeared_xy: F64 = field(default_factory=no_points)
+
+
+MAP_ALONE = BesideMap()
+
+
+def build_costmap(
+    map_view: MapView, robot_xy: F64, params: CostmapParams, beside: BesideMap = MAP_ALONE
+) -> Costmap:
+    """The costmap of a map view, for a robot at ``robot_xy`` (2,), metres, inside its grid."""
     grid, size = map_view.grid, map_view.grid.cell_size_m
+    trail_xy, obstacles_xy = beside.trail_xy, beside.obstacles_xy
     earlier_xy = trail_xy[:-RECENT_POINTS]
     driven_m = distances_m(_mark(grid, earlier_xy), size, params.radius_m)
     driven = driven_m <= params.radius_m
@@ -223,7 +242,7 @@ def build_costmap(
         cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
 
     trail_m = distances_m(_mark(grid, np.vstack([trail_xy, robot_xy])), size, BLIND_RADIUS_M)
-    return Costmap(
+    costmap = Costmap(
         grid=grid,
         occupied=occupied,
         drops=drops,
@@ -237,16 +256,17 @@ def build_costmap(
         unseen=unseen,
         blind=blind,
         creeping=unseen_m < params.radius_m,
-        appeared=np.zeros(grid.shape, bool),
+        appeared=occupied & _mark(grid, beside.appeared_xy),
         params=params,
     )
+    return _without_zones(costmap, beside.zones, robot)
 
 
-def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
+def _without_zones(costmap: Costmap, zones: Zones, robot_cell: I64) -> Costmap:
     """The costmap without the keep-out zones, and the floor beside them.
 
     Paths keep ``margin_m`` more from them than from obstacles, since nothing there may be touched.
-    A robot at ``robot_xy`` (2,), metres, that is nearer may leave: no path leads farther in.
+    A robot in a cell (2,) that is nearer may leave: no path leads farther in.
     """
     params, grid, size = costmap.params, costmap.grid, costmap.grid.cell_size_m
     pad = int(np.ceil((params.min_clearance_m + params.margin_m) / size)) + 1
@@ -259,7 +279,7 @@ def with_zones(costmap: Costmap, zones: Zones, robot_xy: F64) -> Costmap:
     away_m = away_m - params.margin_m
     closed = away_m < params.min_clearance_m
     cost = np.where(closed, IMPASSABLE, costmap.cost)
-    way_out_m, robot_cell = np.where(closed, np.inf, 0.0), grid.cells(robot_xy)
+    way_out_m = np.where(closed, np.inf, 0.0)
     robot = (int(robot_cell[0]), int(robot_cell[1]))
     if closed[robot]:
         way_out_m = _ways_out_m(costmap.passable, closed, size)
@@ -286,11 +306,6 @@ def _ways_out_m(passable: Bool, closed: Bool, cell_size_m: float) -> F64:
     paths = MCP_Geometric(np.where(passable, 1.0, IMPASSABLE), fully_connected=True)
     lengths, _ = paths.find_costs(ends.tolist())
     return np.where(closed, lengths * cell_size_m, 0.0)
-
-
-def with_appeared(costmap: Costmap, points_xy: F64) -> Costmap:
-    """The costmap that knows where something has appeared: points (N, 2), metres."""
-    return replace(costmap, appeared=costmap.occupied & _mark(costmap.grid, points_xy))
 
 
 def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
@@ -368,6 +383,49 @@ def _mark(grid: GridSpec, points_xy: F64, around: I64 = HERE) -> Bool:
 def _beside(grid: GridSpec, points_xy: F64) -> Bool:
     """Mask (nx, ny) of the cells that hold a point, and of their eight neighbours."""
     return _mark(grid, points_xy, NEIGHBOURHOOD)
+
+
+def distances_m(mask: Bool, cell_size_m: float, within_m: float, *, less_m: float = 0.0) -> F64:
+    """(nx, ny): metres, less ``less_m``, to the centre of the nearest true cell.
+
+    Infinity where that is more than ``within_m``: a transform of all distances takes several times
+    as long, and nobody asks how far away something is that is far.
+    """
+    reach = int(np.ceil((within_m + less_m) / cell_size_m))
+    none = reach * reach + 1  # squares of cells are whole numbers, and there are few
+    table_m = np.sqrt(np.arange(none + 1.0)) * cell_size_m - less_m
+    table_m[none] = np.inf
+    box = _box_around(mask, reach)
+    squares = np.where(mask[box], 0, none).astype(np.uint16 if 2 * none < 2**16 else np.int64)
+    squares = _least_around(_least_around(squares, reach).T, reach).T
+    around_m: F64 = table_m.take(squares, mode="clip")
+    if around_m.shape == mask.shape:
+        return around_m
+    away_m = np.full(mask.shape, np.inf)
+    away_m[box] = around_m
+    return away_m
+
+
+def _least_around(squares: NDArray[np.integer], reach: int) -> NDArray[np.integer]:
+    """The least of each value and those up to ``reach`` steps away along the first axis, to which
+    the squares of the steps are added."""
+    least: NDArray[np.integer] = squares.copy(order="K")
+    for step in range(1, min(reach + 1, len(squares))):
+        farther = squares + squares.dtype.type(step * step)
+        np.minimum(least[step:], farther[:-step], out=least[step:])
+        np.minimum(least[:-step], farther[step:], out=least[:-step])
+    return least
+
+
+def _box_around(mask: Bool, reach: int) -> tuple[slice, slice]:
+    """The smallest part of the grid with all cells within ``reach`` of a true one."""
+    x, y = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    if not x:
+        return slice(0), slice(0)
+    return (
+        slice(max(x[0] - reach, 0), x[-1] + reach + 1),
+        slice(max(y[0] - reach, 0), y[-1] + reach + 1),
+    )
 
 
 def _clearance_m(mask: Bool, cell_size_m: float, within_m: float) -> F64:
