@@ -16,8 +16,8 @@ from onemap_planner.motion.pure_pursuit import ARRIVE_M
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.planning_thread import planned_path
 from onemap_planner.policy.evidence import rival_names
-from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Decision, Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import (
     Approaching,

@@ -10,11 +10,12 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.evidence import found_under_other_names, update_memory
+from onemap_planner.policy.evidence import found_under_other_names, update_evidence
 from onemap_planner.policy.explore import explore
-from onemap_planner.policy.goals import Goal, GoalCandidates
-from onemap_planner.policy.memory import PlannerState, TargetMemory
+from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
+from onemap_planner.policy.ledger import Attempt, Ended, Ledger
 from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.state import Evidence, PlannerState
 from onemap_planner.policy.step import Exploration
 from onemap_planner.search.state_machine import Event, EventStamp, new_search
 from onemap_planner.world.candidates import ObjectCandidate
@@ -41,7 +42,7 @@ def candidate(x: float, y: float, sightings: int = 3) -> ObjectCandidate:
 
 def planner_state(*candidates: ObjectCandidate, active_time_s: float = 0.0) -> PlannerState:
     """A state at the beginning of a search, with these candidates."""
-    return PlannerState(SEARCH, TargetMemory(candidates=candidates), active_time_s=active_time_s)
+    return PlannerState(SEARCH, Evidence(candidates=candidates), active_time_s=active_time_s)
 
 
 def context_of(view: SearchView, pose: Pose2d = POSE) -> PlanningContext:
@@ -81,6 +82,19 @@ def decided(
     return after, move.motion, move.event
 
 
+def visited(*places: tuple[float, float]) -> Ledger:
+    """A ledger with frontiers at these places, metres, that were seen in vain."""
+    return Ledger(tuple(Attempt(GoalKind.FRONTIER, xy, xy, Ended.SEEN) for xy in places))
+
+
+def doubted(candidate: ObjectCandidate, *from_xy: tuple[float, float]) -> Ledger:
+    """A ledger with a candidate that was not confirmed from these places, metres."""
+    ledger = Ledger()
+    for xy in from_xy:
+        ledger.doubt(candidate, xy)
+    return ledger
+
+
 def without(state: PlannerState, goal: Goal) -> PlannerState:
     """A copy of the state that has given this goal up."""
     after = state.copy()
@@ -91,7 +105,7 @@ def without(state: PlannerState, goal: Goal) -> PlannerState:
 def rejecting(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
     """A copy of the state that has rejected this candidate."""
     after = state.copy()
-    after.memory.reject(candidate)
+    after.reject(candidate)
     return after
 
 
@@ -101,5 +115,5 @@ def having_seen(
     """A copy of the state that has taken in these frames."""
     after, target = state.copy(), state.search.target
     others = found_under_other_names(state.found_objects, target, state.synonyms)
-    update_memory(after.memory, target, frames, here, others)
+    update_evidence(after, frames, here, others)
     return after

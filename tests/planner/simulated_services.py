@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.policy.memory import TargetMemory
+from onemap_planner.policy.state import Evidence
 from onemap_planner.search.state_machine import Confirming
 from onemap_planner.service import Planner
 from onemap_planner.world.candidates import ObjectCandidate
@@ -182,7 +182,7 @@ def confirm(planner: Planner, candidate: ObjectCandidate) -> None:
         search = replace(state.search, phase=Confirming(candidate, state.active_time_s))
         known = replace(candidate, sightings=candidate.sightings + 100)
         swapped = registry.compare_and_swap(
-            state, replace(state, search=search, memory=TargetMemory(candidates=(known,)))
+            state, replace(state, search=search, evidence=Evidence(candidates=(known,)))
         )
 
 

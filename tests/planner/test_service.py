@@ -28,6 +28,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
+from tests.planner.one_room import visited
 from tests.planner.simulated_services import SimulatedServices, moves
 
 
@@ -217,13 +218,13 @@ def test_another_map_of_the_same_size_resets_what_came_from_the_one_before(
     while not swapped:
         known = registry.state
         assert known is not None
-        given_up = replace(known, unreached_frontiers=((9.0, 9.0),))
+        given_up = replace(known, ledger=visited((9.0, 9.0)))
         swapped = registry.compare_and_swap(known, given_up)
     shown = "m2"
     services.until(lambda: "the map began anew" in services.get().reason)
     state = registry.state
     assert state is not None
-    assert state.unreached_frontiers == ()
+    assert (9.0, 9.0) not in state.ledger.visited_frontiers
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 

@@ -22,8 +22,8 @@ from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
-from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Decision, Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import PlannerParams, step
 from onemap_planner.search.state_machine import (
     Approaching,
@@ -425,7 +425,7 @@ class PlanningThread:
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
         search = transition(state.search, Ending(SearchState.FAILED, reason, code), stamp)
         next_state = state.copy()
-        next_state.memory = TargetMemory()
+        next_state.begin_object()
         next_state.search = search
         self._registry.compare_and_swap(state, next_state)
 

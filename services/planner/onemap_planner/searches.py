@@ -14,7 +14,7 @@ from pathlib import Path
 
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.evidence import synonyms_of
-from onemap_planner.policy.memory import NO_SYNONYMS, PlannerState, Synonyms
+from onemap_planner.policy.state import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search import decision_log
 from onemap_planner.search.state_machine import (
     CANCELLED,

@@ -72,8 +72,8 @@ def test_a_goal_without_the_view_is_left_for_another() -> None:
     here = context_of(halls, Pose2d(2.0, 1.0, 0.0))
     state = planner_state()
     explore(state, here)
-    assert state.memory.active_goal is not None
-    goal = state.memory.active_goal.goal
+    assert state.active_goal is not None
+    goal = state.active_goal.goal
     assert goal.kind is GoalKind.FRONTIER
     x_m, y_m = goal.viewpoint_xy
     yaw_rad = math.atan2(goal.look_xy[1] - y_m, goal.look_xy[0] - x_m)
@@ -81,5 +81,5 @@ def test_a_goal_without_the_view_is_left_for_another() -> None:
     asked = Pose2d(x_m, y_m, yaw_rad)
     after = state.copy()
     move = explore(after, replace(context_of(halls, wrong), reached=asked))
-    assert (move.event, after.memory.active_goal) == (None, None)
-    assert after.visited_frontiers == after.unreached_frontiers == (goal.look_xy,)
+    assert (move.event, after.active_goal) == (None, None)
+    assert after.ledger.visited_frontiers == after.ledger.unreached_frontiers == (goal.look_xy,)

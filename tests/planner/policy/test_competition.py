@@ -12,7 +12,7 @@ from onemap_planner.policy.evidence import (
     count_contradictions,
     rival_names,
 )
-from onemap_planner.policy.memory import MAX_FOUND_OBJECTS, FoundObject, PlannerState
+from onemap_planner.policy.state import MAX_FOUND_OBJECTS, FoundObject, PlannerState
 from onemap_planner.search.state_machine import EventStamp, Finished, new_search
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.policy.displaced import STANDS_S, notice
-from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.state_machine import (
     EventStamp,
     Exploring,

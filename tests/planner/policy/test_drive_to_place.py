@@ -131,7 +131,7 @@ def test_a_search_takes_another_goal_where_the_robots_own_navigation_fails() -> 
     assert "found no way to" in run.state.search.slow
     for _ in range(20):
         run.step()
-        active = run.state.memory.active_goal
+        active = run.state.active_goal
         assert active is None or not active.goal.looks_at(goal.look_xy, 0.5)
 
 

@@ -8,13 +8,14 @@ import pytest
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.memory import MAX_LOOKS, Doubt, FoundObject, PlannerState, TargetMemory
+from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.state import Evidence, FoundObject, PlannerState
 from onemap_planner.policy.step import handle_stuck
 from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import detections_of
-from tests.planner.one_room import POSE, SEARCH, context, having_seen, rejecting
+from tests.planner.one_room import POSE, SEARCH, candidate, context, doubted, having_seen, rejecting
 
 SOFA: WorldCells = frozenset((x, y) for x in range(20, 24) for y in range(20, 24))
 
@@ -53,14 +54,11 @@ def test_a_rejected_candidate_comes_back_when_it_is_seen_from_another_side(
 ) -> None:
     seen = similar_to_sofa()
     state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    rejected = TargetMemory(
-        rejected=state.memory.candidates,
-        doubts=tuple(Doubt(xy, (2.2, 2.2, 0.5)) for xy in looks),
-    )
-    state = replace(state, memory=rejected)
+    ledger = doubted(candidate(2.2, 2.2), *looks)
+    state = replace(state, evidence=Evidence(rejected=state.evidence.candidates), ledger=ledger)
     for _ in range(2):
         state = having_seen(state, (frame(),), seen)
-    sightings = [candidate.sightings for candidate in state.memory.candidates]
+    sightings = [candidate.sightings for candidate in state.evidence.candidates]
     assert sightings == ([2] if back else [])
 
 
@@ -71,15 +69,15 @@ def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewh
     """Behind somebody who stands in a doorway, say: that tells nothing about the candidate."""
     seen = similar_to_sofa()
     state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    (sofa,) = state.memory.candidates
+    (sofa,) = state.evidence.candidates
     stuck = ProgressMonitor(POSE, 0.0, stuck_count=MAX_STUCK_COUNT, stuck_at=POSE)
     approaching = replace(SEARCH, phase=Approaching(sofa))
     state = replace(state, search=approaching, progress=stuck).copy()
     handle_stuck(state)
-    assert state.memory.candidates == ()
+    assert state.evidence.candidates == ()
     seen = replace(seen, pose=Pose2d(*seen_from, 0.0))
     after = having_seen(state, (frame(),), seen)
-    assert bool(after.memory.candidates) == back
+    assert bool(after.evidence.candidates) == back
 
 
 @pytest.mark.parametrize(("rival", "kept"), [(0.9, 0), (0.7, 1)])
@@ -89,14 +87,14 @@ def test_a_found_object_is_not_a_candidate_where_its_name_fits_better(
     state = having_seen(PlannerState(SEARCH), (frame(),), similar_to_sofa())
     state = replace(state, found_objects=(FoundObject("bed", SOFA),))
     after = having_seen(state, (), similar_to_sofa(rival))
-    assert len(after.memory.candidates) == kept
+    assert len(after.evidence.candidates) == kept
 
 
 def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> None:
     empty = detections_of({}, independent=True)
     after = having_seen(PlannerState(SEARCH), (frame(), empty, frame()), doubtful())
-    assert after.memory.candidates == ()
-    (candidate,) = after.memory.disputed
+    assert after.evidence.candidates == ()
+    (candidate,) = after.evidence.unsupported
     assert (candidate.sightings, candidate.cells) == (2, SOFA)
     assert [(tally.hits, tally.frames) for tally in candidate.near_views] == [(2, 3)]
 
@@ -106,9 +104,9 @@ def test_detections_beside_what_the_map_supports_are_counted_for_it(
     independent: bool, beside: int
 ) -> None:
     state = having_seen(PlannerState(SEARCH), (frame(),), similar_to_sofa())
-    (before,) = state.memory.candidates
+    (before,) = state.evidence.candidates
     frames = (replace(frame(), independent=independent), frame("bed")) * 2
-    (after,) = having_seen(state, frames, doubtful()).memory.candidates
+    (after,) = having_seen(state, frames, doubtful()).evidence.candidates
     assert (after.sightings, after.cells) == (before.sightings, before.cells)
     assert (before.beside, after.beside) == (0, beside)
 
@@ -116,16 +114,16 @@ def test_detections_beside_what_the_map_supports_are_counted_for_it(
 def test_a_detector_that_reads_the_map_s_features_cannot_outweigh_the_map() -> None:
     dependent = replace(frame(), independent=False)
     after = having_seen(PlannerState(SEARCH), (dependent,), doubtful())
-    assert after.memory == TargetMemory()
+    assert after.evidence == Evidence()
 
 
 def test_both_kinds_of_a_candidate_are_rejected_each_by_itself() -> None:
     frames = (frame(), frame())
     state = having_seen(PlannerState(SEARCH), frames, doubtful())
     state = having_seen(state, frames, similar_to_sofa())
-    (supported,), (without,) = state.memory.candidates, state.memory.disputed
+    (supported,), (without,) = state.evidence.candidates, state.evidence.unsupported
     assert without.near_views[0].hits == 2
-    left = rejecting(state, supported).memory
-    assert (left.candidates, left.disputed) == ((), (without,))
-    left = rejecting(state, without).memory
-    assert (left.candidates, left.disputed) == ((supported,), ())
+    left = rejecting(state, supported).evidence
+    assert (left.candidates, left.unsupported) == ((), (without,))
+    left = rejecting(state, without).evidence
+    assert (left.candidates, left.unsupported) == ((supported,), ())

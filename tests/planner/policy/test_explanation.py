@@ -6,8 +6,8 @@ import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
-from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Exploring, status, told
 from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
@@ -70,7 +70,7 @@ def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:
 def test_a_choice_is_explained_once_and_counted() -> None:
     state, *_ = explored(PlannerState(SEARCH), TWO_OPENINGS)
     first = state.search.choice
-    active = state.memory.active_goal
+    active = state.active_goal
     assert active is not None
     assert first.number == 1
     (chosen,) = [option for option in first.options if option.chosen]

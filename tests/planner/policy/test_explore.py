@@ -14,7 +14,8 @@ from onemap_planner.policy import explore as module
 from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.memory import MAX_LOOKS, SETTLE_S, PlannerState, TargetMemory
+from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
@@ -33,6 +34,7 @@ from tests.planner.one_room import (
     explored,
     planner_state,
     rejecting,
+    visited,
     without,
 )
 
@@ -67,14 +69,14 @@ def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
     )
     plain = context()
     guidance = np.full_like(plain.map_view.guidance, rank)
-    state = replace(PlannerState(SEARCH), memory=TargetMemory(disputed=(thing,)))
+    state = replace(PlannerState(SEARCH), evidence=Evidence(unsupported=(thing,)))
     return state, replace(plain, map_view=replace(plain.map_view, guidance=guidance))
 
 
 def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     state, here = doubtful(rank=0.95, hits=8)
     state, motion, event, _ = explored(state, here)
-    goal = state.memory.active_goal
+    goal = state.active_goal
     assert goal is not None
     assert goal.goal.kind is GoalKind.DETECTION
     assert goal.goal.doing == DOUBTED
@@ -82,7 +84,7 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     assert event is None
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
     _, _, event, _ = explored(state, there)
-    assert event == CandidateSelected(state.memory.disputed[0])
+    assert event == CandidateSelected(state.evidence.unsupported[0])
 
 
 def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_else_is_left() -> (
@@ -95,14 +97,14 @@ def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_el
     here = replace(here, description=Description(detail, {"bed": nowhere}, ones, None))
     state = replace(state, search=replace(SEARCH, details=(detail,) * len(SEARCH.objects)))
     state, motion, *_ = explored(state, here)
-    assert state.memory.active_goal is None
+    assert state.active_goal is None
     assert not isinstance(motion, Drive)
     state, event = given_up(state, here)
     for _ in range(2):  # reconsidered, then taken all the same
         state, *_ = explored(replace(state, active_time_s=state.active_time_s + GIVE_UP_S), here)
     state, motion, *_ = explored(state, here)
     assert event is None
-    assert state.memory.settles
+    assert state.evidence.takes_any
     assert isinstance(motion, Drive)
 
 
@@ -117,11 +119,11 @@ def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, 
 @pytest.mark.parametrize(("hits", "again"), [(8, True), (1, False)])
 def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, again: bool) -> None:
     state, here = doubtful(rank=0.95, hits=hits)
-    (thing,) = state.memory.disputed
-    state = replace(state, memory=TargetMemory(rejected=(thing,)))
+    (thing,) = state.evidence.unsupported
+    state = replace(state, evidence=Evidence(rejected=(thing,)))
     state, event = given_up(state, here)
     assert event is None
-    assert state.memory.disputed == ((thing,) if again else ())
+    assert state.evidence.unsupported == ((thing,) if again else ())
     state, motion, event, _ = explored(state, here)
     assert isinstance(motion, Drive) is again
     state = rejecting(state, thing)
@@ -139,10 +141,10 @@ def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
     assert isinstance(motion, Drive)
     assert event is None
     assert candidates.frontiers
-    goal = first.memory.active_goal
+    goal = first.active_goal
     assert goal is not None
     second, *_ = explored(replace(first, active_time_s=1.0), HALF_KNOWN)
-    kept = second.memory.active_goal
+    kept = second.active_goal
     assert kept is not None
     assert kept.comparison is not None
     assert kept.comparison.at_s == 1.0
@@ -158,16 +160,16 @@ def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     similarity[20, 4] = 0.9  # searched: features from afar are good before a detector sees it
     here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
     seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
-    state = replace(PlannerState(SEARCH), memory=TargetMemory(undetected=seen))
+    state = replace(PlannerState(SEARCH), evidence=Evidence(undetected=seen))
     state, *_ = explored(state, here)
-    assert state.memory.active_goal is not None
-    assert state.memory.active_goal.goal.kind is kind
+    assert state.active_goal is not None
+    assert state.active_goal.goal.kind is kind
 
 
 def chosen(state: PlannerState) -> Goal:
     after, *_ = explored(state, SEEN_BEYOND)
-    assert after.memory.active_goal is not None
-    return after.memory.active_goal.goal
+    assert after.active_goal is not None
+    return after.active_goal.goal
 
 
 def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
@@ -192,12 +194,12 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     for step in range(12):  # the end of what is known recedes by 0.5 m each second
         state = replace(state, active_time_s=float(step))
         state, *_ = explored(state, corridor(4.0 + 0.5 * step))
-        goal = state.memory.active_goal
+        goal = state.active_goal
         assert goal is not None
         since_s.append(goal.since_s)
     assert since_s[1] == 0.0
     assert len(set(since_s)) >= 3
-    assert not state.visited_frontiers
+    assert not state.ledger.visited_frontiers
 
 
 def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (
@@ -205,12 +207,12 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
 ):
     room = context()
     state = planner_state()
-    state = replace(state, memory=replace(state.memory, rejected=(candidate(2.5, 2.5),)))
+    state = replace(state, evidence=replace(state.evidence, rejected=(candidate(2.5, 2.5),)))
     state, motion, event, _ = explored(state, room)
     assert (motion, event) == (Rest(), None)
     state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), room)
     assert event is None
-    assert state.memory.reconsidered
+    assert state.reconsidered
     state, *_ = explored(state, room)
     _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), room)
     assert isinstance(event, Ending)
@@ -223,25 +225,20 @@ def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
 ) -> None:
     """At 100 s nothing is left but what was given up for the objects before."""
     state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
-    while state.memory.active_goal is not None:
-        state = without(state, state.memory.active_goal.goal)
+    while state.active_goal is not None:
+        state = without(state, state.active_goal.goal)
         state, *_ = explored(state, HALF_KNOWN)
     start = replace(SEARCH.target_start, since_active_time_s=since_s)
-    memory = replace(state.memory, idle_since_s=None)
-    state = replace(
-        state,
-        search=replace(SEARCH, target_start=start),
-        memory=memory,
-        active_time_s=100.0,
-    )
+    search = replace(SEARCH, target_start=start)
+    state = replace(state, search=search, idle_since_s=None, active_time_s=100.0)
     state, *_ = explored(state, HALF_KNOWN)
     late = replace(state, active_time_s=100.0 + GIVE_UP_S)
     state, _, event, _ = explored(late, HALF_KNOWN)
     assert (event is None) == again
-    assert (state.visited_frontiers == ()) == again
+    assert (state.ledger.visited_frontiers == ()) == again
     if again:
         state, _, event, _ = explored(state, HALF_KNOWN)
-        assert state.memory.active_goal is not None
+        assert state.active_goal is not None
 
 
 def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
@@ -254,11 +251,11 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
     )
     assert two_rooms.unreachable_m2() > 1.0
     monkeypatch.setattr(module, "CUT_OFF_M2", 1.0)
-    state = replace(planner_state(), visited_frontiers=((1.9, 1.0),))
+    state = replace(planner_state(), ledger=visited((1.9, 1.0)))
     state, *_ = explored(state, two_rooms)
     state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), two_rooms)
     assert event is None
-    assert state.visited_frontiers == ()
+    assert state.ledger.visited_frontiers == ()
     state, *_ = explored(state, two_rooms)
     _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
     assert isinstance(event, Ending)
@@ -280,13 +277,13 @@ def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
     assert candidates.frontiers == ()
     assert event is None
     assert isinstance(motion, Drive)
-    goal = state.memory.active_goal
+    goal = state.active_goal
     assert goal is not None
     assert goal.goal.look_xy[1] > 2.8
     for _ in range(2):  # looked into from near and from farther away: it cannot be seen
         state = without(state, goal.goal)
     state, _, _, _ = explored(state, halves)
-    assert state.memory.active_goal is None
+    assert state.active_goal is None
     assert not state.crosses_gaps
     state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), halves)
     assert event is None
@@ -301,7 +298,7 @@ def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
     there = candidate(0.9, 5.0, sightings)
     state, *_ = explored(planner_state(there), halves)
     assert not state.crosses_gaps  # the frontier on the way to it is looked at first
-    goal = state.memory.active_goal
+    goal = state.active_goal
     assert goal is not None
     for _ in range(2):
         state = without(state, goal.goal)
@@ -345,7 +342,7 @@ def test_a_search_looks_there_before_it_gives_up() -> None:
     state, looks = PlannerState(SEARCH), []
     for step in range(200):
         state, _, event, _ = explored(state, here)
-        goal = state.memory.active_goal
+        goal = state.active_goal
         if isinstance(event, Ending):
             break
         if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:

@@ -11,7 +11,7 @@ from PIL import Image
 
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.find_check import FindCheck, check_find
-from onemap_planner.policy.memory import FoundObject, TargetMemory
+from onemap_planner.policy.state import Evidence, FoundObject
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
 from onemap_shared import messages as m
@@ -48,7 +48,7 @@ def seen_in_room(
 )
 def test_a_lamp_is_next_to_the_bed_within_a_metre(x: float, expected: FindCheck) -> None:
     lamp = candidate(x, 2.45)
-    assert check_find(lamp, seen_in_room(related(NEXT_TO)), TargetMemory()) == expected
+    assert check_find(lamp, seen_in_room(related(NEXT_TO)), Evidence()) == expected
 
 
 @pytest.mark.parametrize(("shown", "holds"), [(0.6, True), (0.4, None), (0.2, False)])
@@ -56,19 +56,19 @@ def test_an_anchor_that_shows_weakly_is_looked_at_more_closely(
     shown: float, holds: bool | None
 ) -> None:
     here = seen_in_room(related(NEXT_TO), shown=shown)
-    assert check_find(candidate(1.45, 2.45), here, TargetMemory()).holds is holds
+    assert check_find(candidate(1.45, 2.45), here, Evidence()).holds is holds
 
 
 def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
     here, lamp = seen_in_room(related(NEXT_TO)), candidate(0.65, 2.45)
     found = FoundObject("bed", frozenset({(6, 33)}))
-    assert check_find(lamp, here, TargetMemory(), [found]).told == ("0.9 m from the bed",)
+    assert check_find(lamp, here, Evidence(), [found]).told == ("0.9 m from the bed",)
     map_view = here.map_view
     occupancy, explored = map_view.occupancy.copy(), map_view.explored.copy()
     x, y = map_view.indices_of(frozenset({(x, y) for x in range(5, 12) for y in range(28, 34)})).T
     occupancy[x, y], explored[x, y] = m.Occupancy.UNKNOWN, False
     here = replace(here, map_view=replace(map_view, occupancy=occupancy, explored=explored))
-    check = check_find(lamp, here, TargetMemory())
+    check = check_find(lamp, here, Evidence())
     assert (check.holds, check.wrong) == (None, ("perhaps not next to a bed",))
 
 
@@ -79,8 +79,8 @@ def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
 def test_heights_tell_on_from_under(kind: m.RelationKind, z: float, holds: bool) -> None:
     bed = replace(candidate(2.45, 2.45), xyz=(2.45, 2.45, 0.4))
     lamp = replace(candidate(2.25, 2.25), xyz=(2.25, 2.25, z))
-    memory = TargetMemory(anchors={"bed": (bed,)})
-    check = check_find(lamp, seen_in_room(related(kind)), memory)
+    evidence = Evidence(anchors={"bed": (bed,)})
+    check = check_find(lamp, seen_in_room(related(kind)), evidence)
     assert check.holds is holds
     assert (check.told, check.wrong) == (
         ((f"{kind} the bed",), ()) if holds else ((), (f"not {kind} a bed",))
@@ -91,10 +91,10 @@ def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
     here, state = seen_in_room(related(NEXT_TO)), planner_state()
     frame = detections_of({"bed": [(2.45, 2.45, 0.4), (2.55, 2.45, 0.4)]})
     after = having_seen(state, (frame, frame, frame), here)
-    (bed,) = after.memory.anchors["bed"]
+    (bed,) = after.evidence.anchors["bed"]
     assert bed.sightings == 3
     assert after.landmarks(here).where((2.0, 2.0)) == "near the bed"
-    assert state.memory.anchors == {}
+    assert state.evidence.anchors == {}
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_place_holds_it_or_not(detail: m.Detail, x: float, expected: FindCheck
     ids = np.full(ROOM.grid.shape, m.NO_ROOM, np.int32)
     places = m.MapPlaces(1, 1, (den,), (m.NO_ROOM,), ROOM.grid, ids)
     here = seen_in_room(detail, places)
-    assert check_find(candidate(x, 2.0), here, TargetMemory()) == expected
+    assert check_find(candidate(x, 2.0), here, Evidence()) == expected
 
 
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
@@ -120,7 +120,7 @@ def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told()
     places = m.MapPlaces(1, 1, (attic, den), (m.NO_ROOM, m.NO_ROOM), ROOM.grid, ids)
 
     def checked(detail: m.Detail, x: float) -> FindCheck:
-        return check_find(candidate(x, 2.0), seen_in_room(detail, places), TargetMemory())
+        return check_find(candidate(x, 2.0), seen_in_room(detail, places), Evidence())
 
     inside = m.Detail(inside=("attic",), outside=("den",))
     perhaps = ("perhaps not in the attic",)
@@ -152,18 +152,16 @@ def pictured(rgb: tuple[int, int, int], wall: int = 200, side: int = 30) -> Obje
 def test_a_colour_is_that_of_its_own_pixels(colour: str) -> None:
     here = seen_in_room(m.Detail(colour=colour))
     thing = pictured(RGB[colour])
-    assert check_find(thing, here, TargetMemory()) == FindCheck(True, (colour,))
+    assert check_find(thing, here, Evidence()) == FindCheck(True, (colour,))
     assert here.believed(here.map_view, drawn=True) is here.map_view  # it says nothing of where
     other = pictured(RGB["green" if colour in ("red", "pink", "orange") else "red"])
-    assert check_find(other, here, TargetMemory()) == FindCheck(False, (), (f"not {colour}",))
+    assert check_find(other, here, Evidence()) == FindCheck(False, (), (f"not {colour}",))
 
 
 def test_what_is_too_dark_or_too_far_is_not_judged() -> None:
     here = seen_in_room(m.Detail(colour="red"))
     dark, far = pictured((30, 30, 30), wall=35), pictured((30, 30, 30), side=4)
-    assert check_find(dark, here, TargetMemory()).told == ("colour not checked: too dark",)
-    assert check_find(far, here, TargetMemory()).holds is None
+    assert check_find(dark, here, Evidence()).told == ("colour not checked: too dark",)
+    assert check_find(far, here, Evidence()).holds is None
     unseen = candidate(1.0, 2.0)
-    assert check_find(unseen, here, TargetMemory()).told == (
-        "colour not checked: there is no picture",
-    )
+    assert check_find(unseen, here, Evidence()).told == ("colour not checked: there is no picture",)

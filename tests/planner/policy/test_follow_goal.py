@@ -11,8 +11,8 @@ from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy import explore as module
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
-from onemap_planner.policy.memory import ActiveGoal
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import ActiveGoal
 from onemap_planner.search.state_machine import Exploring
 from onemap_planner.world.costmap import BesideMap
 from onemap_shared.geometry import F64, Velocity2d
@@ -60,7 +60,7 @@ def test_the_way_is_that_of_the_whole_map() -> None:
         part, whole = planned(run, following(run)), planned(run, None)
         assert can_follow(run.state, part)
         assert part.map_view.grid.shape <= whole.map_view.grid.shape
-        active_goal = run.state.memory.active_goal
+        active_goal = run.state.active_goal
         assert active_goal is not None
         motion = follow_goal(run.state.copy(), part).motion
         expected = whole.drive_to(active_goal.goal.viewpoint_xy, active_goal.goal.look_xy)
@@ -72,14 +72,13 @@ def test_the_way_is_that_of_the_whole_map() -> None:
 def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -> None:
     run = start(in_two_rooms(), "bed")
     following(run)
-    state, active_goal = run.state, run.state.memory.active_goal
+    state, active_goal = run.state, run.state.active_goal
     assert active_goal is not None
     assert isinstance(state.search.phase, Exploring)
     observation = observed(run)
 
     def window_with(changed: ActiveGoal | None) -> F64 | None:
-        memory = replace(state.memory, active_goal=changed)
-        return follow_window(replace(state, memory=memory), observation)
+        return follow_window(replace(state, active_goal=changed), observation)
 
     assert window_with(active_goal) is not None
     assert window_with(None) is None
@@ -87,8 +86,8 @@ def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -
     assert window_with(replace(active_goal, arrived_s=0.0)) is None
     assert window_with(replace(active_goal, since_s=-1e3)) is None
     doubtful = replace(candidate(*run.world.pose.xy), supported=False)
-    beside = replace(state.memory, disputed=(doubtful,))
-    assert follow_window(replace(state, memory=beside), observation) is None
+    beside = replace(state.evidence, unsupported=(doubtful,))
+    assert follow_window(replace(state, evidence=beside), observation) is None
     later = replace(state, active_time_s=state.active_time_s + 60.0)
     assert follow_window(later, observation) is None
     there = in_two_rooms()
@@ -106,6 +105,6 @@ def test_without_a_way_in_the_window_the_whole_map_is_planned_on() -> None:
     x, y = run.world.pose.xy
     nothing = planned(run, np.array([[x, y], [x, y]]))
     assert not can_follow(run.state, nothing)
-    no_goal = replace(run.state, memory=replace(run.state.memory, active_goal=None))
+    no_goal = replace(run.state, active_goal=None)
     assert not can_follow(no_goal, nothing)
     assert isinstance(follow_goal(no_goal, nothing).motion, Rest)

@@ -18,14 +18,6 @@ from onemap_planner.policy.goals import (
     select_goal,
     successor,
 )
-from onemap_planner.policy.memory import (
-    GOAL_BASE_S,
-    MAX_LEFT,
-    RETURN_PART,
-    ActiveGoal,
-    LeftGoal,
-    TargetMemory,
-)
 from onemap_planner.world.frontiers import find_frontiers
 from tests.planner.drawn_maps import drawn_map
 from tests.planner.one_room import standing
@@ -92,37 +84,6 @@ def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
     assert successor([region, border(10, 40, 50, look_x=4.5)], earlier) is None
     jumped = border(16, 0, 20, look_x=1.2)  # beyond its growth, but at the same place
     assert successor([jumped], earlier) == jumped
-
-
-def remembering(goal: Goal, spent_s: float, *left: LeftGoal) -> TargetMemory:
-    """A memory at 10 s with this active goal."""
-    active = ActiveGoal(goal, 10.0 - spent_s, 20.0, goal.look_xy)
-    return TargetMemory(active_goal=active, left=left)
-
-
-def test_a_goal_that_another_is_preferred_to_is_kept_once_with_its_seconds() -> None:
-    memory = remembering(goal(0.2), 6.0, LeftGoal(goal(0.2, 0.1), 2.0))
-    memory.leave(goal(0.2, 0.2), 10.0)  # the same, elsewhere
-    assert memory.left == (LeftGoal(goal(0.2, 0.1), 2.0),)
-    memory.leave(goal(0.2, 5.0), 10.0)
-    assert memory.left == (LeftGoal(goal(0.2), 6.0),)
-    many = tuple(LeftGoal(goal(0.2, 10.0 + 2 * i), 1.0) for i in range(MAX_LEFT))
-    memory = remembering(goal(0.2), 6.0, *many)
-    memory.leave(goal(0.2, 5.0), 10.0)
-    assert memory.left == (*many[1:], LeftGoal(goal(0.2), 6.0))
-
-
-@pytest.mark.parametrize(
-    ("wanted", "spent_s"),
-    [
-        (goal(0.2, 0.3), 6.0 + RETURN_PART * GOAL_BASE_S),
-        (goal(0.2, 3.0), 0.0),
-        (goal(0.2, 0.0, GoalKind.REGION), 0.0),
-    ],
-)
-def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
-    memory = TargetMemory(left=(LeftGoal(goal(0.2), 6.0),))
-    assert memory.spent_before_s(wanted) == pytest.approx(spent_s)
 
 
 @settings(deadline=None)

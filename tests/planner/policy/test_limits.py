@@ -9,8 +9,8 @@ import pytest
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.memory import ActiveGoal, PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import ActiveGoal, PlannerState
 from onemap_planner.policy.step import handle_stuck, is_trapped, limit_reached, step
 from onemap_planner.search import state_machine as sm
 from onemap_planner.search.state_machine import (
@@ -139,13 +139,11 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
 def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 1.0, 1.0), "")
     state = monitored(LIMIT, Exploring())
-    state = replace(
-        state, memory=TargetMemory(active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
-    )
+    state = replace(state, active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
     after, events = state, handle_stuck(state)
     assert events == ()
-    assert after.visited_frontiers == after.unreached_frontiers == (goal.look_xy,)
-    assert after.memory.active_goal is None
+    assert after.ledger.visited_frontiers == after.ledger.unreached_frontiers == (goal.look_xy,)
+    assert after.active_goal is None
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,11 @@ import pytest
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.explore import select_candidate
-from onemap_planner.policy.memory import (
-    DEAD_END_RETURNS,
-    MAX_LOOKS,
+from onemap_planner.policy.ledger import MAX_LOOKS, MAX_RETURNS
+from onemap_planner.policy.state import (
     SETTLE_S,
-    Doubt,
+    Evidence,
     PlannerState,
-    TargetMemory,
 )
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
@@ -52,14 +50,14 @@ def in_next_room(door: str) -> PlanningContext:
 def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
     far, opened, closed = candidate(1.2, 3.2), in_next_room("."), in_next_room("#")
     state = planner_state(far)
-    for _ in range(DEAD_END_RETURNS):
+    for _ in range(MAX_RETURNS):
         state = given_up(state, far, closed)
-        assert state.memory.rejected == ()
+        assert state.evidence.rejected == ()
         assert select_candidate(state, closed) is None
         assert select_candidate(state, opened) == sm.CandidateSelected(far)
     state = given_up(state, far, closed)
-    assert state.memory.rejected == (far,)
-    assert state.memory.candidates == ()
+    assert state.evidence.rejected == (far,)
+    assert state.evidence.candidates == ()
 
 
 @pytest.mark.parametrize(
@@ -76,11 +74,11 @@ def test_a_part_of_it_that_is_not_as_described_rules_it_not_out() -> None:
     whole = candidate(2.5, 2.5, 9)
     part = replace(whole, sightings=4)
     state = planner_state(whole)
-    state = replace(state, memory=replace(state.memory, aside=(part,)))
+    state = replace(state, evidence=replace(state.evidence, mismatched=(part,)))
     _, motion, event = decided(approach, state, sm.Approaching(whole), context())
     assert isinstance(motion, Drive)
     assert event is None
-    state = replace(state, memory=TargetMemory(aside=(part,)))
+    state = replace(state, evidence=Evidence(mismatched=(part,)))
     assert decided(approach, state, sm.Approaching(part), context())[2] == sm.Rejected()
 
 
@@ -94,17 +92,17 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
     while True:
         looks += 1
         state, _, event = decided(confirm, state, sm.Confirming(then, 0.0), here)
-        assert len(state.memory.doubts) == looks
         if event == sm.Rejected():
             break
         assert event == sm.CandidateSelected(then)
-        tried = state.memory.doubted_from(then)
+        tried = state.ledger.doubted_from(then.xyz[:2])
+        assert len(tried) == looks
         viewpoint_xy = find_viewpoint(then, here, tried)
         assert viewpoint_xy is not None
         assert min(np.hypot(*np.subtract(viewpoint_xy, xy)) for xy in tried) > 0.5
         here = replace(here, pose=Pose2d(*viewpoint_xy, 0.0))
     assert looks == MAX_LOOKS
-    assert state.memory.rejected == (then,)
+    assert state.evidence.rejected == (then,)
 
 
 @pytest.mark.parametrize(("contradictions", "sure"), [(5, True), (6, False)])
@@ -141,7 +139,7 @@ def ranked(rank: float) -> PlanningContext:
 def weighed(
     known: ObjectCandidate, *, rank: float = 0.95, waited_s: float = 0.0
 ) -> tuple[PlannerState, sm.Event | None]:
-    state = replace(planner_state(active_time_s=waited_s), memory=TargetMemory(disputed=(known,)))
+    state = replace(planner_state(active_time_s=waited_s), evidence=Evidence(unsupported=(known,)))
     after, _, event = decided(confirm, state, BEFORE, ranked(rank))
     return after, event
 
@@ -151,14 +149,14 @@ def test_many_near_views_from_two_sides_outweigh_the_map() -> None:
     assert weighed(known)[1] == sm.Confirmed(known)
     after, event = weighed(known, rank=0.6)  # it says that it is something else
     assert event == sm.Rejected()
-    assert after.memory.disputed == ()
+    assert after.evidence.unsupported == ()
 
 
 def test_what_is_detected_in_few_of_the_near_views_is_rejected() -> None:
     known = disputed(6)
     after, event = weighed(known)
     assert event == sm.Rejected()
-    assert after.memory.rejected == (known,)
+    assert after.evidence.rejected == (known,)
 
 
 def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> None:
@@ -166,7 +164,7 @@ def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> N
     assert weighed(known)[1] is None
     late_s = CONFIRM_S + 0.1
     assert weighed(known, waited_s=late_s)[1] == sm.CandidateSelected(known)
-    state = replace(planner_state(), memory=TargetMemory(disputed=(known,)))
+    state = replace(planner_state(), evidence=Evidence(unsupported=(known,)))
     _, motion, _ = decided(approach, state, sm.Approaching(known), ranked(0.95))
     assert isinstance(motion, Drive)
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
@@ -192,11 +190,8 @@ def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None
     state = planner_state(now)
     _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
     assert event == sm.CandidateSelected(now)
-    doubts = list[Doubt]()
     while nearer_xy is not None:
-        doubts.append(Doubt(nearer_xy, now.xyz))
-        tried = [doubt.from_xy for doubt in doubts]
-        nearer_xy = find_viewpoint(now, context(), tried)
-    state = replace(state, memory=replace(state.memory, doubts=tuple(doubts)))
+        state.ledger.doubt(now, nearer_xy)
+        nearer_xy = find_viewpoint(now, context(), state.ledger.doubted_from(now.xyz[:2]))
     _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
     assert event == sm.Confirmed(now)

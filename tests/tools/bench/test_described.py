@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from onemap_planner.policy.memory import FoundObject, TargetMemory
+from onemap_planner.policy.state import Evidence, FoundObject
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.scene.scene import Room, Scene
@@ -142,13 +142,13 @@ def test_a_search_that_goes_on_rejects_what_was_found_whatever_the_map_says_of_i
     wrong, other = candidate(3.5, 2.3), candidate(9.1, 4.6)
     simulation.state = replace(
         simulation.state,
-        memory=TargetMemory(candidates=(wrong, other)),
+        evidence=Evidence(candidates=(wrong, other)),
         found_objects=(FoundObject("dresser", wrong.cells),),
     )
     covered = cells_of(two_rooms(), 6, 0.1)
-    search, memory = simulation.search_on(0.0, covered), simulation.state.memory
+    search, evidence = simulation.search_on(0.0, covered), simulation.state.evidence
     assert search.active
-    assert memory.candidates == (other,)
-    assert {each.supported for each in memory.rejected} == {True, False}
-    assert {each.cells for each in memory.rejected} == {wrong.cells | covered}
+    assert evidence.candidates == (other,)
+    assert {each.supported for each in evidence.rejected} == {True, False}
+    assert {each.cells for each in evidence.rejected} == {wrong.cells | covered}
     assert {(30, 21), (39, 24)} <= covered

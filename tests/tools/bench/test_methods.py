@@ -13,7 +13,7 @@ from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.memory import LINGER_S, SETTLE_S, PlannerState
+from onemap_planner.policy.state import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.state_machine import Ending
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
@@ -21,7 +21,15 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, FeatureField, SearchView, TextEmbeddings
 from onemap_tools.bench.navigation import methods
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import POSE, SEARCH, candidate, context, explored, planner_state
+from tests.planner.one_room import (
+    POSE,
+    SEARCH,
+    candidate,
+    context,
+    explored,
+    planner_state,
+    visited,
+)
 
 
 def seen(*rows: str) -> PlanningContext:
@@ -43,43 +51,43 @@ def test_the_nearest_frontier_is_chosen_and_kept() -> None:
     assert isinstance(motion, Drive)
     assert event is None
     assert len(candidates.frontiers) >= 2
-    goal = state.memory.active_goal
+    goal = state.active_goal
     assert goal is not None
     again, *_ = explored(replace(state, active_time_s=1.0), BOTH_ENDS, methods.NEAREST_FRONTIER)
-    assert again.memory.active_goal == goal
+    assert again.active_goal == goal
     farthest = methods.FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
     other, *_ = explored(state, BOTH_ENDS, farthest)
-    assert other.memory.active_goal is not None
-    away_m = other.memory.active_goal.goal.utility.travel_m
+    assert other.active_goal is not None
+    away_m = other.active_goal.goal.utility.travel_m
     assert away_m > goal.goal.utility.travel_m
 
 
 def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
     state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, methods.NEAREST_FRONTIER)
-    goal = state.memory.active_goal
+    goal = state.active_goal
     assert goal is not None
     late = replace(state, active_time_s=goal.budget_s + 0.1)
     after, *_ = explored(late, BOTH_ENDS, methods.NEAREST_FRONTIER)
-    assert goal.goal.look_xy in after.visited_frontiers
-    there = replace(state.memory, active_goal=replace(goal, arrived_s=0.0))
-    lingered = replace(state, memory=there, active_time_s=LINGER_S)
+    assert goal.goal.look_xy in after.ledger.visited_frontiers
+    there = replace(goal, arrived_s=0.0)
+    lingered = replace(state, active_goal=there, active_time_s=LINGER_S)
     after, *_ = explored(lingered, BOTH_ENDS, methods.NEAREST_FRONTIER)
-    assert goal.goal.look_xy in after.visited_frontiers
+    assert goal.goal.look_xy in after.ledger.visited_frontiers
 
 
 def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> None:
     settle_s = SETTLE_S
     state = planner_state()
-    rejected = replace(state.memory, rejected=(candidate(2.5, 2.5),))
-    state = replace(state, memory=rejected, visited_frontiers=((1.0, 1.0),))
+    rejected = replace(state.evidence, rejected=(candidate(2.5, 2.5),))
+    state = replace(state, evidence=rejected, ledger=visited((1.0, 1.0)))
     state, motion, event, _ = explored(state, context(), methods.NEAREST_FRONTIER)
     assert (motion, event) == (Rest(), None)
     state, *_ = explored(
         replace(state, active_time_s=settle_s + 0.1), context(), methods.NEAREST_FRONTIER
     )
-    assert state.memory.reconsidered
-    assert state.memory.rejected == ()
-    assert state.visited_frontiers == ()
+    assert state.reconsidered
+    assert state.evidence.rejected == ()
+    assert state.ledger.visited_frontiers == ()
     state, *_ = explored(state, context(), methods.NEAREST_FRONTIER)
     late = replace(state, active_time_s=2 * settle_s + 0.2)
     _, _, event, _ = explored(late, context(), methods.NEAREST_FRONTIER)
@@ -167,8 +175,8 @@ def frontier(company: methods.CompanyMap) -> tuple[float, float]:
     """Where a robot drives first that ranks frontiers so."""
     ranked = methods.FrontierExploration(company.rank, margin=0.0)
     state, *_ = explored(PlannerState(SEARCH), BOTH_ENDS, ranked)
-    assert state.memory.active_goal is not None
-    return state.memory.active_goal.goal.look_xy
+    assert state.active_goal is not None
+    return state.active_goal.goal.look_xy
 
 
 @pytest.mark.parametrize(("sought", "beside"), [("refrigerator", 1), ("pillow", 0)])

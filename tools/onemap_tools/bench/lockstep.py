@@ -33,8 +33,9 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
 from onemap_planner.policy.evidence import rival_names, synonyms_of
-from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.ledger import Ledger
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Search, Starting, new_search
 from onemap_planner.world.map_view import AssembledView, PlanningView, WorldCells, after
@@ -271,16 +272,17 @@ class LockstepSimulation:
         wrong: cells that what was found just now covers beside those that were seen: it is none.
         """
         before = self.state
-        memory, cells = before.memory.copy(), before.found_objects[-1].cells | wrong
-        for candidate in (*memory.candidates, *memory.disputed):
+        evidence, cells = before.evidence.copy(), before.found_objects[-1].cells | wrong
+        for candidate in (*evidence.candidates, *evidence.unsupported):
             if not candidate.cells.isdisjoint(cells):
                 whole = replace(candidate, cells=candidate.cells | wrong)
-                memory.reject(whole)
+                evidence.reject(whole)
                 other = replace(whole, supported=not whole.supported)
-                memory.rejected = (*memory.rejected, other)  # whatever the map says of it
+                evidence.rejected = (*evidence.rejected, other)  # whatever the map says of it
         stamp = EventStamp(self.now_s, before.active_time_s, self.xy, self.odometer_m)
         search = new_search(before.search.search_id, before.search.objects, stamp, 0)
-        return self._run(replace(before, search=search, memory=memory), limit_s)
+        state = replace(before, search=search, evidence=evidence, idle_since_s=None)
+        return self._run(state, limit_s)
 
     def _run(self, state: PlannerState, limit_s: float) -> Search:
         self.state = state
@@ -369,7 +371,7 @@ class LockstepSimulation:
         if self._method.forgets and index > 0:
             self._take_map(BeliefMap(self.belief.params, first_revision=self.belief.revision))
             self.state = replace(
-                self.state, visited_frontiers=(), found_objects=(), trail=(), known_m2=0.0
+                self.state, ledger=Ledger(), found_objects=(), trail=(), known_m2=0.0
             )
         self._map_of = index
 

@@ -14,8 +14,8 @@ from onemap_planner.motion.motions import Drive, Motion, Pose2d
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import frontier_goals
-from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import PlannerParams, step
 from onemap_planner.search.state_machine import EventStamp, Exploring, new_search
 from onemap_planner.world.costmap import BesideMap, build_costmap
@@ -49,7 +49,7 @@ def run(options: PlanningBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         started = time.process_time()
         outcome = step(state, seen, PARAMS)
         took_ms = (time.process_time() - started) * 1e3
-        state, active = outcome.state, outcome.state.memory.active_goal
+        state, active = outcome.state, outcome.state.active_goal
         made = active.comparison if active else None
         times_ms[made is None or made.at_s == state.active_time_s].append(took_ms)
         pose = _moved(pose, outcome.decision.motion) if outcome.decision else pose

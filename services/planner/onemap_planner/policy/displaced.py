@@ -12,8 +12,8 @@ from dataclasses import replace
 from math import degrees, hypot
 
 from onemap_planner.motion.pure_pursuit import DriveParams
-from onemap_planner.policy.memory import Displacement, PlannerState
 from onemap_planner.policy.outcome import STAND, Move, Observation
+from onemap_planner.policy.state import Displacement, PlannerState
 from onemap_planner.search.state_machine import Displaced
 from onemap_planner.sentences import beside_map, pose_jumped
 from onemap_shared.geometry import wrap_angle
@@ -63,5 +63,5 @@ def stand(state: PlannerState) -> Move | None:
     state.displacement = None
     if not displacement.unnoticed:
         return None
-    state.trail, state.memory.active_goal = (), None
+    state.trail, state.active_goal = (), None
     return Move(STAND, Displaced())

@@ -15,18 +15,18 @@ import numpy as np
 from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import VIEW_FARTHEST_M
-from onemap_planner.policy.memory import (
-    MAX_LOOKS,
+from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.state import (
     NO_SYNONYMS,
+    Evidence,
     FoundObject,
+    PlannerState,
     Synonyms,
-    TargetMemory,
 )
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
 from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
 from onemap_planner.world.candidates import (
     CERTAIN,
-    MERGE_M,
     ObjectCandidate,
     Sighting,
     is_same_object,
@@ -77,7 +77,7 @@ def object_probability(candidate: ObjectCandidate, context: PlanningContext) -> 
     return probability(candidate.near_views, map_rank(candidate, context))
 
 
-def likely_disputed(
+def likely_unsupported(
     candidates: Iterable[ObjectCandidate], context: PlanningContext
 ) -> list[tuple[ObjectCandidate, float]]:
     """Those without the map's support that are not certainly something else, with probability."""
@@ -147,49 +147,48 @@ def _is_in_view(cells: I64, context: PlanningContext) -> bool:
 OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 degrees
 
 
-def update_memory(
-    memory: TargetMemory,
-    target: str,
+def update_evidence(
+    state: PlannerState,
     frames: Iterable[Detections],
     context: PlanningContext,
     others: Sequence[FoundObject],
 ) -> None:
-    """Take in what these frames show of the target.
+    """Take in what these frames show of the present object.
 
     others: found objects of other names, of which the candidates are none.
     """
     for detections in frames:
-        _take_in(memory, target, detections, context)
-    memory.candidates, memory.disputed = (
+        _take_in(state, detections, context)
+    evidence = state.evidence
+    evidence.candidates, evidence.unsupported = (
         tuple(c for c in known if conflicting_object(c, others, context.map_view) is None)
-        for known in (memory.candidates, memory.disputed)
+        for known in (evidence.candidates, evidence.unsupported)
     )
 
 
-def _take_in(
-    memory: TargetMemory, target: str, detections: Detections, context: PlanningContext
-) -> None:
+def _take_in(state: PlannerState, detections: Detections, context: PlanningContext) -> None:
     """Take in one frame.
 
     A detector that reads the map's features says nothing that the map does not know: what the map
     does not support is kept of an independent one only.
     """
+    evidence, target = state.evidence, state.search.target
     seen = _seen(target, detections, context.map_view, context)
-    _take_in_anchors(memory, detections, context)
-    supported = [s for s in seen if s.supported and not _is_rejected(s, memory)]
-    memory.candidates = count_contradictions(
-        merge_sightings(memory.candidates, supported),
+    _take_in_anchors(evidence, detections, context)
+    supported = [s for s in seen if s.supported and not _is_rejected(s, state)]
+    evidence.candidates = count_contradictions(
+        merge_sightings(evidence.candidates, supported),
         detections,
         supported,
-        names=(target, *memory.anchors),
+        names=(target, *evidence.anchors),
         map_view=context.map_view,
     )
     if detections.independent:
-        memory.candidates = _count_beside(memory.candidates, seen)
+        evidence.candidates = _count_beside(evidence.candidates, seen)
     detected = [sighting.cells for sighting in seen]
-    memory.undetected = with_frame(memory.undetected, context, detected)
+    evidence.undetected = with_frame(evidence.undetected, context, detected)
     if detections.independent:
-        memory.disputed = _disputed(memory, seen, context)
+        evidence.unsupported = _unsupported(state, seen, context)
 
 
 def _seen(
@@ -199,15 +198,13 @@ def _seen(
     return sightings_of(name, detections, map_view, seen_from=place, consensus=consensus)
 
 
-def _take_in_anchors(
-    memory: TargetMemory, detections: Detections, context: PlanningContext
-) -> None:
+def _take_in_anchors(evidence: Evidence, detections: Detections, context: PlanningContext) -> None:
     """Take in what a frame shows of the other things that the target's description names."""
     for name, layers in context.description.anchors.items() if context.description else ():
         shown = replace(context.map_view, similarity=layers.similarity)
         shown = replace(shown, margin=np.full_like(shown.margin, np.inf))
         seen = [s for s in _seen(name, detections, shown, context) if s.supported]
-        memory.anchors[name] = merge_sightings(memory.anchors.get(name, ()), seen)
+        evidence.anchors[name] = merge_sightings(evidence.anchors.get(name, ()), seen)
 
 
 def _count_beside(
@@ -227,39 +224,41 @@ def _count_beside(
     )
 
 
-def _disputed(
-    memory: TargetMemory, seen: Sequence[Sighting], context: PlanningContext
+def _unsupported(
+    state: PlannerState, seen: Sequence[Sighting], context: PlanningContext
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates without the map's support after a frame of an independent detector.
 
-    A sighting of a supported candidate is no other object, unless it was disputed before. From
+    A sighting of a supported candidate is no other object, unless it had no support before. From
     near, a frame counts for a candidate or against it.
     """
+    evidence = state.evidence
     doubtful = [
         sighting
         for sighting in seen
         if not sighting.supported
-        and not _is_rejected(sighting, memory)
-        and (_is_any(sighting, memory.disputed) or not _is_any(sighting, memory.candidates))
+        and not _is_rejected(sighting, state)
+        and (_is_any(sighting, evidence.unsupported) or not _is_any(sighting, evidence.candidates))
     ]
     return tuple(
         with_near_view(candidate, context, hit=any(is_same_object(candidate, s) for s in seen))
-        for candidate in merge_sightings(memory.disputed, doubtful)
+        for candidate in merge_sightings(evidence.unsupported, doubtful)
     )
 
 
-def _is_rejected(sighting: Sighting, memory: TargetMemory) -> bool:
+def _is_rejected(sighting: Sighting, state: PlannerState) -> bool:
     """Rejected candidates stay rejected, those with the map's support and those without.
 
     A supported one is taken up again when it is seen from a side from which it was not looked at.
     """
-    if not _is_any(sighting, (c for c in memory.rejected if c.supported == sighting.supported)):
+    evidence = state.evidence
+    if not _is_any(sighting, (c for c in evidence.rejected if c.supported == sighting.supported)):
         return False
     if not sighting.supported:
         return True
-    if _is_any(sighting, memory.candidates):
+    if _is_any(sighting, evidence.candidates):
         return False
-    looks = [d.from_xy for d in memory.doubts if dist(d.place_xyz, sighting.xyz) <= MERGE_M]
+    looks = state.ledger.doubted_from(sighting.xyz[:2])
     elsewhere = all(dist(xy, sighting.seen_from) > OTHER_SIDE_M for xy in looks)
     return not (elsewhere and 0 < len(looks) < MAX_LOOKS)
 

@@ -18,7 +18,11 @@ from onemap_planner.motion.motions import Rotate
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext, across_gaps, coverage_of
-from onemap_planner.policy.evidence import found_object_at, found_under_other_names, likely_disputed
+from onemap_planner.policy.evidence import (
+    found_object_at,
+    found_under_other_names,
+    likely_unsupported,
+)
 from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.goals import (
     SAME_GOAL_M,
@@ -34,14 +38,14 @@ from onemap_planner.policy.goals import (
     select_goal,
     successor,
 )
-from onemap_planner.policy.memory import (
+from onemap_planner.policy.outcome import Move, Observation
+from onemap_planner.policy.state import (
     SETTLE_S,
     ActiveGoal,
+    Evidence,
     GoalComparison,
     PlannerState,
-    TargetMemory,
 )
-from onemap_planner.policy.outcome import Move, Observation
 from onemap_planner.policy.verify import other_object
 from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.policy.ways import (
@@ -86,17 +90,17 @@ def select_candidate(state: PlannerState, context: PlanningContext) -> Candidate
 
     One that was more often detected under another name does not count.
     """
-    for candidate in state.memory.candidates[:MAX_CANDIDATES_TRIED]:
+    for candidate in state.evidence.candidates[:MAX_CANDIDATES_TRIED]:
         often = candidate.sightings >= max(MIN_SIGHTINGS, candidate.contradictions)
-        if often and state.memory.next_viewpoint(candidate, context) is not None:
+        if often and state.ledger.next_viewpoint(candidate, context) is not None:
             return CandidateSelected(candidate)
     return None
 
 
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, the last resorts."""
-    memory, now_s = state.memory, state.active_time_s
-    seen = discounted(context.map_view, memory.undetected)
+    now_s = state.active_time_s
+    seen = discounted(context.map_view, state.evidence.undetected)
     candidates = GoalCandidates(
         find_frontiers(context.believed(seen, drawn=True), context.costmap),
         find_regions(context.believed(seen)),
@@ -106,21 +110,21 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     if not ways and not state.crosses_gaps:
         state.crosses_gaps = lies_across_gap(_agreed(state), context)
     options = _options(state, context, candidates, ways)
-    goal = select_goal(options, memory.active_goal.goal if memory.active_goal else None)
+    goal = select_goal(options, state.active_goal.goal if state.active_goal else None)
     if goal is None:
         return replace(last_resort(state, context), candidates=candidates)
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
     if at is ArrivalState.NO_VIEW:
         return _without_view(state, goal, candidates)
     active = _activated(state, goal)
-    memory.leave(goal, now_s)
+    state.leave_for(goal)
     state.search = explain_goal(
-        state.search, goal, options, state.landmarks(context), new=memory.is_new(active)
+        state.search, goal, options, state.landmarks(context), new=state.is_new(active)
     )
     active = active.at(now_s, arrived=at is ArrivalState.THERE)
-    memory.active_goal = active.compared(motion, candidates, now_s)
-    memory.idle_since_s = None
-    return Move(motion, _disputed_reached(state, active), candidates)
+    state.active_goal = active.compared(motion, candidates, now_s)
+    state.idle_since_s = None
+    return Move(motion, _unsupported_reached(state, active), candidates)
 
 
 def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
@@ -128,7 +132,7 @@ def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
 
     A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere.
     """
-    active = state.memory.active_goal
+    active = state.active_goal
     if (
         active is not None
         and successor([goal], active.goal) is not None
@@ -138,11 +142,11 @@ def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
     return state.new_goal(goal)
 
 
-def _disputed_reached(state: PlannerState, active: ActiveGoal) -> CandidateSelected | None:
-    """Selects the disputed candidate that the robot has come to look at."""
+def _unsupported_reached(state: PlannerState, active: ActiveGoal) -> CandidateSelected | None:
+    """Selects the candidate without the map's support that the robot has come to look at."""
     if active.goal.kind is not GoalKind.DETECTION or active.arrived_s is None:
         return None
-    there = (c for c in state.memory.disputed if active.goal.looks_at(c.xyz[:2], MERGE_M))
+    there = (c for c in state.evidence.unsupported if active.goal.looks_at(c.xyz[:2], MERGE_M))
     return next((CandidateSelected(candidate) for candidate in there), None)
 
 
@@ -160,8 +164,8 @@ def _options(
     worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
     if worthwhile:
         return worthwhile
-    for look in looks_at_closed_ways(context, state.memory.tried_xy(GoalKind.LOOK_AT)):
-        if not state.is_given_up(look):
+    for look in looks_at_closed_ways(context, state.ledger.tried_xy(GoalKind.LOOK_AT)):
+        if not state.ledger.is_given_up(look):
             return [look]
     way_out = _way_to_cut_off(state, context)
     if way_out is not None:
@@ -171,7 +175,7 @@ def _options(
 
 
 def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
-    return [goal for goal in goals if not state.is_given_up(goal)]
+    return [goal for goal in goals if not state.ledger.is_given_up(goal)]
 
 
 def _region_goals(
@@ -182,7 +186,7 @@ def _region_goals(
 ) -> list[Goal]:
     """The goals of the regions that may be among the best of these and others, and the present
     one: viewpoints of all of them took most of the time of planning."""
-    active, tried_xy = state.memory.active_goal, state.memory.tried_xy(GoalKind.REGION)
+    active, tried_xy = state.active_goal, state.ledger.tried_xy(GoalKind.REGION)
     present = grown(active.goal.cells) if active else frozenset()
     best = nlargest(MAX_GOAL_OPTIONS, (goal.utility.total for goal in others))
     goals = []
@@ -194,7 +198,7 @@ def _region_goals(
             if not near and present.isdisjoint(context.map_view.world_cells(region.cells)):
                 continue
         goal = region_goal(region, context, tried_xy=tried_xy)
-        if goal is not None and not state.is_given_up(goal):
+        if goal is not None and not state.ledger.is_given_up(goal):
             goals.append(goal)
             best = nlargest(MAX_GOAL_OPTIONS, [*best, goal.utility.total])
     return goals
@@ -204,7 +208,7 @@ def _detection_goals(
     scored: list[tuple[ObjectCandidate, float]], state: PlannerState, context: PlanningContext
 ) -> list[Goal]:
     def viewpoint_of(candidate: ObjectCandidate) -> tuple[float, float] | None:
-        return state.memory.next_viewpoint(candidate, context)
+        return state.ledger.next_viewpoint(candidate, context)
 
     return detection_goals(scored, context, viewpoint_of=viewpoint_of)
 
@@ -219,7 +223,7 @@ def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | Non
         return None
     away = np.hypot(*(largest - context.cell_at(context.pose.xy)).T)
     there = Destination(SearchKind.GO_TO, context.xy_of(largest[away.argmin()]))
-    return frontier_goal(there, context, visit_counts(context, state.visited_frontiers))
+    return frontier_goal(there, context, visit_counts(context, state.ledger.visited_frontiers))
 
 
 def _ways_to_unreached(state: PlannerState, context: PlanningContext) -> list[Goal]:
@@ -228,18 +232,17 @@ def _ways_to_unreached(state: PlannerState, context: PlanningContext) -> list[Go
     places = [
         UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
         for candidate, score in agreed + _unconfirmed(state, context)
-        if state.memory.next_viewpoint(candidate, context) is None
+        if state.ledger.next_viewpoint(candidate, context) is None
     ]
     if not places:
         return []
-    return _not_given_up(
-        state, ways_to_unreached(places, context, visit_counts(context, state.visited_frontiers))
-    )
+    visits = visit_counts(context, state.ledger.visited_frontiers)
+    return _not_given_up(state, ways_to_unreached(places, context, visits))
 
 
 def _agreed(state: PlannerState) -> list[ObjectCandidate]:
     """What was detected often enough where the map agrees."""
-    often = [c for c in state.memory.candidates if c.sightings >= MIN_SIGHTINGS]
+    often = [c for c in state.evidence.candidates if c.sightings >= MIN_SIGHTINGS]
     return often[:MAX_CANDIDATES_TRIED]
 
 
@@ -252,32 +255,30 @@ def _unconfirmed(
     are as described; and those that the map does not support, while they are not certainly
     something else, or another one.
     """
-    seldom = [(c, c.similarity) for c in state.memory.candidates if c.sightings < MIN_SIGHTINGS]
-    seldom += _undecided(state.memory, context)
+    seldom = [(c, c.similarity) for c in state.evidence.candidates if c.sightings < MIN_SIGHTINGS]
+    seldom += _unclear(state.evidence, context)
     often = [
         candidate
-        for candidate in state.memory.disputed
+        for candidate in state.evidence.unsupported
         if candidate.sightings >= MIN_SIGHTINGS and _may_fit(candidate, state, context)
     ]
-    disputed = likely_disputed(often[:MAX_CANDIDATES_TRIED], context)
-    return seldom[:MAX_CANDIDATES_TRIED] + disputed
+    unsupported = likely_unsupported(often[:MAX_CANDIDATES_TRIED], context)
+    return seldom[:MAX_CANDIDATES_TRIED] + unsupported
 
 
 def _may_fit(candidate: ObjectCandidate, state: PlannerState, context: PlanningContext) -> bool:
     """Whether it may be as described, or the search takes any object of the name."""
-    memory = state.memory
-    if context.description is None or memory.settles:
+    evidence = state.evidence
+    if context.description is None or evidence.takes_any:
         return True
-    return check_find(candidate, context, memory, state.found_objects).holds is not False
+    return check_find(candidate, context, evidence, state.found_objects).holds is not False
 
 
-def _undecided(
-    memory: TargetMemory, context: PlanningContext
-) -> list[tuple[ObjectCandidate, float]]:
+def _unclear(evidence: Evidence, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:
     """The candidates that may be as described, with the joint belief in each."""
-    believed = context.believed(context.map_view) if memory.undecided else context.map_view
+    believed = context.believed(context.map_view) if evidence.unclear else context.map_view
     scored = []
-    for candidate in memory.undecided:
+    for candidate in evidence.unclear:
         x, y = believed.indices_of(candidate.surface).T
         scored.append((candidate, float(np.nan_to_num(believed.similarity[x, y]).max(initial=0.0))))
     return scored
@@ -288,7 +289,7 @@ def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
 
     All of it is needed to compare goals, for detections, and to approach a candidate.
     """
-    memory, active = state.memory, state.memory.active_goal
+    active = state.active_goal
     if active is None or active.comparison is None or observation.pose is None:
         return None
     if active.arrived_s is not None or not isinstance(state.search.phase, Exploring):
@@ -296,11 +297,11 @@ def follow_window(state: PlannerState, observation: Observation) -> F64 | None:
     if _is_over(state, active, active.comparison):
         return None
     if any(found.names for found in observation.detections) or any(
-        candidate.sightings >= MIN_SIGHTINGS for candidate in memory.candidates
+        candidate.sightings >= MIN_SIGHTINGS for candidate in state.evidence.candidates
     ):
         return None
     here = (*observation.pose.xy, 0.0)
-    if any(candidate.distance_m(here) <= AROUND_M for candidate in memory.disputed):
+    if any(candidate.distance_m(here) <= AROUND_M for candidate in state.evidence.unsupported):
         return None  # a frame without a detection of it counts against it
     corners = np.vstack([active.comparison.corners_xy, observation.pose.xy])
     return np.stack([corners.min(axis=0) - AROUND_M, corners.max(axis=0) + AROUND_M])
@@ -315,7 +316,7 @@ def _is_over(state: PlannerState, active: ActiveGoal, comparison: GoalComparison
 
 def can_follow(state: PlannerState, context: PlanningContext) -> bool:
     """Whether a path leads to the active goal within this part of the map."""
-    active = state.memory.active_goal
+    active = state.active_goal
     if active is None:
         return False
     cell = context.cell_at(active.goal.viewpoint_xy)
@@ -325,7 +326,7 @@ def can_follow(state: PlannerState, context: PlanningContext) -> bool:
 
 def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     """Drive on to the active goal, which ``can_follow``."""
-    active = state.memory.active_goal
+    active = state.active_goal
     if active is None or active.comparison is None:
         return Move()
     candidates, goal = active.comparison.candidates, active.goal
@@ -333,7 +334,7 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     if at is ArrivalState.NO_VIEW:
         return _without_view(state, goal, candidates)
     there = at is ArrivalState.THERE
-    state.memory.active_goal = active.at(state.active_time_s, arrived=there)
+    state.active_goal = active.at(state.active_time_s, arrived=there)
     return Move(motion, candidates=candidates)
 
 
@@ -353,14 +354,13 @@ MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an obj
 
 def wait(state: PlannerState, _: PlanningContext) -> Move | None:
     """Stand for ``SETTLE_S``: the next view of the map may show a goal."""
-    now_s = state.active_time_s
-    return Move() if now_s - state.memory.idle_from_s(now_s) < SETTLE_S else None
+    return Move() if state.idle_s() < SETTLE_S else None
 
 
 def look_around(state: PlannerState, _: PlanningContext) -> Move | None:
     """Turn once: whoever stood in a doorway may have left."""
-    now_s, turned_s = state.active_time_s, SETTLE_S + 2 * pi / LOOK_AROUND_RADPS
-    return Move(Rotate()) if now_s - state.memory.idle_from_s(now_s) < turned_s else None
+    turned_s = SETTLE_S + 2 * pi / LOOK_AROUND_RADPS
+    return Move(Rotate()) if state.idle_s() < turned_s else None
 
 
 def cross_gaps(state: PlannerState, context: PlanningContext) -> Move | None:
@@ -370,25 +370,23 @@ def cross_gaps(state: PlannerState, context: PlanningContext) -> Move | None:
     beyond_m2 = context.unreachable_m2() - across_gaps(context).unreachable_m2()
     if beyond_m2 < LEAST_BEYOND_M2:
         return None
-    state.memory.idle_since_s = None
+    state.idle_since_s = None
     state.crosses_gaps = True
     return Move()
 
 
 def reconsider(state: PlannerState, context: PlanningContext) -> Move | None:
     """Look once more at what was rejected, given up on the way, cut off or is doubtful."""
-    memory = state.memory
-    if memory.reconsidered:
+    if state.reconsidered:
         return None
     cut_off = context.unreachable_m2() >= CUT_OFF_M2
     began_s = state.search.target_start.since_active_time_s
     # No goal since the object's turn came.
-    untried = memory.idle_from_s(state.active_time_s) - began_s < SETTLE_S
+    untried = state.active_time_s - state.idle_s() - began_s < SETTLE_S
     again = (
-        memory.rejected
-        or memory.closed_off
-        or state.unreached_frontiers
-        or ((cut_off or untried) and state.visited_frontiers)
+        state.evidence.rejected
+        or state.ledger.may_reconsider
+        or ((cut_off or untried) and state.ledger.visited_frontiers)
     )
     doubtful = _doubtful(state, context)
     if not again and not doubtful:
@@ -400,15 +398,15 @@ def reconsider(state: PlannerState, context: PlanningContext) -> Move | None:
 
 def settle(state: PlannerState, _: PlanningContext) -> Move | None:
     """Walk up to an object of the name that is not as described, to say that it is there."""
-    memory = state.memory
-    known = (*memory.candidates, *memory.undecided, *memory.aside)
-    if memory.settles or memory.others or state.search.detail == NO_DETAIL:
+    evidence = state.evidence
+    known = evidence.supported
+    if evidence.takes_any or evidence.other_finds or state.search.detail == NO_DETAIL:
         return None
-    if not (known or memory.disputed):
+    if not (known or evidence.unsupported):
         return None
-    memory.settles, memory.idle_since_s = True, None
-    memory.candidates, memory.undecided, memory.aside = known, (), ()
-    memory.given_up = ()
+    evidence.takes_any, state.idle_since_s = True, None
+    evidence.candidates, evidence.unclear, evidence.mismatched = known, (), ()
+    state.ledger.forget_looks()
     return Move()
 
 
@@ -424,7 +422,7 @@ LAST_RESORTS: tuple[Callable[[PlannerState, PlanningContext], Move | None], ...]
 
 def last_resort(state: PlannerState, context: PlanningContext) -> Move:
     """The first of ``LAST_RESORTS`` that has something to do; else the object is not found."""
-    state.memory.active_goal, state.search = None, without_choice(state.search)
+    state.active_goal, state.search = None, without_choice(state.search)
     tried = (resort(state, context) for resort in LAST_RESORTS)
     move = next((move for move in tried if move is not None), None)
     return move if move is not None else give_up(state, context)
@@ -435,14 +433,14 @@ def give_up(state: PlannerState, context: PlanningContext) -> Move:
 
     One that is not as described is found as another object.
     """
-    if state.memory.others:
-        other = state.memory.latest(state.memory.others[0])
-        check = check_find(other, context, state.memory, state.found_objects)
+    if state.evidence.other_finds:
+        other = state.evidence.latest(state.evidence.other_finds[0])
+        check = check_find(other, context, state.evidence, state.found_objects)
         return Move(event=other_object(state, other, check))
     coverage, doubtful = coverage_of(context), _doubtful(state, context)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""
     reason = _covered(state, context, coverage) + named
-    zone = zone_before((*_agreed(state), *state.memory.rejected), context)
+    zone = zone_before((*_agreed(state), *state.evidence.rejected), context)
     if zone:
         seen = (
             f"{the(state.search.target)} may have been seen, but {zone_in_the_way(zone)}; {reason}"
@@ -459,10 +457,10 @@ def _doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[Objec
     """
     unsupported = [
         candidate
-        for candidate in (*state.memory.disputed, *state.memory.rejected)
+        for candidate in (*state.evidence.unsupported, *state.evidence.rejected)
         if not candidate.supported and candidate.sightings >= MIN_SIGHTINGS
     ]
-    return sorted(likely_disputed(unsupported, context), key=lambda pair: -pair[1])
+    return sorted(likely_unsupported(unsupported, context), key=lambda pair: -pair[1])
 
 
 def _told(best: ObjectCandidate, probable: float) -> str:

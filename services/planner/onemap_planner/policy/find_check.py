@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.memory import FoundObject, TargetMemory
+from onemap_planner.policy.state import Evidence, FoundObject
 from onemap_planner.sentences import a, the
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.colours import has_colour
@@ -53,7 +53,7 @@ Part: TypeAlias = tuple[bool | None, str]  # whether it holds, and what does, or
 def check_find(
     candidate: ObjectCandidate,
     context: PlanningContext,
-    memory: TargetMemory,
+    evidence: Evidence,
     found_objects: Sequence[FoundObject] = (),
 ) -> FindCheck:
     """The check of a candidate.
@@ -68,8 +68,8 @@ def check_find(
         return FindCheck(None)
     detail, anchors = description.detail, {}
     for name in description.detail.anchors:
-        anchors[name] = _anchor(name, description, map_view, memory, found_objects)
-    parts = [_relation(each, candidate, anchors, map_view, memory) for each in detail.relations]
+        anchors[name] = _anchor(name, description, map_view, evidence, found_objects)
+    parts = [_relation(each, candidate, anchors, map_view, evidence) for each in detail.relations]
     parts += [*_places(cells, description), *_colour(candidate, detail.colour)]
     held = {holds for holds, _ in parts}
     return FindCheck(
@@ -84,12 +84,12 @@ def _relation(
     candidate: ObjectCandidate,
     anchors: Mapping[str, Anchor],
     map_view: MapView,
-    memory: TargetMemory,
+    evidence: Evidence,
 ) -> Part:
     cells, kind = map_view.indices_of(candidate.surface), relation.kind
     found = [anchors[name].belief(kind, cells, map_view) for name in relation.anchors]
     believed, away_m = min(each[0] for each in found), max(each[1] for each in found)
-    if not _at_height(relation, candidate, memory):
+    if not _at_height(relation, candidate, evidence):
         believed = 0.0
     if believed >= HOLDS:
         words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
@@ -101,13 +101,13 @@ def _relation(
     return None if hidden else False, wrong
 
 
-def _at_height(relation: Relation, candidate: ObjectCandidate, memory: TargetMemory) -> bool:
+def _at_height(relation: Relation, candidate: ObjectCandidate, evidence: Evidence) -> bool:
     """Whether it is as high as what lies on, or under, the anchor that is nearest.
 
     The middle of what was seen of one is compared with that of the other, whose sides and legs are
     seen too: what lies on it is higher. True if the anchor was not detected.
     """
-    seen = _detected(relation.anchors[0], memory)
+    seen = _detected(relation.anchors[0], evidence)
     if relation.kind not in (RelationKind.ON, RelationKind.UNDER) or not seen:
         return True
     nearest = min(seen, key=lambda anchor: anchor.distance_m(candidate.xyz))
@@ -115,8 +115,8 @@ def _at_height(relation: Relation, candidate: ObjectCandidate, memory: TargetMem
     return above_m >= -SLACK_M if relation.kind is RelationKind.ON else above_m <= SLACK_M
 
 
-def _detected(name: str, memory: TargetMemory) -> list[ObjectCandidate]:
-    return [c for c in memory.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS]
+def _detected(name: str, evidence: Evidence) -> list[ObjectCandidate]:
+    return [c for c in evidence.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,12 +142,12 @@ def _anchor(
     name: str,
     description: Description,
     map_view: MapView,
-    memory: TargetMemory,
+    evidence: Evidence,
     found_objects: Sequence[FoundObject],
 ) -> Anchor:
     similarity = np.nan_to_num(description.anchors[name].similarity, nan=0.0)
     similar = np.argwhere(similarity >= SIMILAR)
-    known = [anchor.surface for anchor in _detected(name, memory)]
+    known = [anchor.surface for anchor in _detected(name, evidence)]
     known += [each.cells for each in found_objects if same_name(each.name, name)]
     cells = np.vstack([np.empty((0, 2), np.int64), *map(map_view.indices_of, known)])
     probability = np.concatenate([similarity[tuple(similar.T)], np.ones(len(cells))])

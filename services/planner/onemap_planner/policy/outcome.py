@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from onemap_planner.motion.motions import Motion, Pose2d, Rest
 from onemap_planner.policy.context import USUAL_CAMERA
 from onemap_planner.policy.goals import NO_CANDIDATES, Goal, GoalCandidates
-from onemap_planner.policy.memory import PlannerState
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.state_machine import Event
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView

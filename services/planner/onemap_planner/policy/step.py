@@ -34,7 +34,7 @@ from onemap_planner.policy.context import (
     creeping_reason,
 )
 from onemap_planner.policy.displaced import notice, stand
-from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_memory
+from onemap_planner.policy.evidence import finds_of, found_under_other_names, update_evidence
 from onemap_planner.policy.explore import (
     can_follow,
     explore,
@@ -42,8 +42,8 @@ from onemap_planner.policy.explore import (
     follow_window,
     select_candidate,
 )
-from onemap_planner.policy.memory import PlannerState, TargetMemory
 from onemap_planner.policy.outcome import Decision, Move, Observation, Outcome
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.verify import approach, confirm, sort_out
 from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.policy.zones import leave_zone
@@ -172,7 +172,7 @@ def step(
         move, events = _run_phase(state, context, max(0.0, turned_rad), exploration)
     else:
         move, events = aside, (aside.event,) if aside.event else ()
-    active = state.memory.active_goal
+    active = state.active_goal
     goal = active.goal if active else None
     if stuck:
         note_contact(state, observation, context)
@@ -268,11 +268,10 @@ def _take_in_map(state: PlannerState, observation: Observation, context: Plannin
         return
     frames, target = observation.detections, state.search.target
     if context.whole:
-        state.reopen_changed(context.map_view)
+        state.ledger.offer_changed(context.map_view)
         others = found_under_other_names(state.found_objects, target, state.synonyms)
-        memory = state.memory
-        memory.candidates = (*memory.candidates, *memory.undecided, *memory.aside)
-        update_memory(memory, target, frames, context, others)
+        state.evidence.candidates = state.evidence.supported
+        update_evidence(state, frames, context, others)
         sort_out(state, context)
 
 
@@ -306,14 +305,14 @@ def _run_phase(
 
 
 def _apply(state: PlannerState, event: Event, observation: Observation) -> None:
-    """Take in the event; the next object begins with an empty memory."""
+    """Take in the event; the next object begins without evidence."""
     xy = observation.pose.xy if observation.pose else None
     stamp = EventStamp(observation.now_s, state.active_time_s, xy, observation.odometer_m)
     if isinstance(event, Confirmed | Ending) and event.candidate is not None:
         state.find(event.candidate)
     search = transition(state.search, event, stamp)
     if search.index != state.search.index:
-        state.memory = TargetMemory()
+        state.begin_object()
     state.search = search
 
 
@@ -354,18 +353,17 @@ def leave_goal(state: PlannerState, why: str = "") -> tuple[Event, ...]:
 
     Of a candidate the way failed: detected from elsewhere, it is taken up again.
     """
-    memory = state.memory
     match state.search.phase:
         case Approaching(candidate) | Confirming(candidate, _):
-            latest = memory.latest(candidate)
+            latest = state.evidence.latest(candidate)
             if state.progress is not None:
-                memory.doubt(latest, state.progress.moved_at.xy)
-            memory.reject(latest)
+                state.ledger.doubt(latest, state.progress.moved_at.xy)
+            state.reject(latest)
             return (Rejected(),)
         case Driving() if why:
             return (_failed(why, FailureCode.UNREACHABLE),)
-        case _ if memory.active_goal is not None:
-            state.give_up(memory.active_goal.goal, reached=False)
+        case _ if state.active_goal is not None:
+            state.give_up(state.active_goal.goal, reached=False)
     return ()
 
 

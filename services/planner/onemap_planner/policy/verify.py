@@ -17,15 +17,12 @@ from onemap_planner.policy.context import (
 from onemap_planner.policy.evidence import object_probability
 from onemap_planner.policy.find_check import FindCheck, check_find
 from onemap_planner.policy.goals import detection_goals, explain_candidate
-from onemap_planner.policy.memory import (
-    DEAD_END_RETURNS,
-    MAX_LOOKS,
+from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.state import (
     SETTLE_S,
     PlannerState,
-    TargetMemory,
-    exhausted_viewpoints,
 )
-from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.state_machine import (
     Approaching,
@@ -40,7 +37,6 @@ from onemap_planner.search.state_machine import (
 from onemap_planner.sentences import found_other
 from onemap_planner.world.candidates import (
     CERTAIN,
-    MERGE_M,
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
@@ -58,24 +54,23 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
 
     Without a viewpoint it is left after ``SETTLE_S``: the map may lose a path for a moment.
     """
-    memory, now_s = state.memory, state.active_time_s
-    candidate = memory.latest(phase.candidate)
-    if memory.is_aside(candidate):
+    candidate = state.evidence.latest(phase.candidate)
+    if state.evidence.is_mismatched(candidate):
         return Move(event=Rejected())
-    viewpoint_xy = memory.next_viewpoint(candidate, context)
+    viewpoint_xy = state.ledger.next_viewpoint(candidate, context)
     if viewpoint_xy is None:
-        if now_s - memory.idle_from_s(now_s) <= SETTLE_S:
+        if state.idle_s() <= SETTLE_S:
             return Move()
-        _leave(memory, candidate, context)
+        _leave(state, candidate, context)
         return Move(event=Rejected())
-    memory.idle_since_s = None
+    state.idle_since_s = None
     at, motion = arrive(context.drive_to(viewpoint_xy, candidate.xyz[:2]), context)
     there = at is ArrivalState.THERE
     if there and context.reached and surface_distance_m(candidate, context) > APPROACH_LIMIT_M:
         there = False
         at = ArrivalState.NO_VIEW if comes_no_nearer(viewpoint_xy, context) else at
     if at is ArrivalState.NO_VIEW:
-        memory.doubt(candidate, viewpoint_xy)
+        state.ledger.doubt(candidate, viewpoint_xy)
         return Move()
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
@@ -93,18 +88,18 @@ def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) ->
 
 def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
     """The confirmed candidate is found, set aside, or found as another object of the name."""
-    memory = state.memory
-    check = check_find(candidate, context, memory, state.found_objects)
+    evidence = state.evidence
+    check = check_find(candidate, context, evidence, state.found_objects)
     if check.holds:
         return Confirmed(candidate, check.told)
-    if memory.settles:
+    if evidence.takes_any:
         return other_object(state, candidate, check)
-    memory.others = (*memory.others, candidate)
+    evidence.other_finds = (*evidence.other_finds, candidate)
     if candidate.supported:
-        memory.aside = (*memory.aside, candidate)
-        memory.candidates = tuple(c for c in memory.candidates if c is not candidate)
+        evidence.mismatched = (*evidence.mismatched, candidate)
+        evidence.candidates = tuple(c for c in evidence.candidates if c is not candidate)
     else:
-        memory.reject(candidate)
+        state.reject(candidate)
     return Rejected()
 
 
@@ -119,56 +114,56 @@ def sort_out(state: PlannerState, context: PlanningContext) -> None:
 
     Those of which it cannot be told are left to exploration, which looks at them more closely.
     """
-    memory = state.memory
-    if context.description is None or memory.settles:
+    evidence = state.evidence
+    if context.description is None or evidence.takes_any:
         return
     sorted_out: dict[bool | None, list[ObjectCandidate]] = {True: [], None: [], False: []}
-    for candidate in memory.candidates:
-        holds = check_find(candidate, context, memory, state.found_objects).holds
-        tried = any(not other.cells.isdisjoint(candidate.cells) for other in memory.others)
+    for candidate in evidence.candidates:
+        holds = check_find(candidate, context, evidence, state.found_objects).holds
+        tried = any(not other.cells.isdisjoint(candidate.cells) for other in evidence.other_finds)
         sorted_out[False if holds is None and tried else holds].append(candidate)
-    memory.candidates, memory.undecided, memory.aside = map(tuple, sorted_out.values())
+    evidence.candidates, evidence.unclear, evidence.mismatched = map(tuple, sorted_out.values())
 
 
 def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
     """Face the candidate and count the new detections that agree."""
-    memory, waited_s = state.memory, state.active_time_s - phase.since_s
-    candidate = memory.latest(phase.candidate)
+    waited_s = state.active_time_s - phase.since_s
+    candidate = state.evidence.latest(phase.candidate)
     motion = Drive(np.array([context.pose.xy]), candidate.xyz[:2])
     if not candidate.supported:
-        return Move(motion, _weigh(memory, phase.candidate, candidate, context, waited_s))
+        return Move(motion, _weigh(state, phase.candidate, candidate, context, waited_s))
     before = phase.candidate
     agreeing = candidate.sightings + candidate.beside - before.sightings - before.beside
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= CONFIRM_SIGHTINGS and agreeing > contradictions:
-        return Move(event=_sure(memory, candidate, context))
+        return Move(event=_sure(state, candidate, context))
     if waited_s > CONFIRM_S:
-        return Move(event=_doubt(memory, candidate, context))
+        return Move(event=_doubt(state, candidate, context))
     return Move(motion)
 
 
-def _doubt(memory: TargetMemory, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
     """Look at an unconfirmed candidate from another side, or reject it.
 
     What stands behind a corner is not detected from where the map, which is flat and blurred,
     shows a free line of sight.
     """
-    memory.doubt(candidate, context.pose.xy)
-    tried = memory.doubted_from(candidate)
+    state.ledger.doubt(candidate, context.pose.xy)
+    tried = state.ledger.doubted_from(candidate.xyz[:2])
     worth_it = candidate.similarity >= SIMILAR and len(tried) < MAX_LOOKS
     if worth_it and find_viewpoint(candidate, context, tried) is not None:
         return CandidateSelected(candidate)
-    memory.reject(candidate)
+    state.reject(candidate)
     return Rejected()
 
 
-def _sure(memory: TargetMemory, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+def _sure(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
     """It is the object: confirmed if it is in reach, else the robot goes nearer.
 
     New sightings may have shown that its near edge is farther away than it seemed from afar.
     Where it was not confirmed from before, the robot does not go again.
     """
-    nearer_xy = find_viewpoint(candidate, context, memory.doubted_from(candidate))
+    nearer_xy = find_viewpoint(candidate, context, state.ledger.doubted_from(candidate.xyz[:2]))
     limit_m = APPROACH_LAST_RESORT_M + 1.2 * ARRIVE_M
     if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
         return Confirmed(candidate)
@@ -176,7 +171,7 @@ def _sure(memory: TargetMemory, candidate: ObjectCandidate, context: PlanningCon
 
 
 def _weigh(
-    memory: TargetMemory,
+    state: PlannerState,
     before: ObjectCandidate,
     candidate: ObjectCandidate,
     context: PlanningContext,
@@ -188,15 +183,15 @@ def _weigh(
     """
     is_object = object_probability(candidate, context)
     if is_object >= CERTAIN:
-        return _sure(memory, candidate, context)
+        return _sure(state, candidate, context)
     if is_object > 1 - CERTAIN:
         if waited_s <= CONFIRM_S:
             return None
-        tried = exhausted_viewpoints(candidate)
+        tried = candidate.exhausted_viewpoints
         seen = _telling(candidate) > _telling(before)
         if seen and find_viewpoint(candidate, context, tried) is not None:
             return CandidateSelected(candidate)
-    memory.reject(candidate)
+    state.reject(candidate)
     return Rejected()
 
 
@@ -205,16 +200,10 @@ def _telling(candidate: ObjectCandidate) -> int:
     return sum(min(tally.frames, VIEWS_PER_VIEWPOINT) for tally in candidate.near_views)
 
 
-def _leave(memory: TargetMemory, candidate: ObjectCandidate, context: PlanningContext) -> None:
-    """Without a way to a candidate of the map, keep it until there is one; else reject it.
-
-    Somebody who stands in a door closes the way for a moment. ``DEAD_END_RETURNS`` limits how often
-    that is believed.
-    """
-    closed = find_viewpoint(candidate, context) is None
-    times = sum(candidate.distance_m(xyz) <= MERGE_M for xyz in memory.closed_off)
-    if not (candidate.supported and closed and times < DEAD_END_RETURNS):
-        memory.reject(candidate)
-        return
-    memory.closed_off = (*memory.closed_off, candidate.xyz)
-    memory.idle_since_s = None
+def _leave(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> None:
+    """Without a way to a candidate of the map, keep it until there is one; else reject it."""
+    closed = candidate.supported and find_viewpoint(candidate, context) is None
+    if closed and state.ledger.close_off(candidate):
+        state.idle_since_s = None
+    else:
+        state.reject(candidate)

@@ -14,8 +14,8 @@ from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_fro
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility, explain_goal
-from onemap_planner.policy.memory import SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.state import SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     NO_CELLS,
@@ -396,34 +396,33 @@ FACED_FROM_M = 0.25  # nearer to the place the robot stands on it and faces noth
 
 def drive_to_place(state: PlannerState, destination: Destination, context: PlanningContext) -> Move:
     """Drive to the best goal; without one for ``SETTLE_S`` the drive has failed."""
-    memory, now_s = state.memory, state.active_time_s
     state.give_up_finished()
     goal = _select(state, destination, context)
     if goal is None:
-        memory.active_goal, state.search = None, without_choice(state.search)
-        waits = now_s - memory.idle_from_s(now_s) < SETTLE_S
+        state.active_goal, state.search = None, without_choice(state.search)
+        waits = state.idle_s() < SETTLE_S
         return Move(event=None if waits else _failure(destination, context))
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose)), context)
     if at is ArrivalState.NO_VIEW:
         state.give_up(goal, reached=False)
         return Move()
     active = _activated(state, goal)
-    around, new = state.landmarks(context), memory.is_new(active)
+    around, new = state.landmarks(context), state.is_new(active)
     state.search = explain_goal(state.search, goal, [goal], around, new=new)
     there = at is ArrivalState.THERE
     final = there and goal.kind is not GoalKind.FRONTIER
-    memory.active_goal = active.at(now_s, arrived=there and not final)
-    memory.idle_since_s = None
+    state.active_goal = active.at(state.active_time_s, arrived=there and not final)
+    state.idle_since_s = None
     event = _arrival(destination, context.pose) if final else None
     return Move(motion, event)
 
 
 def _select(state: PlannerState, destination: Destination, context: PlanningContext) -> Goal | None:
     """The best goal that was not given up; a frontier is given up by its visits."""
-    visits = visit_counts(context, state.visited_frontiers)
-    tried_xy = state.memory.tried_xy(GoalKind.LOOK_AT)
+    visits = visit_counts(context, state.ledger.visited_frontiers)
+    tried_xy = state.ledger.tried_xy(GoalKind.LOOK_AT)
     goals = place_goals(destination, context, visits, tried_xy)
-    fresh = (g for g in goals if g.kind is GoalKind.FRONTIER or not state.is_given_up(g))
+    fresh = (g for g in goals if g.kind is GoalKind.FRONTIER or not state.ledger.is_given_up(g))
     return next(fresh, None)
 
 
@@ -436,7 +435,7 @@ def _look_xy(goal: Goal, pose: Pose2d) -> tuple[float, float]:
 
 def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
     """The active goal: the present one while its viewpoint stays, else a new one."""
-    active = state.memory.active_goal
+    active = state.active_goal
     if active is not None and active.goal.kind is goal.kind:
         (x, y), (old_x, old_y) = goal.viewpoint_xy, active.goal.viewpoint_xy
         if hypot(x - old_x, y - old_y) <= SAME_VIEWPOINT_M:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from onemap_planner.policy.context import APPROACH_NEAREST_M, PlanningContext
-from onemap_planner.policy.memory import PlannerState
 from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import without_choice
 from onemap_planner.sentences import leaving_zone
@@ -34,7 +34,7 @@ def leave_zone(state: PlannerState, context: PlanningContext) -> Move | None:
     state.search = replace(without_choice(state.search), slow=leaving_zone(name, known=known))
     if not known:
         return None
-    state.memory.active_goal = None
+    state.active_goal = None
     end_xy = context.xy_of(end)
     ahead_xy = 2 * np.asarray(end_xy) - here[0]
     return Move(context.drive_to(end_xy, (float(ahead_xy[0]), float(ahead_xy[1]))))

@@ -210,6 +210,13 @@ class ObjectCandidate:
         """Frames that were near views of it."""
         return sum(tally.frames for tally in self.near_views)
 
+    @property
+    def exhausted_viewpoints(self) -> list[tuple[float, float]]:
+        """Places, in metres, from which more views of it show nothing new."""
+        if self.supported:
+            return []
+        return [tally.xy for tally in self.near_views if tally.frames >= VIEWS_PER_VIEWPOINT]
+
     def distance_m(self, xyz: tuple[float, float, float]) -> float:
         """Horizontal distance of a point from the mean, metres."""
         return float(np.hypot(self.xyz[0] - xyz[0], self.xyz[1] - xyz[1]))

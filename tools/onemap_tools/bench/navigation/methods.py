@@ -34,14 +34,13 @@ from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
-from onemap_planner.policy.memory import (
+from onemap_planner.policy.outcome import Move
+from onemap_planner.policy.state import (
     LINGER_S,
     SETTLE_S,
     ActiveGoal,
     PlannerState,
-    TargetMemory,
 )
-from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.step import Exploration
 from onemap_planner.search.state_machine import Ending, Event
 from onemap_planner.world.candidates import CONSENSUS, Consensus
@@ -135,27 +134,26 @@ class FrontierExploration:
 
     def __call__(self, state: PlannerState, context: PlanningContext) -> Move:
         """See ``Exploration``."""
-        memory, now_s = state.memory, state.active_time_s
         _give_up_finished(state)
         candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
         goals = [
             goal
             for goal in frontier_goals(candidates.frontiers, context)
-            if not state.is_given_up(goal)
+            if not state.ledger.is_given_up(goal)
         ]
         if not goals:
             return Move(event=_idle(state), candidates=candidates)
         goal = self._choose(goals, state, context)
         motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
         there = arrived(motion, context.pose)
-        memory.active_goal = _active(state, goal).at(now_s, arrived=there)
-        memory.idle_since_s = None
+        state.active_goal = _active(state, goal).at(state.active_time_s, arrived=there)
+        state.idle_since_s = None
         return Move(motion, candidates=candidates)
 
     def _choose(self, goals: list[Goal], state: PlannerState, context: PlanningContext) -> Goal:
         ranks = [self.rank(goal, context) for goal in goals]
         best = int(np.argmax(ranks))
-        active = state.memory.active_goal
+        active = state.active_goal
         if active is None:
             return goals[best]
         place = active.goal.look_xy
@@ -185,7 +183,7 @@ BEST_VALUE = FrontierExploration(frontier_value, margin=0.005)
 
 
 def _give_up_finished(state: PlannerState) -> None:
-    active, now_s = state.memory.active_goal, state.active_time_s
+    active, now_s = state.active_goal, state.active_time_s
     if active is None:
         return
     visited = active.arrived_s is not None and now_s - active.arrived_s >= LINGER_S
@@ -194,19 +192,18 @@ def _give_up_finished(state: PlannerState) -> None:
 
 
 def _active(state: PlannerState, goal: Goal) -> ActiveGoal:
-    active = state.memory.active_goal
+    active = state.active_goal
     if active is not None and goal.looks_at(active.goal.look_xy, SAME_GOAL_M):
         return replace(active, goal=goal)
     return state.new_goal(goal)
 
 
 def _idle(state: PlannerState) -> Event | None:
-    memory, now_s = state.memory, state.active_time_s
-    memory.active_goal = None
-    if now_s - memory.idle_from_s(now_s) < SETTLE_S:
+    state.active_goal = None
+    if state.idle_s() < SETTLE_S:
         return None
-    if not memory.reconsidered:
-        state.memory, state.visited_frontiers = TargetMemory(reconsidered=True), ()
+    if not state.reconsidered:
+        state.reconsider(frontiers=True)
         return None
     return Ending(SearchState.NOT_FOUND, f"no frontier is left on {state.known_m2:.0f} m²")
 

@@ -1,0 +1,254 @@
+"""Ledger of what a search has tried, so that it tries something else, or the same from elsewhere.
+
+An option that was tried in vain is not offered again, until obstacles come or go around it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import dist
+
+import numpy as np
+
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, SAME_GOAL_M, Goal, GoalKind
+from onemap_planner.policy.viewpoints import find_viewpoint
+from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
+from onemap_planner.world.map_view import MapView
+from onemap_shared.geometry import F64, U8
+from onemap_shared.messages import Occupancy
+
+MAX_LOOKS = 3  # views of one region or uncertain candidate, from different viewpoints
+MAX_LEFT = 8  # goals that were left; more do not take turns
+AROUND_M = 1.0  # metres around a place, on all sides, in which changes count: a door
+# Square metres that have become free or occupied: half a person; noise at the rims of furniture
+# changes less.
+CHANGED_M2 = 0.3
+# How often one place is offered again in a search, also a candidate to which the way was closed:
+# people who walk through a room change it all the time.
+MAX_RETURNS = 2
+
+Xy = tuple[float, float]
+
+
+class Ended(Enum):
+    """How an attempt ended."""
+
+    SEEN = "seen in vain"
+    ON_THE_WAY = "given up on the way"
+    NOT_CONFIRMED = "seen, and not confirmed as the object"
+    NO_WAY = "no way led there"
+    LEFT = "another goal was preferred"
+
+
+GIVEN_UP = (Ended.SEEN, Ended.ON_THE_WAY)
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What was tried: a place xy, from a viewpoint from_xy, metres.
+
+    spent_s: active time that was spent on a goal that was left. around: of what was given up, the
+    occupancy uint8 of its surroundings then, row by row; empty until the next view of the map.
+    returns: how often it was offered again before; offered: whether it is offered again now.
+    """
+
+    kind: GoalKind
+    xy: Xy
+    from_xy: Xy
+    ended: Ended
+    spent_s: float = 0.0
+    around: bytes = b""
+    returns: int = 0
+    offered: bool = False
+
+    @property
+    def given_up(self) -> bool:
+        """Whether it is a goal that was given up, and is not offered again."""
+        return self.ended in GIVEN_UP and not self.offered
+
+    def is_near(self, xy: Xy, within_m: float) -> bool:
+        """Whether its place is within ``within_m`` of another one, metres."""
+        return dist(self.xy, xy) <= within_m
+
+    def is_about(self, goal: Goal) -> bool:
+        """Whether a goal is about the same, on a map that may have changed."""
+        return self.kind is goal.kind and self.is_near(goal.look_xy, SAME_GOAL_M)
+
+
+@dataclass(slots=True)
+class Ledger:
+    """The attempts of a search, in their order.
+
+    Those at frontiers count for all its objects: what could not be seen for one cannot for the
+    next.
+    """
+
+    attempts: tuple[Attempt, ...] = ()
+
+    def begin_object(self) -> None:
+        """Forget what was tried for one object only."""
+        self.attempts = tuple(
+            each
+            for each in self.attempts
+            if each.offered or (each.given_up and each.kind is GoalKind.FRONTIER)
+        )
+
+    def give_up(self, goal: Goal, *, reached: bool) -> None:
+        """A goal was given up; reached: after the robot was there, or on its way."""
+        ended = Ended.SEEN if reached else Ended.ON_THE_WAY
+        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, ended))
+
+    def is_given_up(self, goal: Goal) -> bool:
+        """Whether enough goals of its kind were given up near it.
+
+        One visit decides about a frontier; an object may be visible from another viewpoint.
+        """
+        tries = [
+            each
+            for each in self._given_up(goal.kind)
+            if each.is_near(goal.look_xy, GIVEN_UP_RADIUS_M)
+        ]
+        return len(tries) >= (1 if goal.kind is GoalKind.FRONTIER else MAX_LOOKS)
+
+    def tried_xy(self, kind: GoalKind) -> F64:
+        """Viewpoints (T, 2), metres, of the goals of this kind that were given up."""
+        tried = [each.from_xy for each in self._given_up(kind)]
+        return np.array(tried, np.float64).reshape(-1, 2)
+
+    @property
+    def visited_frontiers(self) -> tuple[Xy, ...]:
+        """Places, metres, of the frontiers that were given up, once for each time."""
+        return tuple(each.xy for each in self._given_up(GoalKind.FRONTIER))
+
+    @property
+    def unreached_frontiers(self) -> tuple[Xy, ...]:
+        """Those of them that were given up on the way."""
+        given_up = self._given_up(GoalKind.FRONTIER)
+        return tuple(each.xy for each in given_up if each.ended is Ended.ON_THE_WAY)
+
+    def doubt(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
+        """A candidate could not be confirmed from a place, metres: seen from there in vain, or
+        where the robot got stuck on the way to a viewpoint."""
+        place = candidate.xyz[:2]
+        self._add(Attempt(GoalKind.DETECTION, place, from_xy, Ended.NOT_CONFIRMED))
+
+    def doubted_from(self, xy: Xy) -> list[Xy]:
+        """Places, metres, from which a candidate at this one was not confirmed."""
+        return [
+            each.from_xy
+            for each in self.attempts
+            if each.ended is Ended.NOT_CONFIRMED and each.is_near(xy, MERGE_M)
+        ]
+
+    def next_viewpoint(self, candidate: ObjectCandidate, context: PlanningContext) -> Xy | None:
+        """The viewpoint (metres) of a candidate that was not tried; None if none can be reached."""
+        place = candidate.xyz[:2]
+        looks = (c for c in self._given_up(GoalKind.DETECTION) if c.is_near(place, MERGE_M))
+        looked_from = [each.from_xy for each in looks]
+        tried = [*candidate.exhausted_viewpoints, *self.doubted_from(place), *looked_from]
+        return find_viewpoint(candidate, context, tried)
+
+    def close_off(self, candidate: ObjectCandidate) -> bool:
+        """No way leads to a candidate; whether it may be tried again once there is one.
+
+        Somebody who stands in a door closes the way for a moment; ``MAX_RETURNS`` limits how often
+        that is believed.
+        """
+        place = candidate.xyz[:2]
+        before = [each for each in self.attempts if each.ended is Ended.NO_WAY]
+        if sum(each.is_near(place, MERGE_M) for each in before) >= MAX_RETURNS:
+            return False
+        self._add(Attempt(GoalKind.DETECTION, place, place, Ended.NO_WAY))
+        return True
+
+    def leave(self, goal: Goal, spent_s: float) -> None:
+        """Another goal is preferred to one that took this much active time.
+
+        Two goals may take turns for ever: one that is seen only from some places is preferred there
+        and gone elsewhere.
+        """
+        left = [each for each in self.attempts if each.ended is Ended.LEFT]
+        kept = [each for each in left if not each.is_about(goal)][1 - MAX_LEFT :]
+        self.attempts = tuple(e for e in self.attempts if e.ended is not Ended.LEFT or e in kept)
+        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, Ended.LEFT, spent_s))
+
+    def spent_s(self, goal: Goal) -> float | None:
+        """Active time that was spent on a goal before it was left; None if it was not."""
+        left = (e for e in self.attempts if e.ended is Ended.LEFT and e.is_about(goal))
+        return next((each.spent_s for each in left), None)
+
+    @property
+    def may_reconsider(self) -> bool:
+        """Whether something was not reached, which may be tried once more."""
+        closed = any(each.ended is Ended.NO_WAY for each in self.attempts)
+        return closed or bool(self.unreached_frontiers)
+
+    def reconsider(self, *, frontiers: bool) -> None:
+        """Forget all but the frontiers that were seen in vain; frontiers: them too."""
+        unreached = set(self.unreached_frontiers)
+        seen = set() if frontiers else set(self.visited_frontiers) - unreached
+        self.attempts = tuple(
+            each
+            for each in self.attempts
+            if each.offered
+            or (each.kind is GoalKind.FRONTIER and each.given_up and each.xy in seen)
+        )
+
+    def forget_looks(self) -> None:
+        """Forget regions and candidates that were given up."""
+        self.attempts = tuple(
+            e for e in self.attempts if not e.given_up or e.kind is GoalKind.FRONTIER
+        )
+
+    def offer_changed(self, map_view: MapView) -> None:
+        """Offer again what was given up, where obstacles came or went around it since.
+
+        What was in the way may have been a person, a chair or a closed door. Unknown floor that
+        becomes known is no such change: then the border lies elsewhere and is another goal.
+        """
+        offered = [each for each in self.attempts if each.offered]
+        known = {each.xy: each for each in self.attempts if each.given_up and each.around}
+        attempts = []
+        for each in self.attempts:
+            then = known.get(each.xy)
+            if not each.given_up:
+                attempts.append(each)
+            elif then is None:
+                near = [o.returns + 1 for o in offered if o.is_near(each.xy, AROUND_M)]
+                around = surroundings(map_view, each.xy).tobytes()
+                attempts.append(replace(each, around=around, returns=max(near, default=0)))
+            else:
+                again = then.returns < MAX_RETURNS and _changed(then, map_view)
+                now = replace(each, around=then.around, returns=then.returns, offered=again)
+                attempts.append(now)
+        tried = {each.xy for each in self.attempts if each.given_up}
+        self.attempts = tuple(e for e in attempts if e not in offered or e.xy not in tried)
+
+    def _given_up(self, kind: GoalKind) -> list[Attempt]:
+        return [each for each in self.attempts if each.given_up and each.kind is kind]
+
+    def _add(self, attempt: Attempt) -> None:
+        self.attempts = (*self.attempts, attempt)
+
+
+def surroundings(map_view: MapView, xy: Xy) -> U8:
+    """Occupancy (n, n) uint8 of the square around a place; unknown outside of the view."""
+    reach = int(AROUND_M / map_view.grid.cell_size_m)
+    patch = np.full((2 * reach + 1, 2 * reach + 1), Occupancy.UNKNOWN, np.uint8)
+    first = map_view.grid.cells(np.asarray(xy)) - reach
+    lower = np.clip(first, 0, map_view.grid.shape)
+    upper = np.clip(first + len(patch), 0, map_view.grid.shape)
+    (x0, y0), (x1, y1) = lower, upper
+    a, b = lower - first
+    patch[a : a + x1 - x0, b : b + y1 - y0] = map_view.occupancy[x0:x1, y0:y1]
+    return patch
+
+
+def _changed(attempt: Attempt, map_view: MapView) -> bool:
+    now = surroundings(map_view, attempt.xy)
+    then = np.frombuffer(attempt.around, np.uint8).reshape(now.shape)
+    both_known = (now != Occupancy.UNKNOWN) & (then != Occupancy.UNKNOWN)
+    area_m2 = float((both_known & (now != then)).sum()) * map_view.cell_area_m2
+    return area_m2 >= CHANGED_M2

@@ -1,0 +1,120 @@
+"""What was tried is not offered again, until what is around it changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.ledger import MAX_LEFT, MAX_RETURNS, Ledger, surroundings
+from onemap_planner.policy.state import GOAL_BASE_S, RETURN_PART, ActiveGoal, PlannerState
+from onemap_planner.world.map_view import MapView
+from onemap_shared.messages import Occupancy
+from tests.planner.drawn_maps import drawn_map
+from tests.planner.one_room import SEARCH
+
+ROOM = drawn_map(*["." * 30] * 40)  # 4 x 3 m
+PLACE = (1.5, 1.5)
+
+
+def goal(x: float, y: float = 1.5, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
+    return Goal(kind, (x, y), (x, y), GoalUtility(0.2, 1.0, 1.0), "")
+
+
+def with_cells(cells: int, occupancy: Occupancy, x: int = 10) -> MapView:
+    """The room with these cells of a row beside the place changed."""
+    changed = ROOM.occupancy.copy()
+    changed[x : x + 3].reshape(3, -1)[:, 8 : 8 + cells // 3] = occupancy
+    return replace(ROOM, occupancy=changed)
+
+
+def known(map_view: MapView = ROOM) -> Ledger:
+    """A goal that was given up on this map."""
+    ledger = Ledger()
+    ledger.give_up(goal(*PLACE), reached=True)
+    ledger.offer_changed(map_view)
+    return ledger
+
+
+@pytest.mark.parametrize(
+    ("before", "later", "offered"),
+    [
+        pytest.param(ROOM, ROOM, False, id="nothing has changed"),
+        pytest.param(ROOM, with_cells(30, Occupancy.OCCUPIED), True, id="something came"),
+        pytest.param(with_cells(30, Occupancy.OCCUPIED), ROOM, True, id="something has gone"),
+        pytest.param(ROOM, with_cells(27, Occupancy.OCCUPIED), False, id="too little came"),
+        pytest.param(ROOM, with_cells(30, Occupancy.OCCUPIED, x=30), False, id="too far away"),
+        pytest.param(ROOM, with_cells(30, Occupancy.UNKNOWN), False, id="it is not known"),
+        pytest.param(with_cells(30, Occupancy.UNKNOWN), ROOM, False, id="floor became known"),
+    ],
+)
+def test_a_goal_is_offered_again_when_what_is_around_it_changes(
+    before: MapView, later: MapView, offered: bool
+) -> None:
+    ledger = known(before)
+    assert ledger.is_given_up(goal(*PLACE))
+    ledger.offer_changed(later)
+    assert ledger.is_given_up(goal(*PLACE)) != offered
+
+
+def test_a_place_is_offered_again_a_few_times_only() -> None:
+    views = (ROOM, with_cells(30, Occupancy.OCCUPIED))
+    ledger, offered = known(), 0
+    for change in range(1, 9):
+        there = goal(PLACE[0] + 0.05 * change)  # the border lies a little elsewhere each time
+        ledger.give_up(there, reached=True)
+        for view in (views[change % 2], views[(change + 1) % 2]):
+            ledger.offer_changed(view)
+        offered += there.look_xy not in ledger.visited_frontiers
+    assert offered == MAX_RETURNS
+
+
+def test_the_next_object_begins_with_the_frontiers_that_were_seen() -> None:
+    ledger = known()
+    for kind in (GoalKind.REGION, GoalKind.DETECTION):
+        ledger.give_up(goal(1.5, kind=kind), reached=True)
+    ledger.leave(goal(0.5), 3.0)
+    ledger.begin_object()
+    assert [each.kind for each in ledger.attempts] == [GoalKind.FRONTIER]
+
+
+@pytest.mark.parametrize("xy", [(0.05, 0.05), (3.95, 2.95), (-0.5, 1.0), (9.0, 9.0)])
+def test_beyond_the_view_nothing_is_known(xy: tuple[float, float]) -> None:
+    patch = surroundings(ROOM, xy)
+    assert patch.shape == (21, 21)
+    centre = ROOM.grid.cells(np.asarray(xy))
+    for i, j in ((10, 10), (0, 20), (20, 0), (3, 7)):
+        cell = centre + (i - 10, j - 10)
+        inside = bool(ROOM.grid.contains(cell))
+        assert patch[i, j] == (Occupancy.FREE if inside else Occupancy.UNKNOWN)
+
+
+def test_a_goal_that_another_is_preferred_to_is_kept_once_with_its_seconds() -> None:
+    active = ActiveGoal(goal(0.2), 4.0, 20.0, (0.2, 1.5))
+    state = PlannerState(SEARCH, active_goal=active, active_time_s=10.0)
+    state.leave_for(goal(0.3))  # the same, elsewhere
+    assert state.ledger.spent_s(goal(0.2)) is None
+    for _ in range(2):
+        state.leave_for(goal(5.0))
+    assert state.ledger.spent_s(goal(0.3)) == 6.0
+    assert len(state.ledger.attempts) == 1
+    for number in range(MAX_LEFT):
+        state.ledger.leave(goal(10.0 + 2 * number), 1.0)
+    assert state.ledger.spent_s(goal(0.2)) is None
+    assert len(state.ledger.attempts) == MAX_LEFT
+
+
+@pytest.mark.parametrize(
+    ("wanted", "spent_s"),
+    [
+        (goal(0.3), 6.0 + RETURN_PART * GOAL_BASE_S),
+        (goal(3.0), 0.0),
+        (goal(0.2, kind=GoalKind.REGION), 0.0),
+    ],
+)
+def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
+    state = PlannerState(SEARCH, active_time_s=50.0)
+    state.ledger.leave(goal(0.2), 6.0)
+    assert 50.0 - state.new_goal(wanted).since_s == pytest.approx(spent_s)
