@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from onemap.replies import ServiceHealth
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
@@ -21,7 +22,6 @@ from onemap_tools.doctor import (
     BusObserver,
     Finding,
     Observations,
-    ObservedProcess,
     ObservedStream,
     Severity,
     describe,
@@ -29,19 +29,17 @@ from onemap_tools.doctor import (
     document,
     healthy,
     observe,
+    services_of,
 )
-from onemap_tools.processes.services import CORE
 from tests.memory_bus import MemoryRouter
+from tests.tools.fake_gateway import fake_gateway
 
 FLOOR = {"floor_viewpoints": 5.0, "floor_height_m": 0.01, "floor_tilt_deg": 0.4, "floor_wrong": 0.0}
 
 
-def process(
-    name: str, *, offset_s: float = -0.01, ticks: int = 3, **changes: Any
-) -> ObservedProcess:
-    """A process whose loop goes on by so many ticks between its heartbeats."""
-    last = replace(m.Heartbeat(name, f"{name}-1", 1, 5, ready=True), **changes)
-    return ObservedProcess(replace(last, progress=5 - ticks), last, offset_s)
+def service(name: str, **changes: Any) -> ServiceHealth:
+    fields = {"condition": "ok", "problem": "", "alive": True, "ready": True, **changes}
+    return ServiceHealth(name=name, **fields)
 
 
 def depth(millimetres: int, valid: float = 0.9) -> U16:
@@ -57,27 +55,29 @@ def revision(frames: int, cells: int) -> m.MapRevision:
 
 HEALTHY = Observations(
     duration_s=3.5,
-    alive=frozenset({*CORE, "simulator"}),
+    services=tuple(
+        service(name, metrics=FLOOR if name == "mapper" else {})
+        for name in ("robot", "perception", "mapper", "planner", "gateway")
+    ),
     streams=(
         ObservedStream("rgbd", "robot", Counters(28), 0.05),
         ObservedStream("odometry", "robot", Counters(70), 0.02),
         ObservedStream("field", "perception", Counters(25), 0.12),
         ObservedStream("revision", "mapper", Counters(25), 0.2),
     ),
-    processes=tuple(process(name, metrics=FLOOR if name == "mapper" else {}) for name in CORE),
+    clocks_s={"robot": -0.02, "mapper": -0.01},
     depth_mm=depth(2400),
     revisions=(revision(100, 4000), revision(115, 4100)),
     encoders=dict.fromkeys(("camera features", "the map", "texts"), ("mini-1", "minilm")),
     commanded=0.4,
     driven=0.4,
-    robot_clock_s=-0.02,
 )
 
 
 def with_clock(robot_s: float) -> Observations:
     """Of a robot whose clock is so much ahead."""
     streams = (replace(each, age_s=(each.age_s or 0.0) - robot_s) for each in HEALTHY.streams)
-    return replace(HEALTHY, streams=tuple(streams), robot_clock_s=robot_s)
+    return replace(HEALTHY, streams=tuple(streams), clocks_s={"robot": robot_s})
 
 
 def with_stream(name: str = "rgbd", age_s: float | None = 0.05, **counters: Any) -> Observations:
@@ -88,15 +88,11 @@ def with_stream(name: str = "rgbd", age_s: float | None = 0.05, **counters: Any)
     return replace(HEALTHY, streams=tuple(streams))
 
 
-def with_process(name: str = CORE[0], **changes: Any) -> Observations:
-    processes = (
-        process(name, **changes) if p.last.service == name else p for p in HEALTHY.processes
+def with_service(name: str, **changes: Any) -> Observations:
+    services = (
+        service(name, **changes) if each.name == name else each for each in HEALTHY.services
     )
-    return replace(HEALTHY, processes=tuple(processes))
-
-
-def beside(other: ObservedProcess) -> Observations:
-    return replace(HEALTHY, processes=(*HEALTHY.processes, other))
+    return replace(HEALTHY, services=tuple(services))
 
 
 def growing(frames: tuple[int, int], cells: tuple[int, int], **changes: Any) -> Observations:
@@ -108,28 +104,14 @@ def changed(**changes: Any) -> Observations:
     return replace(HEALTHY, **changes)
 
 
-NO_MAPPER = HEALTHY.alive - {"mapper"}
-HUNG = process("gateway", metrics={"hung_mapper_s": 8.2})
-LACKS = "no node publishes /odom (ros2.topics.odometry): the nearest of its type is /r1/odom"
-ADAPTER = process("ros2", ready=False, problem=f"{LACKS}.")
-SECOND = process("mapper", instance="another")
-TWO = {role: (f"{role} a", f"{role} b") for role in ("planner", "robot")}
+HUNG = "The mapper has not been heard for 8 s: its process hangs or its link is down."
 WRONG_FLOOR = {**FLOOR, "floor_height_m": 0.31, "floor_tilt_deg": 5.2, "floor_wrong": 1.0}
 OTHER_ENCODER = {**HEALTHY.encoders, "camera features": ("clip-7", "clip")}
 NOT_YET = "cannot tell yet whether the floor lies at z = 0, from 1 viewpoints. Drive or turn"
 ERRORS = (
-    (changed(alive=NO_MAPPER), "mapper is not running. Start it: onemap service mapper"),
-    (changed(doubled={"planner": TWO["planner"]}), "are the planner (planner a, planner b)"),
-    (changed(doubled={"robot": TWO["robot"]}), "2 processes are the robot (robot a, robot b)"),
-    (
-        changed(alive=NO_MAPPER, processes=(HUNG,)),
-        "mapper has not been heard for 8 s: its process hangs or its link is down. Restart",
-    ),
-    (beside(ADAPTER), f"ros2 is not well: {LACKS}. See what the robot has: onemap ros2 topics"),
-    (beside(SECOND), "2 processes say that they are the mapper"),
-    (with_process(ticks=0), "main loop stands still"),
-    (with_process(ready=False, problem="no frames"), "no frames"),
-    (with_stream(received=0, age_s=None), "Nothing arrives on rgbd from the robot."),
+    (with_service("planner", condition="down", problem=HUNG, metrics={}), HUNG),
+    (with_service("planner", condition="degraded", ready=False, problem="No frames."), "No frames"),
+    (with_stream(received=0, age_s=None), "Nothing arrives on rgbd from the robot:"),
     (with_stream(disordered=14), "14 of 28 messages on rgbd"),
     (
         with_stream(received=0, age_s=None, refused=4, last_problem="depth has dtype float32"),
@@ -140,7 +122,7 @@ ERRORS = (
     (changed(depth_mm=depth(3)), "nearer than 10 cm"),
     (changed(depth_mm=depth(34_000)), "34 m, more than any room"),
     (
-        with_process("mapper", metrics=WRONG_FLOOR),
+        with_service("mapper", metrics=WRONG_FLOOR),
         "z = 0.31 m, tilted by 5.2 degrees, from 5 viewpoints. Check T_map_camera",
     ),
     (changed(encoders=OTHER_ENCODER), "camera features from 'clip-7', the map from 'mini-1'"),
@@ -149,25 +131,26 @@ ERRORS = (
     (changed(driven=0.0), "commands motion and the robot stands"),
 )
 OTHERS = (
-    (with_process(problem="frames are old"), Severity.WARNING, "frames are old"),
+    (
+        with_service("planner", condition="degraded", problem="Frames are old."),
+        Severity.WARNING,
+        "Frames are old",
+    ),
     (growing((100, 115), (40, 40)), Severity.WARNING, "does not grow"),
     (with_clock(-5.0), Severity.NOTE, "differ from this machine's: the robot's by -5.0 s. Nothing"),
     (with_clock(30.0), Severity.NOTE, "the robot's by +30.0 s."),
-    (with_process(offset_s=4.0), Severity.NOTE, "s by +4.0 s. Nothing stops for it"),
+    (changed(clocks_s={"planner": 4.0}), Severity.NOTE, "the planner's by +4.0 s. Nothing stops"),
     (changed(collided=True), Severity.WARNING, "touches an obstacle"),
-    (with_process("mapper", metrics={"floor_viewpoints": 1.0}), Severity.NOTE, NOT_YET),
+    (with_service("mapper", metrics={"floor_viewpoints": 1.0}), Severity.NOTE, NOT_YET),
 )
 FAULTS = (*((observed, Severity.ERROR, words) for observed, words in ERRORS), *OTHERS)
 
 
 @pytest.mark.parametrize(("observed", "severity", "words"), FAULTS, ids=[f[2] for f in FAULTS])
-def test_a_fault_is_one_finding_with_a_remedy(
-    observed: Observations, severity: Severity, words: str
-) -> None:
+def test_a_fault_is_one_finding(observed: Observations, severity: Severity, words: str) -> None:
     (finding,) = diagnose(observed)
-    assert words in f"{finding.sentence} {finding.remedy}"
+    assert words in finding.sentence
     assert finding.sentence.endswith(".")
-    assert finding.remedy.endswith(".")
     assert finding.severity is severity
     assert healthy([finding]) is (severity is not Severity.ERROR)
 
@@ -178,8 +161,8 @@ def test_a_fault_is_one_finding_with_a_remedy(
         HEALTHY,
         with_stream(disordered=2),  # the publisher was started again
         with_stream("revision", disordered=14),  # the mapper announces a map again
-        with_process("mapper", metrics={**FLOOR, "floor_height_m": 0.4}),
-        with_process("mapper", metrics={}),
+        with_service("mapper", metrics={**FLOOR, "floor_height_m": 0.4}),
+        with_service("mapper", metrics={}),
         changed(encoders={**HEALTHY.encoders, "the map": ("", "")}),
         growing((0, 1), (0, 10)),
         growing((100, 115), (40, 40), commanded=0.0, driven=0.0),  # it stands
@@ -190,8 +173,9 @@ def test_what_is_no_fault_is_no_finding(observed: Observations) -> None:
 
 
 def test_errors_come_first() -> None:
-    observed = with_process("mapper", metrics={"floor_viewpoints": 0.0}, problem="slow")
-    severities = [each.severity for each in diagnose(replace(observed, alive=frozenset()))]
+    wrong = {"condition": "degraded", "problem": "Slow."}
+    observed = with_service("mapper", metrics={"floor_viewpoints": 0.0}, **wrong)
+    severities = [each.severity for each in diagnose(replace(observed, depth_mm=depth(0)))]
     assert severities == sorted(severities, key=list(Severity).index)
     assert set(severities) == set(Severity)
 
@@ -221,29 +205,26 @@ def test_every_topic_is_observed() -> None:
     robot.publish(keys.ROBOT_CMD_VEL).put(m.VelocityCommand(1, 1, 0.1, -0.9))
     for each in (revision(3, 100), revision(4, 90), revision(9, 140)):
         mapper.publish(keys.MAP_REVISION).put(each)
-    for number, (instance, late_s) in enumerate((("a", 0.4), ("a", 0.01), ("b", 0.0))):
+    for number, late_s in enumerate((0.4, 0.01)):
         stamp_ns = time.time_ns() - int(late_s * 1e9)
-        beat = m.Heartbeat("mapper", instance, stamp_ns, number, ready=True)
+        beat = m.Heartbeat("mapper", "a", stamp_ns, number, ready=True)
         mapper.publish(keys.heartbeat("mapper")).put(beat)
     router.inject(keys.ROBOT_RGBD.key, Packet(b"nonsense", b""))
     observer.poll()
     observed = observer.observations(1.0)
 
-    assert observed.alive == {"simulator", "mapper"}
-    assert observed.doubled == {}
-    second = router.bus("simulator")
-    assert set(observer.observations(1.0).doubled) == {"robot"}
-    second.close()
+    conditions = {each.name: each.condition for each in observed.services}
+    assert conditions == {
+        **{"robot": "ok", "mapper": "ok", "simulator": "degraded"},  # without a heartbeat
+        **dict.fromkeys(("perception", "planner", "gateway"), "down"),
+    }
     streams = {stream.name: stream for stream in observed.streams}
     assert streams[keys.ROBOT_RGBD.key].counters.refused == 1
     age_s = streams[keys.ROBOT_ODOMETRY.key].age_s
     assert age_s is not None
     assert 0 <= age_s < 60
-    assert observed.robot_clock_s == -age_s
-    first, other = observed.processes
-    assert (first.first.progress, first.last.progress) == (0, 1)
-    assert first.clock_offset_s == pytest.approx(-0.01, abs=0.3)  # latency makes it only smaller
-    assert other.last.instance == "b"
+    assert observed.clocks_s["robot"] == -age_s
+    assert observed.clocks_s["mapper"] == pytest.approx(-0.01, abs=0.3)  # of the younger one
     assert (observed.commanded, observed.driven, observed.collided) == (0.9, 0.3, True)
     assert observed.revisions is not None
     assert [each.frames_fused for each in observed.revisions] == [3, 9]
@@ -264,18 +245,28 @@ def printed(findings: list[Finding]) -> list[str]:
     return output.getvalue().splitlines()
 
 
-def test_each_finding_is_a_line_with_its_remedy() -> None:
-    absent = Finding(Severity.ERROR, "The mapper is not running.", "Start it: onemap mapper.")
-    touched = Finding(Severity.WARNING, "It touches an obstacle [1].", "Let it back off.")
-    unknown = Finding(Severity.NOTE, "The floor is unknown so far.", "Drive or turn the robot.")
+def test_each_finding_is_a_line() -> None:
+    absent = Finding(Severity.ERROR, "The mapper is not running.")
+    touched = Finding(Severity.WARNING, "It touches an obstacle [1].")
+    unknown = Finding(Severity.NOTE, "The floor is unknown so far.")
     assert printed([absent, touched]) == [
-        "error The mapper is not running. Start it: onemap mapper.",
-        "warning It touches an obstacle [1]. Let it back off.",
+        "error The mapper is not running.",
+        "warning It touches an obstacle [1].",
     ]
     well = "Nothing is wrong that can be seen from here."
     assert printed([]) == [well]
     assert printed([unknown])[1:] == [well]
     assert well not in printed([touched, unknown])
-    found = {"severity": "warning", "sentence": touched.sentence, "remedy": touched.remedy}
+    found = {"severity": "warning", "sentence": touched.sentence}
     assert document([touched]) == {"healthy": True, "findings": [found]}
     assert not document([touched, absent])["healthy"]
+
+
+def test_the_gateway_says_of_its_services_what_its_status_says() -> None:
+    status = {"services": [{"name": "mapper", "condition": "down", "problem": HUNG}]}
+    with fake_gateway({("GET", "/v1/status"): (200, status)}) as url:
+        services = services_of(url, "")
+    assert services is not None
+    (finding,) = diagnose(Observations(3.5, services))
+    assert finding == Finding(Severity.ERROR, HUNG)
+    assert services_of(url, "") is None  # it ended

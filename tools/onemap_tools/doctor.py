@@ -1,4 +1,7 @@
-"""``onemap doctor``: observe the bus for a few seconds and say what is wrong, in sentences."""
+"""``onemap doctor``: what ``/v1/status`` says is wrong, and what a listener on the bus can tell.
+
+Without a gateway the doctor judges the services itself, by the gateway's own function.
+"""
 
 from __future__ import annotations
 
@@ -16,20 +19,24 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from onemap import Client, OneMapError
+from onemap.replies import ServiceHealth
+from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.present.service_status import DOWN, OK, assess_service, assess_services
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.geometry import U16
-from onemap_shared.messages import Heartbeat, MapRevision, TextRequest
-from onemap_shared.services import doubled, doubled_sentence, role_of
+from onemap_shared.messages import MapRevision, TextRequest
 from onemap_shared.tls_files import IN_ENDPOINT
 from onemap_shared.transport import Bus, CallError, Counters
-from onemap_tools.processes.services import CORE
+from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK
 from onemap_tools.processes.session import temporary_session
 
 M = TypeVar("M")
 
 CONNECT_S = 3.0
 LISTEN_S = 3.5  # three heartbeats of every service
+ALONE_S = 6.0  # the same without a gateway: longer than a loop may stand still
 POLL_S = 0.02
 QUEUE = 64  # messages held between two polls
 NEAR_M = 0.1  # below the range of depth cameras: nearer values are a wrong depth scale
@@ -40,8 +47,7 @@ OLD_S = 2.0  # the robot has driven a metre or more since
 FEW_DISORDERED = 3  # one or two: the publisher was started again
 FEW_FRAMES = 5  # fewer fused frames may all show the same view
 STANDING = 0.02  # m/s or rad/s; below it the robot stands still
-# Of processes that say what they lack, instead of their log.
-REMEDIES = {"ros2": "See what the robot has: onemap ros2 topics, with the same --config."}
+ROBOT = "robot"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,40 +61,29 @@ class ObservedStream:
 
 
 @dataclass(frozen=True, slots=True)
-class ObservedProcess:
-    """The first and the last heartbeat of a process.
-
-    clock_offset_s: its clock minus the local one, less the transport's latency.
-    """
-
-    first: Heartbeat
-    last: Heartbeat
-    clock_offset_s: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Observations:
-    """Everything that was received in ``duration_s`` seconds.
+    """What was seen in ``duration_s`` seconds.
 
-    alive: services with a connected process. doubled: roles that several processes have, with
-    their names. depth_mm: (H, W) of the newest frame. revisions: the first and the last.
-    encoders: of features, map and texts, each its id and text space. commanded, driven: the
-    largest of speeds (m/s) and turns (rad/s). robot_clock_s: the robot's stamps minus the local
-    clock, less the transport's latency; None without a message of it.
+    services: as ``/v1/status`` has them. clocks_s: of services and robot, minus the local one, less
+    the transport's latency. depth_mm: (H, W) of the newest frame. revisions: the first and the
+    last. encoders: of features, map and texts, each its id and text space. commanded, driven: the
+    largest of speeds (m/s) and turns (rad/s).
     """
 
     duration_s: float
-    alive: frozenset[str] = frozenset()
-    doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    services: tuple[ServiceHealth, ...] = ()
     streams: tuple[ObservedStream, ...] = ()
-    processes: tuple[ObservedProcess, ...] = ()
+    clocks_s: Mapping[str, float] = field(default_factory=dict)
     depth_mm: U16 | None = None
     revisions: tuple[MapRevision, MapRevision] | None = None
     encoders: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     commanded: float = 0.0
     driven: float = 0.0
     collided: bool = False
-    robot_clock_s: float | None = None
+
+    def is_well(self, service: str) -> bool:
+        """Whether nothing is wrong with a service as far as it is known."""
+        return all(each.condition == OK for each in self.services if each.name == service)
 
 
 class _Inbox(Generic[M]):
@@ -104,11 +99,13 @@ class _Inbox(Generic[M]):
         self._subscription = bus.subscribe(topic, 1 if large else QUEUE)
         self._dated: deque[tuple[M, float | None]] = deque(maxlen=1 if large else None)
 
-    def poll(self) -> None:
+    def poll(self) -> Iterator[M]:
+        """The messages that came since."""
         while (message := self._subscription.take(0.0)) is not None:
             stamp_ns = getattr(message, "stamp_ns", 0)  # 0: of a map before its first frame
             age_s = (time.time_ns() - stamp_ns) / 1e9 if stamp_ns else None
             self._dated.append((message, age_s))
+            yield message
 
     @property
     def messages(self) -> list[M]:
@@ -129,8 +126,8 @@ class BusObserver:
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
-        self._rgbd = _Inbox(bus, keys.ROBOT_RGBD, "robot", large=True)
-        self._odometry = _Inbox(bus, keys.ROBOT_ODOMETRY, "robot")
+        self._rgbd = _Inbox(bus, keys.ROBOT_RGBD, ROBOT, large=True)
+        self._odometry = _Inbox(bus, keys.ROBOT_ODOMETRY, ROBOT)
         self._field = _Inbox(bus, keys.FIELD, "perception", large=True)
         self._revisions = _Inbox(bus, keys.MAP_REVISION, "mapper")
         self._commands = _Inbox(bus, keys.ROBOT_CMD_VEL)
@@ -141,49 +138,55 @@ class BusObserver:
             self._field,
             self._revisions,
         )
+        self._state = LiveState()
 
     def poll(self) -> None:
-        """Take all queued messages of all topics."""
+        """Take all queued messages of all topics, and see who is connected."""
+        self._state = self._state.with_members(self._bus.members(), time.monotonic())
         for inbox in (*self._streams, self._commands, self._beats):
-            inbox.poll()
+            for message in inbox.poll():
+                self._state = self._state.with_message(message, time.monotonic())
 
-    def observations(self, duration_s: float) -> Observations:
-        """The observations so far, made in ``duration_s`` seconds."""
+    def services(self) -> tuple[ServiceHealth, ...]:
+        """As the gateway would say now."""
+        now_s = time.monotonic()
+        found = assess_services(self._state, now_s)
+        if all(each.name != "gateway" for each in found):
+            found.append(assess_service("gateway", self._state, now_s))
+        return tuple(found)
+
+    def observations(
+        self, duration_s: float, services: tuple[ServiceHealth, ...] | None = None
+    ) -> Observations:
+        """The observations so far, made in ``duration_s`` seconds, with the gateway's services."""
         driven, revisions = self._odometry.messages, self._revisions.messages
         speeds = [(o.linear_mps, o.lateral_mps, o.angular_radps) for o in driven]
         wanted = [(c.velocity.speed_mps, c.angular_radps) for c in self._commands.messages]
         rgbd = self._rgbd.messages
         return Observations(
             duration_s=duration_s,
-            alive=self._bus.alive(),
-            doubled=doubled(self._bus.members()),
+            services=self.services() if services is None else services,
             streams=tuple(inbox.stream for inbox in self._streams),
-            processes=self._processes(),
+            clocks_s=self._clocks_s(),
             depth_mm=rgbd[-1].depth_mm if rgbd else None,
             revisions=(revisions[0], revisions[-1]) if revisions else None,
             encoders=self._encoders(),
             commanded=max((abs(v) for each in wanted for v in each), default=0.0),
             driven=max((abs(v) for each in speeds for v in each), default=0.0),
             collided=any(odometry.collided for odometry in driven),
-            robot_clock_s=self._robot_clock_s(),
         )
 
-    def _robot_clock_s(self) -> float | None:
-        """By its youngest message: latency only makes them older."""
-        ages_s = [
-            age_s for age_s in self._odometry.ages_s or self._rgbd.ages_s if age_s is not None
-        ]
-        return -min(ages_s) if ages_s else None
-
-    def _processes(self) -> tuple[ObservedProcess, ...]:
-        """The largest offset of a clock is the best estimate: latency only makes it smaller."""
-        found: dict[str, ObservedProcess] = {}
-        for beat, age_s in zip(self._beats.messages, self._beats.ages_s, strict=True):
-            offset_s = -(age_s or 0.0)
-            before = found.get(beat.instance, ObservedProcess(beat, beat, offset_s))
-            offset_s = max(before.clock_offset_s, offset_s)
-            found[beat.instance] = ObservedProcess(before.first, beat, offset_s)
-        return tuple(found.values())
+    def _clocks_s(self) -> dict[str, float]:
+        """By the youngest message of each: latency only makes them older."""
+        robot = self._odometry if self._odometry.messages else self._rgbd
+        dated = [(ROBOT, age_s) for age_s in robot.ages_s]
+        services = (beat.service for beat in self._beats.messages)
+        dated += zip(services, self._beats.ages_s, strict=True)
+        clocks_s: dict[str, float] = {}
+        for whose, age_s in dated:
+            if age_s is not None:
+                clocks_s[whose] = max(clocks_s.get(whose, -age_s), -age_s)
+        return clocks_s
 
     def _encoders(self) -> dict[str, tuple[str, str]]:
         found: dict[str, Any] = {"camera features": self._field, "the map": self._revisions}
@@ -193,14 +196,16 @@ class BusObserver:
         return {what: (each.encoder_id, each.text_space) for what, each in newest.items()}
 
 
-def observe(bus: Bus, duration_s: float) -> Observations:
+def observe(
+    bus: Bus, duration_s: float, services: tuple[ServiceHealth, ...] | None = None
+) -> Observations:
     """Observe the bus for ``duration_s`` seconds."""
     observer = BusObserver(bus)
     end_s = time.monotonic() + duration_s
     while time.monotonic() < end_s:
         observer.poll()
         time.sleep(POLL_S)
-    return observer.observations(duration_s)
+    return observer.observations(duration_s, services)
 
 
 class Severity(str, Enum):
@@ -213,125 +218,70 @@ class Severity(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One fault and its remedy."""
+    """What is wrong, and what to do about it."""
 
     severity: Severity
     sentence: str
-    remedy: str
 
 
-def _error(sentence: str, remedy: str) -> Finding:
-    return Finding(Severity.ERROR, sentence, remedy)
+def _error(sentence: str) -> Finding:
+    return Finding(Severity.ERROR, sentence)
 
 
-def _warning(sentence: str, remedy: str) -> Finding:
-    return Finding(Severity.WARNING, sentence, remedy)
+def _warning(sentence: str) -> Finding:
+    return Finding(Severity.WARNING, sentence)
 
 
 def _services(observed: Observations) -> Iterator[Finding]:
-    """Services that do not run, hang, are not ready or run twice."""
-    for name in CORE:
-        if name not in observed.alive:
-            yield _absent(name, observed)
-    for role, names in observed.doubled.items():
-        yield _error(
-            f"{doubled_sentence(role, names)}.",
-            "Stop all but one of them, or give each robot a bus.namespace of its own.",
-        )
-    for name in sorted({process.last.service for process in observed.processes}):
-        processes = [process for process in observed.processes if process.last.service == name]
-        if len(processes) > 1 and role_of(name) not in observed.doubled:
-            yield _error(
-                f"{len(processes)} processes say that they are the {name}: their messages mix.",
-                "Stop all but one of them.",
-            )
-        for process in processes:
-            yield from _unhealthy(process)
-
-
-def _absent(name: str, observed: Observations) -> Finding:
-    """A service that is not connected: it ended, or it hangs by the gateway's metrics."""
-    silent_s = _metrics_with(f"hung_{name}_s", observed).get(f"hung_{name}_s")
-    if silent_s is None:
-        return _error(
-            f"The {name} is not running.",
-            f"Start it: onemap service {name}, with the same --config; what 'onemap up' began it "
-            "starts again.",
-        )
-    return _error(
-        f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
-        "down.",
-        "Restart it rather than start a second one; look at its log first.",
-    )
-
-
-def _metrics_with(name: str, observed: Observations) -> Mapping[str, float]:
-    """The metrics of the first process that reports this one; empty if none does."""
-    reported = (process.last.metrics for process in observed.processes)
-    return next((metrics for metrics in reported if name in metrics), {})
-
-
-def _unhealthy(process: ObservedProcess) -> Iterator[Finding]:
-    first, last = process.first, process.last
-    problem = last.problem.rstrip(".")
-    if first is not last and last.progress <= first.progress:
-        yield _error(
-            f"The {last.service} runs but its main loop stands still.",
-            "Look at its log, then restart it.",
-        )
-    elif problem or not last.ready:
-        make = _warning if last.ready else _error
-        yield make(
-            f"The {last.service} is not well: {problem or 'it does not say why'}.",
-            REMEDIES.get(last.service, "Look at its log."),
-        )
+    """What ``/v1/status`` says."""
+    for each in observed.services:
+        if each.condition != OK:
+            wrong = _warning if each.ready and each.condition != DOWN else _error
+            yield wrong(each.problem)
 
 
 def _streams(observed: Observations) -> Iterator[Finding]:
     """Streams without messages, with old messages or with messages that cannot be decoded."""
     for stream in observed.streams:
         name, source, counters = stream.name, stream.source, stream.counters
-        if counters.received == 0 and counters.refused == 0:
+        if counters.received == 0 and counters.refused == 0 and observed.is_well(source):
             yield _error(
-                f"Nothing arrives on {name} from the {source}.",
-                f"See whether the {source} runs, and under the same bus namespace.",
+                f"Nothing arrives on {name} from the {source}: see whether it runs under the same "
+                "bus namespace."
             )
         if counters.refused:
             yield _error(
                 f"{counters.refused} messages on {name} could not be read, the last "
-                f"because: {counters.last_problem}.",
-                f"Send it as docs/messages.md describes; if the {source} is OneMap's "
-                "own, run the same version there and here.",
+                f"because: {counters.last_problem}. Send it as docs/messages.md describes; if the "
+                f"{source} is OneMap's own, run the same version there and here."
             )
         # The mapper announces a map again, with the same frame, when a layer is reset.
         if source != "mapper" and counters.disordered >= FEW_DISORDERED:
             yield _error(
                 f"{counters.disordered} of {counters.received} messages on {name} have no "
-                "higher number than the one before: several processes send them.",
-                f"Run one {source} on these keys; its driver must count its messages.",
+                "higher number than the one before: several processes send them. Run one "
+                f"{source} on these keys; its driver must count its messages."
             )
-        late_s = (stream.age_s or 0.0) + (observed.robot_clock_s or 0.0)
+        late_s = (stream.age_s or 0.0) + observed.clocks_s.get(ROBOT, 0.0)
         if stream.age_s is not None and late_s > OLD_S:
             yield _error(
-                f"What arrives on {name} is {late_s:.1f} s older than what the robot says now.",
-                f"The {source} is too slow: see its metrics with 'onemap status'.",
+                f"What arrives on {name} is {late_s:.1f} s older than what the robot says now. The "
+                f"{source} is too slow: see its metrics with 'onemap status'."
             )
 
 
 def _clocks(observed: Observations) -> Iterator[Finding]:
     """Clocks that disagree, which nothing but what people compare depends on."""
-    clocks = {f"the {p.last.service}'s": p.clock_offset_s for p in observed.processes}
-    if observed.robot_clock_s is not None:
-        clocks["the robot's"] = observed.robot_clock_s
-    other = {whose: by_s for whose, by_s in clocks.items() if abs(by_s) > CLOCK_TOLERANCE_S}
+    other = [
+        f"the {whose}'s by {by_s:+.1f} s"
+        for whose, by_s in observed.clocks_s.items()
+        if abs(by_s) > CLOCK_TOLERANCE_S
+    ]
     if other:
         yield Finding(
             Severity.NOTE,
-            "Clocks differ from this machine's: "
-            + ", ".join(f"{whose} by {by_s:+.1f} s" for whose, by_s in other.items())
-            + ".",
-            "Nothing stops for it. Times in logs and onemap_perception_frame_age_ms compare only "
-            "with one clock (chrony or NTP).",
+            f"Clocks differ from this machine's: {', '.join(other)}. Nothing stops for it. Times "
+            "in logs and onemap_perception_frame_age_ms compare only with one clock (NTP).",
         )
 
 
@@ -343,39 +293,38 @@ def _depth(observed: Observations) -> Iterator[Finding]:
     valid = returns_m.size / observed.depth_mm.size
     if valid < 1 - NO_RETURN_FRACTION:
         yield _error(
-            f"Only {valid:.0%} of the depth pixels hold a return.",
-            "Check that the depth stream is on, aligned to colour, and not covered.",
+            f"Only {valid:.0%} of the depth pixels hold a return. Check that the depth "
+            "stream is on, aligned to colour, and not covered."
         )
     elif np.mean(returns_m < NEAR_M) > 0.5:
         yield _error(
-            f"Most depth is nearer than {NEAR_M * 100:.0f} cm.",
-            "Depth must be in millimetres: metres or raw units were sent, or the lens is covered.",
+            f"Most depth is nearer than {NEAR_M * 100:.0f} cm. Depth must be in "
+            "millimetres: metres or raw units were sent, or the lens is covered."
         )
     elif (median_m := np.median(returns_m)) > FAR_M:
         yield _error(
-            f"The median depth is {median_m:.0f} m, more than any room.",
-            "Depth must be in millimetres: a finer unit (0.1 mm) was sent.",
+            f"The median depth is {median_m:.0f} m, more than any room. Depth must be in "
+            "millimetres: a finer unit (0.1 mm) was sent."
         )
 
 
 def _floor(observed: Observations) -> Iterator[Finding]:
     """Extrinsics by which the floor is not at z = 0, from the mapper's metrics."""
-    mapper = _metrics_with("floor_viewpoints", observed)
-    if not mapper:
+    mapper = next((s.metrics for s in observed.services if "floor_viewpoints" in s.metrics), None)
+    if mapper is None:
         return
     viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
     if "floor_wrong" not in mapper:
         yield Finding(
             Severity.NOTE,
-            f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}.",
+            f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}. "
             "Drive or turn the robot: the lowest surface in one view may be a table.",
         )
     elif mapper["floor_wrong"]:
         yield _error(
             f"The mapper sees the floor at z = {mapper['floor_height_m']:.2f} m, tilted by "
-            f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}.",
-            "Check T_map_camera: camera frame x right, y down, z forward; map z up, floor at "
-            "z = 0.",
+            f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}. Check "
+            "T_map_camera: camera frame x right, y down, z forward; map z up, floor at z = 0."
         )
 
 
@@ -385,8 +334,8 @@ def _encoders(observed: Observations) -> Iterator[Finding]:
     if len(set(known.values())) > 1:
         parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
         yield _error(
-            f"Encoders differ: {parts}.",
-            "Clear the map ('onemap map clear') or load one that was made with this encoder.",
+            f"Encoders differ: {parts}. Clear the map ('onemap map clear') or load one that was "
+            "made with this encoder."
         )
 
 
@@ -397,19 +346,18 @@ def _map(observed: Observations) -> Iterator[Finding]:
     first, last = observed.revisions
     if last.frames_fused == first.frames_fused:
         yield _error(
-            f"No frame reached the map in {observed.duration_s:.0f} s.",
-            "Follow the frames: robot, perception, mapper; the first silent one is it.",
+            f"No frame reached the map in {observed.duration_s:.0f} s. "
+            "Follow the frames: robot, perception, mapper; the first silent one is it."
         )
     elif last.cells_observed == 0 and last.frames_fused >= FEW_FRAMES:
         yield _error(
-            f"{last.frames_fused} frames were fused and the map is still empty.",
-            "All points are out of the mapper's height or depth range: check extrinsics and depth "
-            "scale.",
+            f"{last.frames_fused} frames were fused and the map is still empty. All points "
+            "are out of the mapper's height or depth range: check extrinsics and depth scale."
         )
     elif last.cells_observed == first.cells_observed and observed.driven > STANDING:
         yield _warning(
-            "The robot drives and the map does not grow.",
-            "Fine where all is mapped already; otherwise check that the pose changes too.",
+            "The robot drives and the map does not grow. "
+            "Fine where all is mapped already; otherwise check that the pose changes too."
         )
 
 
@@ -417,13 +365,13 @@ def _driving(observed: Observations) -> Iterator[Finding]:
     """A robot that does not follow commands, or that has collided."""
     if observed.commanded > STANDING and observed.driven <= STANDING:
         yield _error(
-            "The planner commands motion and the robot stands still.",
-            "Release the emergency stop; see that the robot's driver obeys the velocity topic.",
+            "The planner commands motion and the robot stands still. Release the "
+            "emergency stop; see that the robot's driver obeys the velocity topic."
         )
     if observed.collided:
         yield _warning(
-            "The robot touches an obstacle.",
-            "Give the planner the robot's true radius; it backs off by itself.",
+            "The robot touches an obstacle. Give the planner the robot's true radius; it backs "
+            "off by itself."
         )
 
 
@@ -440,15 +388,28 @@ def diagnose(observed: Observations) -> list[Finding]:
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "dim"}
 
 
-def examine(config: Path | None, console: Console) -> list[Finding]:
-    """Observe the bus of this configuration for ``LISTEN_S`` and diagnose."""
-    bus_config = section(read(config), "bus", BusConfig)
+def examine(config: Path | None, token: str, console: Console) -> list[Finding]:
+    """Ask the gateway, observe the bus of this configuration for ``LISTEN_S``, and diagnose."""
+    sections = read(config)
+    bus_config = section(sections, "bus", BusConfig)
     ending = certificates_that_end(bus_config, datetime.now(timezone.utc))
     if not healthy(ending):  # nothing would answer
         return ending
+    port = sections.get("gateway", {}).get("port", DEFAULT_PORT)
+    services = services_of(f"http://{LOOPBACK}:{port}", token)
     with temporary_session(bus_config, "doctor", CONNECT_S) as bus:
-        console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
-        return [*ending, *diagnose(observe(bus, LISTEN_S))]
+        listen_s = ALONE_S if services is None else LISTEN_S
+        console.print(f"Listening for {listen_s:g} s ...", style="dim")
+        return [*ending, *diagnose(observe(bus, listen_s, services))]
+
+
+def services_of(url: str, token: str) -> tuple[ServiceHealth, ...] | None:
+    """What a gateway says of the services; None if it does not answer."""
+    try:
+        with Client(url, token) as gateway:
+            return gateway.status().services
+    except OneMapError:
+        return None
 
 
 def certificates_that_end(config: BusConfig, now: datetime) -> list[Finding]:
@@ -458,21 +419,20 @@ def certificates_that_end(config: BusConfig, now: datetime) -> list[Finding]:
     except ImportError:
         return []
     files = [name for endpoint in config.connect for name in IN_ENDPOINT.findall(endpoint)]
-    remedy = "Make new ones with 'onemap certs' and give them to the machines."
     return [
         (_error if ends <= now else _warning)(
-            f"The certificate {name} {'ended' if ends <= now else 'ends'} on {ends:%Y-%m-%d}.",
-            remedy,
+            f"The certificate {name} {'ended' if ends <= now else 'ends'} on {ends:%Y-%m-%d}. Make "
+            "new ones with 'onemap certs' and give them to the machines."
         )
         for name, ends in ending(files, now).items()
     ]
 
 
 def describe(findings: list[Finding], console: Console) -> None:
-    """Print each finding with its remedy."""
+    """Print each finding."""
     for finding in findings:
         severity = Text(finding.severity.value, style=COLOURS[finding.severity])
-        console.print(severity, Text(f"{finding.sentence} {finding.remedy}"))
+        console.print(severity, Text(finding.sentence))
     if all(finding.severity is Severity.NOTE for finding in findings):
         console.print("Nothing is wrong that can be seen from here.")
 

@@ -282,11 +282,11 @@ def status(
 
 
 @app.command(rich_help_panel=FIRST)
-def doctor(config: Config = None, as_json: Json = False) -> None:
+def doctor(config: Config = None, token: Token = "", as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
     from onemap_tools import doctor
 
-    findings = doctor.examine(config, progress_console())
+    findings = doctor.examine(config, token, progress_console())
     doctor.describe(findings, result_console(as_json))
     if as_json:
         print_json(doctor.document(findings))
