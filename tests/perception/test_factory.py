@@ -73,6 +73,7 @@ def test_a_routed_detector_is_two() -> None:
         ),
         ({"encoder": {"backend": "mini", "thread": 1}}, "perception.encoder.thread is unknown"),
         ({"encoder": {"backend": "clip"}}, "perception.encoder: Input tag 'clip'"),
+        ({"encoder": {"backend": "photo"}}, "perception.encoder: the encoder photo is gone"),
         ({"encoder": {"backend": "tipsv2"}}, "perception.encoder.model: Field required"),
         (
             {"detector": {"backend": "routed", "score_treshold": 0.5}},

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from onemap_perception.feature_field import VarianceFormula
 from onemap_shared.params import Params
@@ -31,30 +32,15 @@ class ChannelParams(Params):
     )
 
 
-class ShippedParams(ChannelParams):
-    """What the encoders that ship with OneMap have in common."""
-
-    folder: Path = Field(
-        default=SHIPPED,
-        description="Weights and words of mini; another folder holds one's own training.",
-    )
-
-
-class MiniParams(ShippedParams):
+class MiniParams(ChannelParams):
     """The encoder of the simulator."""
 
     backend: Literal["mini"] = Field(
         default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
     )
-
-
-class PhotoParams(ShippedParams):
-    """``mini`` with a second opinion for photographs."""
-
-    backend: Literal["photo"] = Field(
-        default="photo",
-        description="Chooses this encoder: mini and a classifier of photographs, for a camera "
-        "without a GPU; it ships with OneMap.",
+    folder: Path = Field(
+        default=SHIPPED,
+        description="Weights and words; another folder holds one's own training.",
     )
 
 
@@ -114,7 +100,7 @@ class RadioParams(TorchEncoderParams):
 
 
 TorchParams = OpenClipConvNextParams | Tipsv2Params | RadioParams
-EncoderParams = Annotated[MiniParams | PhotoParams | TorchParams, Field(discriminator="backend")]
+EncoderParams = Annotated[MiniParams | TorchParams, Field(discriminator="backend")]
 
 COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
 OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
@@ -214,6 +200,17 @@ class PerceptionConfig(Params):
         description="How uncertain the feature of each pixel is: by the authors' code, or as the "
         "paper prints it.",
     )
+
+    @field_validator("encoder", mode="before")
+    @classmethod
+    def _refuse_photo(cls, encoder: Any) -> Any:
+        if isinstance(encoder, dict) and encoder.get("backend") == "photo":
+            raise PydanticCustomError(
+                "gone",
+                "the encoder photo is gone since 0.2.0: use one of the model hub ('onemap models "
+                "use tipsv2'), or mini in the simulator",
+            )
+        return encoder
 
     @model_validator(mode="before")
     @classmethod

@@ -18,20 +18,16 @@ from onemap_perception.config import (
     OpenClipConvNextParams,
     OpenVocabularyParams,
     PatchesParams,
-    PhotoParams,
     PluginParams,
     RadioParams,
     RoutedParams,
-    ShippedParams,
     Tipsv2Params,
     TorchParams,
 )
 from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.detectors.two_looks import TwoLooksDetector
 from onemap_perception.encoders.mini import MiniEncoder
-from onemap_perception.encoders.photo import PhotoEncoder
 from onemap_perception.encoders.projected import ProjectedEncoder, embed_words
 from onemap_perception.encoders.protocol import Encoder, ImageEncoder
 from onemap_perception.errors import BackendError
@@ -53,7 +49,7 @@ def make_encoder(params: EncoderParams) -> ImageEncoder:
     if params.channels == 0:
         return encoder
     # The words of the basis are embedded by one that refuses none of them.
-    words_by = MiniEncoder(params, raw=True) if isinstance(params, ShippedParams) else encoder
+    words_by = MiniEncoder(params, raw=True) if isinstance(params, MiniParams) else encoder
     return with_channels(encoder, params.channels, words_by)
 
 
@@ -69,8 +65,6 @@ def with_channels(encoder: ImageEncoder, channels: int, words_by: Encoder) -> Im
 def _make_encoder(params: EncoderParams) -> ImageEncoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
-    if isinstance(params, PhotoParams):
-        return PhotoEncoder(params)
     path = locate(params.model, runs_code=isinstance(params, RadioParams))
     from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
@@ -111,11 +105,9 @@ def _patch_detector(encoder: Encoder) -> Detector:
     queries = encoder.embed_text(("chair",))
     if len(queries.neutral) == 0 or queries.controls:
         raise BackendError(
-            "the detector patches needs an encoder calibrated with labels (mini, photo); choose "
+            "the detector patches needs an encoder calibrated with labels, as mini is; choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
-    if isinstance(encoder, PhotoEncoder):
-        return TwoLooksDetector(encoder)
     return PatchDetector(encoder.encoder_id)
 
 

@@ -19,7 +19,7 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import TextQuery, text_query
-from onemap_perception.config import SHIPPED, PerceptionConfig, ShippedParams
+from onemap_perception.config import SHIPPED, MiniParams, PerceptionConfig
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
@@ -106,7 +106,7 @@ def calibrate(
     config = load(path, "perception", PerceptionConfig)[2].encoder
     try:
         encoder = raw = make_encoder(config)
-        if isinstance(config, ShippedParams):
+        if isinstance(config, MiniParams):
             raw = MiniEncoder(config, raw=True)
             raw = with_channels(raw, config.channels, raw) if config.channels else raw
     except BackendError as problem:

@@ -16,7 +16,7 @@ import torch
 from rich.console import Console
 
 from onemap_perception import model_store
-from onemap_perception.config import PerceptionConfig, PluginParams, RadioParams, ShippedParams
+from onemap_perception.config import MiniParams, PerceptionConfig, PluginParams, RadioParams
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.factory import make_detector, make_encoder
@@ -159,7 +159,7 @@ def set_up(
             }
             for each in needed
         },
-        "note": "" if isinstance(drafted.perception.encoder, ShippedParams) else UNCALIBRATED,
+        "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
         "next": f"onemap up --config {path}",
     }
 

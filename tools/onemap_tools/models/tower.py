@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config import EncoderParams, RadioParams, ShippedParams
+from onemap_perception.config import EncoderParams, MiniParams, RadioParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import (
     CAMERA_PX,
@@ -37,7 +37,7 @@ def export_encoder(
     (width, height). Raises CliError if the encoder cannot be exported or the file disagrees; no
     file is left then.
     """
-    if isinstance(config, ShippedParams):
+    if isinstance(config, MiniParams):
         raise CliError(
             f"The encoder {config.backend} runs in onnxruntime already", EXIT_USAGE_ERROR
         )

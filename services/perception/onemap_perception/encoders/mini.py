@@ -14,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from onemap_perception.config import SHIPPED, ShippedParams
+from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.images import fitted_size, mean_feature, resized
 from onemap_perception.errors import BackendError
 from onemap_perception.onnx import open_session
@@ -41,7 +41,7 @@ class MiniEncoder:
     raw: see ``QueryEncoder``. text: its words.
     """
 
-    def __init__(self, params: ShippedParams, *, raw: bool = False) -> None:
+    def __init__(self, params: MiniParams, *, raw: bool = False) -> None:
         path = params.folder / NETWORK_FILE
         self._session = _open(path)
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
