@@ -3,6 +3,8 @@
 A sentence is the name of an object, with a colour before it or none, and then clauses, each of
 words from the table ``CLAUSES`` and one phrase; commas, "and" and "but" may join them. The phrase
 names an object; after "in" a place, if the map knows one of this name or it is a room's word.
+A question or a command around it ("where is the sofa?") asks for the same (``phrasing``), and what
+no part of a request stands for is refused, never left out.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from typing import Any, TypeAlias
 
 from onemap_shared.messages import Detail, Relation, RelationKind, SearchRequest, check_text
 from onemap_shared.messages.details import NEXT_TO_M, NO_DETAIL
-from onemap_shared.names import ARTICLES, indefinite, normalised
+from onemap_shared.names import ARTICLES, indefinite, normalised, same_name
+from onemap_shared.phrasing import asked_for, check_modelled, without_courtesy
 
 # The words of a clause, by the part of the request that says the same.
 CLAUSES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -25,8 +28,36 @@ CLAUSES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "under": ("under", "underneath", "below", "beneath"),
         "between": ("between",),
         "in": ("in", "inside of", "inside"),
-        "not_in": ("not in", "not inside", "outside of", "outside"),
-        "stay_out_of": ("stay out of", "staying out of", "keep out of"),
+        "not_in": (
+            *("not in", "not inside", "outside of", "outside", "except in", "other than in"),
+            *("not one in", "not the one in", "not ones in", "not the ones in"),
+            *("anywhere but in", "anywhere but", "anywhere except in", "anywhere except"),
+            *("any room except", "any room but"),
+        ),
+        "negatives": (
+            *("not", "no", "neither", "except for", "except", "excluding", "other than", "besides"),
+            *(
+                "anything but",
+                "anything except",
+                "apart from",
+                "rather than",
+                "instead of",
+                "that is not",
+                "that are not",
+            ),
+            *("that isn't", "that's not", "which is not", "which are not", "which isn't"),
+        ),
+        "stay_out_of": (
+            *("stay out of", "staying out of", "keep out of", "avoid", "avoiding", "don't enter"),
+            *("don't go into", "don't go in", "do not enter", "do not go into", "do not go in"),
+            *(
+                "without entering",
+                "without going into",
+                "without going through",
+                "never enter",
+                "never go into",
+            ),
+        ),
     }
 )
 RELATIONS = {
@@ -52,6 +83,7 @@ ROOM_WORDS = frozenset(
     {
         *("kitchen", "bathroom", "bedroom", "living room", "dining room", "hallway", "hall"),
         *("corridor", "office", "study", "nursery", "garage", "balcony", "basement", "attic"),
+        *("entryway", "entrance", "foyer", "terrace", "den", "cellar", "lobby"),
         *("pantry", "laundry room", "storage room", "guest room", "playroom"),
     }
 )
@@ -59,15 +91,17 @@ ROOM_WORDS = frozenset(
 NOT_UNDERSTOOD = (
     *("behind", "in front of", "above", "over", "with", "without", "opposite", "around", "against"),
     *("at", "across from", "left of", "right of", "on the left", "on the right", "to the left of"),
-    *("to the right of", "that", "which", "where", "not", "not on", "not under", "not near"),
+    *("to the right of", "that", "which", "where", "not on", "not under", "not near", "not by"),
     *("not next to", "not between", "from", "along", "among", "through", "into", "onto", "toward"),
 )
 UNDERSTOOD = (
     "a sentence names an object, perhaps with a colour before it, and says what it is on, under, "
-    "next to, in or between, 'not in' a place, or 'stay out of' a place"
+    "next to, in or between, what it is 'not', 'not in' a place, or 'stay out of' a place"
 )
 DESCRIPTION = re.compile(
-    r"(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) ", re.I
+    r"((something|anything)( \w+){0,2}?|somewhere|(a |the )?(thing|things|place|spot|furniture)) "
+    r"(to|for|that|which|where|(i|you|we|one) (can|could)) ",
+    re.I,
 )
 WORDS = sorted(
     [*NOT_UNDERSTOOD, *(each for words in CLAUSES.values() for each in words)],
@@ -75,11 +109,36 @@ WORDS = sorted(
     reverse=True,
 )
 # What joins clauses, then the words of one: "and" between two things belongs to their names.
-CLAUSE_HEAD = rf"(?:(and|but|or)\s+)?({'|'.join(WORDS)})(?=\s|$)"
+# "that is lying on" says "on".
+FILLED = (
+    r"(?P<that>(?:that|which)(?:['’]s|\s+(?:is|are|stands?|lies|hangs?|sits?))\s+)?"
+    r"(?:(?:standing|lying|sitting|hanging|placed|right|somewhere|located|anywhere(?!\s+(?:but|except)\b))\s+)?"
+)
+JOINT = r"(?:(?P<joint>and|but|or|though)\s+)?(?:(?:just|only)\s+)?"
+CLAUSE_HEAD = rf"{JOINT}{FILLED}(?P<words>{'|'.join(WORDS)})(?=\s|$)"
 CLAUSE = re.compile(rf"(?:^|[\s,;]+){CLAUSE_HEAD}", re.I)
-SENTENCE_COMMA = re.compile(rf"\s*,(?!\s*{CLAUSE_HEAD})\s*", re.I)
+SENTENCE_COMMA = re.compile(rf"\s*,(?!\s*{CLAUSE_HEAD})\s*(?:and\s+)?", re.I)
 PART_OF = {each: part for part, words in CLAUSES.items() for each in words}
-LISTED = re.compile(r"\s*,\s*(?:(?:and|or)\s+)?|\s+(?:and|or)\s+", re.I)
+LISTED = re.compile(r"\s*,\s*(?:(?:and|or|nor)\s+)?|\s+(?:and|or|nor)\s+", re.I)
+FIRST = re.compile(
+    r"(?:first(?!\s+aid)(?:ly)?(?:\s+of\s+all)?|start\s+(?:at|with))[\s,]+(?=\S)", re.I
+)
+THEN = re.compile(
+    r"\s*,?\s+(?:and\s+)?(?:then|also|afterwards|after\s+that|next(?!\s+to)|finally|lastly|"
+    r"finish\s+at)\s+(?:to\s+)?",
+    re.I,
+)
+AND_A = re.compile(rf"\s+and\s+(?=(?:{'|'.join(ARTICLES)})\S)", re.I)
+SHADES = ("dark ", "light ", "bright ", "pale ")
+IN_COLOUR = re.compile(
+    rf"^(?:{'|'.join(ARTICLES)})?(?P<thing>.+?),?\s+(?:in|a|the|(?:that|which)(?:['’]s|\s+(?:is|are)))\s+"
+    rf"(?:{'|'.join(SHADES)})?(?P<colour>{'|'.join(COLOURS)})(?:\s+one)?(?=,|\s(?!one)|$)",
+    re.I,
+)
+NO_NAMES = frozenset({"one", "ones", "it", "that", "this", "those", "them", "there", "here"})
+NO_NAMES |= {"something", "anything", "somewhere", "thing", "things", "place", "nothing"}
+OPEN = "it is open what lies beside what: parts of one object are joined by 'and'"
+CHAIN = 3  # relations in a row, nothing between them, from which it is open what lies beside what
 Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase
 
 
@@ -124,44 +183,56 @@ def is_description(text: str) -> bool:
 
 def parse(
     text: str,
-    places: Collection[str] = (),
+    places: Collection[str] | None = None,
     parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Sentence:
     """What a sentence says, together with ``parts`` that say more of the same object.
 
-    places: names of the map's places, which "in" may name beside rooms. parts: the phrases of
+    places: names of the map's places, which "in" may name beside rooms; None: not asked yet, so
+    that any name may be one. parts: the phrases of
     each key of ``CLAUSES``, two for ``between``; and of ``colour`` one of ``COLOURS``.
 
     A text without clauses and colour is a name, and stays as it is. ValueError names the words
     that are not understood.
     """
-    noun, clauses = _split(check_text(text).rstrip(" .?!,;"))
-    known = {normalised(place): place for place in places}
+    known = {normalised(place): place for place in places or ()}
+    noun, clauses = _split(_colour_first(asked_for(check_text(text))), known)
     relations: list[Relation] = []
-    named: dict[str, list[str]] = {"in": [], "not_in": [], "stay_out_of": []}
+    named: dict[str, list[str]] = {"in": [], "not_in": [], "stay_out_of": [], "negatives": []}
     for part, words, phrase in [*clauses, *_clauses(parts)]:
         listed = _listed(phrase, known) if part in named else {}
         if not phrase:
             raise _not_understood(words, "it names nothing")
         if (part == "in" and not all(listed.values())) or part not in named:
+            if part != "in" or places is not None:
+                check_modelled(phrase)
             relations.append(_relation(part, words, phrase, known))
         else:
             named[part] += [place or _thing(name) for name, place in listed.items()]
-    colour, thing = ("", noun) if is_description(noun) else _coloured(noun)
+    colour, thing = ("", noun) if is_description(noun) else _object(noun)
     for word in parts.get("colour", ()):
         if colour not in ("", COLOURS.get(word.lower())) or word.lower() not in COLOURS:
             raise _not_understood(word, f"an object has one colour of {', '.join(COLOURS)}")
         colour = COLOURS[word.lower()]
-    inside, outside, stay_out = (tuple(dict.fromkeys(names)) for names in named.values())
-    detail = Detail(colour, tuple(relations), inside, outside)
+    inside, outside, stay_out, negatives = (tuple(dict.fromkeys(each)) for each in named.values())
+    for each in negatives:
+        _check_excluded(each, thing)
+    detail = Detail(colour, tuple(relations), inside, outside, negatives)
     if (detail == NO_DETAIL and not stay_out) or is_description(noun):
         return Sentence(noun, detail, stay_out)
     return Sentence(_thing(thing), detail, stay_out)
 
 
 def listed_sentences(text: str) -> list[str]:
-    """The sentences between the commas that do not begin a clause."""
-    return SENTENCE_COMMA.sub("\n", " ".join(text.split())).split("\n")
+    """The sentences between the commas that do not begin a clause, "then", and "and the"."""
+    plain = without_courtesy(" ".join(text.split()))
+    pieces = THEN.sub("\n", SENTENCE_COMMA.sub("\n", FIRST.sub("", plain))).split("\n")
+    return [each for piece in pieces if piece.strip(" ,;") for each in _joined_by_and(piece)]
+
+
+def _joined_by_and(text: str) -> list[str]:
+    """The things of "the bed and a sofa", of which nothing more is said."""
+    return [text] if CLAUSE.search(asked_for(text)) else AND_A.split(text)
 
 
 def search_for(sentences: Sequence[Sentence], patience_s: float, **options: Any) -> SearchRequest:
@@ -176,19 +247,53 @@ def search_for(sentences: Sequence[Sentence], patience_s: float, **options: Any)
     )
 
 
-def _split(text: str) -> tuple[str, list[Clause]]:
+def _colour_first(text: str) -> str:
+    """ "A chair that is red" as "red chair"."""
+    said = IN_COLOUR.match(text)
+    if said is None or CLAUSE.search(said["thing"]) or is_description(text):
+        return text
+    return f"{said['colour']} {said['thing']}{text[said.end() :]}"
+
+
+def _split(text: str, known: Mapping[str, str]) -> tuple[str, list[Clause]]:
     """The noun phrase of a sentence and its clauses."""
-    found = [] if is_description(text) else list(CLAUSE.finditer(text))
+    found = list(CLAUSE.finditer(text))
+    if is_description(text):  # its own words hold "on" and "with"
+        found = [each for each in found if _ends_description(each, text, known)]
     starts = [each.start() for each in found] + [len(text)]
     clauses: list[Clause] = []
+    in_a_row = 0
     for clause, end in zip(found, starts[1:], strict=True):
-        joint, words, phrase = clause[1], clause[2], text[clause.end() : end].strip(" ,;")
-        part = PART_OF.get(" ".join(words.lower().split()), "")
-        either = (joint or "").lower() == "or"
+        words, phrase = clause["words"], text[clause.end() : end].strip(" ,;")
+        part = _part(words)
+        if _place(phrase, known):  # "on the balcony", "other than the kitchen"
+            part = {"on": "in", "from": "in"}.get(words.lower(), part)
+            part = "not_in" if part == "negatives" else part
+        either = (clause["joint"] or "").lower() == "or"
         if not part or (either and not part == clauses[-1][0] == "in"):
             raise _not_understood(f"{'or ' if either else ''}{words} {phrase}".strip())
+        if clause["that"] and part != "negatives" and clauses and clauses[-1][0] in RELATIONS:
+            raise _not_understood(f"{clause[0].strip()} {phrase}", OPEN)
+        joined = bool(clause["joint"]) or "," in clause[0] or ";" in clause[0]
+        in_a_row = 1 if joined else in_a_row + (part in RELATIONS and not _place(phrase, known))
+        if in_a_row >= CHAIN:
+            raise _not_understood(text[starts[0] : end].strip(" ,;"), OPEN)
         clauses.append((part, words, phrase))
     return text[: starts[0]].strip(" ,;"), clauses
+
+
+def _part(words: str) -> str:
+    """The part of a request that these words of a clause say; empty if none does."""
+    return PART_OF.get(" ".join(words.lower().replace("’", "'").split()), "")
+
+
+def _ends_description(clause: re.Match[str], text: str, known: Mapping[str, str]) -> bool:
+    """Whether a clause within a description is none of its own words: "in the kitchen", "not a"."""
+    part = _part(clause["words"])
+    place = re.split(r"[,;]|\s(?:and|but|or|not)\s", text[clause.end() :].strip())[0]
+    return part in ("not_in", "stay_out_of", "negatives") or (
+        part == "in" and bool(_place(place, known))
+    )
 
 
 def _clauses(parts: Mapping[str, Sequence[str]]) -> list[Clause]:
@@ -230,9 +335,28 @@ def _relation(part: str, words: str, phrase: str, known: Mapping[str, str]) -> R
     return Relation(RELATIONS[part], tuple(map(_thing, names)))
 
 
+def _object(noun: str) -> tuple[str, str]:
+    """Colour, or none, and name of the thing that is sought; ValueError if it is none."""
+    colour, thing = _coloured(noun)
+    check_modelled(noun)
+    check_modelled(_thing(thing))
+    return colour, thing
+
+
+def _check_excluded(name: str, thing: str) -> None:
+    """ValueError if this cannot be what the thing is not."""
+    check_modelled(name)
+    if name.lower() in COLOURS:
+        raise _not_understood(f"not {name}", "a colour can be asked for, not excluded")
+    if same_name(thing, name):
+        raise _not_understood(f"not {name}", "the object itself is excluded")
+
+
 def _coloured(phrase: str) -> tuple[str, str]:
     """The colour that a phrase begins with, or none, and the noun."""
-    word, _, noun = (plain := _bare(phrase)).partition(" ")
+    plain = _bare(phrase)
+    shade = next((len(each) for each in SHADES if plain.lower().startswith(each)), 0)
+    word, _, noun = plain[shade:].partition(" ")
     kind = " ".join(plain.lower().split()[:2])
     if word.lower() not in COLOURS or not noun or kind in NO_COLOURS:
         return "", plain
@@ -250,9 +374,9 @@ def _thing(phrase: str) -> str:
     if not (name := _bare(phrase)):
         raise ValueError(f"the sentence names no object: {UNDERSTOOD}")
     if LISTED.search(name):
-        hint = "name one thing at a time, as in 'lamp next to the bed and next to the window'"
+        hint = "name one thing at a time, in a list of several if you want them all"
         raise _not_understood(name, hint)
-    if CLAUSE.search(name):
+    if CLAUSE.search(name) or name.lower() in NO_NAMES:
         raise _not_understood(name, "this is to be the name of one thing or place")
     return name
 
@@ -285,6 +409,8 @@ def in_words(
             parts.append(f"{words} {' and '.join(map(indefinite, relation.anchors))}")
         where = [f"in {listed(detail.inside, 'or')}"] if detail.inside else []
         where += [f"not in {listed(detail.outside, 'or')}"] if detail.outside else []
+        if detail.negatives:
+            parts.append(f"not {' or '.join(map(indefinite, detail.negatives))}")
         said.append(", ".join([*parts, *(where or ["anywhere"])]))
     out = dict.fromkeys(place for each in sentences for place in each.stay_out)
     return "; ".join(said) + (f", staying out of {listed(out, 'and')}" if out else "")

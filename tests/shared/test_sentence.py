@@ -19,10 +19,11 @@ def thing(
     colour: str = "",
     inside: tuple[str, ...] = (),
     outside: tuple[str, ...] = (),
+    negatives: tuple[str, ...] = (),
     stay_out: tuple[str, ...] = (),
 ) -> Sentence:
     found = tuple(Relation(RelationKind(each[0]), each[1:]) for each in relations)
-    return Sentence(name, Detail(colour, found, inside, outside), stay_out)
+    return Sentence(name, Detail(colour, found, inside, outside, negatives), stay_out)
 
 
 UNDERSTOOD = {
@@ -57,6 +58,21 @@ UNDERSTOOD = {
     "box in box spring": thing("box", (IN, "box spring")),
     "bedside table by the bed": thing("bedside table", (NEXT_TO, "bed")),
     "something to sit on": thing("something to sit on"),
+    "something to sit on in the kitchen": thing("something to sit on", inside=("kitchen",)),
+    # questions and commands
+    "Where is the sofa?": thing("the sofa"),
+    "could you show me where the red chair is, please": thing("chair", colour="red"),
+    "Is there any lamp next to the bed?": thing("lamp", (NEXT_TO, "bed")),
+    "go to the bed": thing("the bed"),
+    "have you seen a cup that is standing on the table": thing("cup", (ON, "table")),
+    "please": thing("please"),
+    # what it is not
+    "anything to sit on that is not a sofa": thing("anything to sit on", negatives=("sofa",)),
+    "a table but no desk or coffee table": thing("table", negatives=("desk", "coffee table")),
+    "lamp, neither a ceiling lamp nor a torch, in the hall": thing(
+        "lamp", inside=("hall",), negatives=("ceiling lamp", "torch")
+    ),
+    "a chair that is light blue": thing("chair", colour="blue"),
 }
 
 
@@ -72,7 +88,6 @@ def test_a_sentence_is_understood(text: str) -> None:
 REFUSED = {
     "lamp behind the sofa": ("behind the sofa", "on, under, next to, in or between"),
     "lamp in front of the sofa": ("in front of the sofa", "next to"),
-    "a chair that is red": ("that is red", "a colour before it"),
     "chair with wheels near the bed": ("with wheels", "next to"),
     "lamp not on the table": ("not on the table", "'not in' a place"),
     "lamp on the table or under the bed": ("or under the bed", "next to"),
@@ -84,7 +99,18 @@ REFUSED = {
     "lamp, chair in the kitchen": ("lamp, chair", "one thing at a time"),
     "in the kitchen": ("", "names no object"),
     "1 2 3": ("", "no readable word"),
-    "cup on a on b on c on d": ("", "4 relations"),
+    "cup on a and on b and on c and on d": ("", "4 relations"),
+    "cup on a tray on a table by the bed": ("on a tray on a table by the bed", "joined by 'and'"),
+    "a cup or a glass": ("or", "each by itself"),
+    "two chairs": ("two", "not how many"),
+    "the second chair": ("the second", "not counted"),
+    "where are my keys?": ("my", "whose a thing is"),
+    "the cup that I left here": ("that I left", "colour"),
+    "the biggest plant": ("the biggest", "not compared"),
+    "bed and sofa": ("bed and sofa", "one thing at a time"),
+    "chair, not a chair": ("not chair", "itself is excluded"),
+    "a chair but not that": ("that", "a sentence names an object"),
+    "something, not a sofa": ("something", "one thing or place"),
 }
 
 
@@ -110,7 +136,7 @@ def test_every_name_of_the_vocabulary_is_a_name_and_can_be_described() -> None:
 def test_parts_say_the_same_as_a_sentence() -> None:
     for part, all_words in CLAUSES.items():
         phrases = {"between": ["a bed", "the desk"], "in": ["box"]}.get(part, ["hall"])
-        phrases = ["bed"] if part in ("near", "on", "under") else phrases
+        phrases = ["bed"] if part in ("near", "on", "under", "negatives") else phrases
         for words in all_words:
             sentence = parse(f"lamp {words} {' and '.join(phrases)}")
             assert parse("lamp", parts={part: phrases}) == sentence

@@ -10,6 +10,7 @@ from onemap_shared.messages.places import MAX_PLACES
 from onemap_shared.names import indefinite
 
 NEXT_TO_M = 1.0  # between two objects that are next to each other
+MAX_NEGATIVES = 10  # names of what an object is not
 MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
 
 
@@ -55,12 +56,14 @@ class Detail(Message):
         relations: all must hold.
         inside: names of places: it lies in one of them.
         outside: names of places: it lies in none of them.
+        negatives: names of what it is not: they compete with its own.
     """
 
     colour: str = ""
     relations: Annotated[tuple[Relation, ...], items(MAX_RELATIONS)] = ()
     inside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
     outside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
+    negatives: Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")] = ()
 
     def of(self, name: str) -> str:
         """An object of this name, so described, in words: "lamp next to a bed"."""
@@ -69,6 +72,7 @@ class Detail(Message):
             words += [relation.kind.words, " and ".join(map(indefinite, relation.anchors))]
         for where, names in (("in", self.inside), ("not in", self.outside)):
             words += [f"{where} the {' or the '.join(names)}"] if names else []
+        words += [f"not {' or '.join(map(indefinite, self.negatives))}"] if self.negatives else []
         return " ".join(filter(None, words))
 
     @property

@@ -21,7 +21,7 @@ from onemap_shared.messages.checks import (
     within,
     without,
 )
-from onemap_shared.messages.details import NO_DETAIL, Detail
+from onemap_shared.messages.details import MAX_NEGATIVES, NO_DETAIL, Detail
 
 
 class Verdict(Word):
@@ -58,9 +58,6 @@ class MapVerdict:
 
 
 NO_VERDICT = MapVerdict()
-
-
-MAX_NEGATIVES = 10  # texts that compete with one text
 
 
 def _check_area(area_m: tuple[float, ...], name: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from base64 import b64decode
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import (
@@ -31,7 +32,7 @@ from onemap_shared.messages import (
     check_image,
     check_text,
 )
-from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, parse, search_for
+from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, listed_sentences, parse, search_for
 
 DATA_URL = "data:image/"
 MAX_PHRASES = 10  # of one part: more than a sentence says
@@ -130,6 +131,10 @@ class Parts(RequestModel):
     stay_out_of: Phrases = Field(
         default=[], description="Places of the map that the robot does not enter on this search."
     )
+    negatives: Annotated[list[ObjectName], Field(max_length=MAX_NEGATIVES)] = Field(
+        default=[],
+        description="What it must not be: these compete with it, in a query with each of `texts`.",
+    )
     colour: ObjectName | None = Field(
         default=None, description=f"One of {', '.join(COLOURS)}: checked in the picture of a find."
     )
@@ -152,9 +157,20 @@ class Described(Parts):
         self.sentence()
         return self
 
-    def sentence(self, places: Collection[str] = ()) -> Sentence:
+    def sentence(self, places: Collection[str] | None = None) -> Sentence:
         """What is said of it, with the places of the map; ValueError names wrong words."""
         return parse(self.text, places, self.parts)
+
+
+def _each_listed(value: object) -> object:
+    """The objects of a list, those that one text lists in its place: "bed, then the sofa"."""
+    if not isinstance(value, list):
+        return value
+    return [
+        name
+        for each in value
+        for name in (listed_sentences(each) if isinstance(each, str) else [each])
+    ]
 
 
 DescribedObject = Annotated[
@@ -168,6 +184,13 @@ DescribedObject = Annotated[
             ]
         }
     ),
+]
+
+
+DescribedObjects = Annotated[
+    list[DescribedObject],
+    Field(min_length=1, max_length=MAX_OBJECTS),
+    BeforeValidator(_each_listed),
 ]
 
 
@@ -188,11 +211,8 @@ class QueryRequest(Parts):
     )
 
     text: ObjectName | None = None
-    texts: Annotated[list[DescribedObject], Field(min_length=1, max_length=MAX_OBJECTS)] | None = (
-        Field(default=None, description="Several: then the reply has a list, `answers`.")
-    )
-    negatives: Annotated[list[ObjectName], Field(max_length=MAX_NEGATIVES)] = Field(
-        default=[], description="What it must not be: these texts compete with each text."
+    texts: DescribedObjects | None = Field(
+        default=None, description="Several: then the reply has a list, `answers`."
     )
     area_m: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = Field(
         default=None,
@@ -213,7 +233,8 @@ class QueryRequest(Parts):
             )
         if self.image is not None and self.negatives:
             raise ValueError("'negatives' are for texts: they do not compete with an image")
-        _check_parts(self, self.text, "text", "texts")
+        shared = {"negatives"} if self.image is None else set()
+        _check_parts(self, self.text, "text", "texts", but=shared)
         if self.area_m is not None:
             x_min, y_min, x_max, y_max = self.area_m
             if x_min >= x_max or y_min >= y_max:
@@ -225,7 +246,12 @@ class QueryRequest(Parts):
     @property
     def described(self) -> list[Described]:
         """What is asked for in words; nothing of an image."""
-        return _described(self, self.text, self.texts)
+        return [
+            each.model_copy(update={"negatives": [*each.negatives, *self.negatives]})
+            if self.texts
+            else each
+            for each in _described(self, self.text, self.texts)
+        ]
 
     def requests(
         self, robot_xy_m: tuple[float, ...], sentences: Sequence[Sentence]
@@ -236,10 +262,10 @@ class QueryRequest(Parts):
                 each.name,
                 self.max_regions,
                 self.include_grid,
-                negatives=tuple(self.negatives),
+                negatives=each.detail.negatives,
                 area_m=self.area_m or (),
                 robot_xy_m=robot_xy_m,
-                detail=each.detail,
+                detail=replace(each.detail, negatives=()),
             )
             for each in sentences or [Sentence(IMAGE_NAME)]
         ]
@@ -248,12 +274,17 @@ class QueryRequest(Parts):
         return [*queries]
 
 
-def _check_parts(request: Parts, single: str | None, name: str, names: str) -> None:
-    """ValueError unless parts stand beside the single object that they describe, or are none."""
+def _check_parts(
+    request: Parts, single: str | None, name: str, names: str, but: Collection[str] = ()
+) -> None:
+    """ValueError unless parts stand beside the single object that they describe, or are none.
+
+    but: parts that may describe several.
+    """
     if single is not None:
         parse(single, parts=request.parts)
-    elif request.parts:
-        (part, *_) = request.parts
+    elif parts := [part for part in request.parts if part not in but]:
+        part = parts[0]
         raise ValueError(
             f"{part!r} describes a single {name!r}; of {names!r} give each as an object: "
             f'{{"text": "lamp", "{part}": ...}}'
@@ -310,9 +341,7 @@ class SearchStart(Parts):
         }
     )
 
-    objects: (
-        Annotated[list[DescribedObject], Field(min_length=1, max_length=MAX_OBJECTS)] | None
-    ) = None
+    objects: DescribedObjects | None = None
     object: ObjectName | None = None
     go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")

@@ -41,9 +41,10 @@ class Understood:
 class WordsReply(Reply):
     """How a sentence is understood on this map."""
 
+    texts: tuple[str, ...] = Field(description="The sentences that the text lists, mostly one.")
     understood: str = Field(description="In words, as 'lamp, within 1 m of a bed, anywhere'.")
     stands_for: tuple[str, ...] = Field(
-        description="Names that are nearest to a description; empty for a name."
+        description="Names that are nearest to the last sentence's description; empty for a name."
     )
 
 

@@ -28,6 +28,7 @@ from onemap_gateway.present.formats import finite
 from onemap_gateway.present.queries import IMAGE_SUBJECT, differ, query_result, with_scores
 from onemap_shared import keys
 from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
+from onemap_shared.sentence import listed_sentences
 
 
 async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryResult]:
@@ -166,12 +167,15 @@ async def read_words(
 ) -> WordsReply:
     """What a sentence means on this map, without asking where it is; 422 names wrong words."""
     try:
-        asked = Described(text=text)
+        asked = [Described(text=each) for each in listed_sentences(text)]
     except ValidationError as error:
         raise from_validation_error(error) from None
-    understood = await understand(gateway, [asked])
-    names = understood.names(understood.sentences[0])
-    return WordsReply(understood=understood.in_words(), stands_for=names)
+    understood = await understand(gateway, asked)
+    return WordsReply(
+        texts=tuple(each.text for each in asked),
+        understood=understood.in_words(),
+        stands_for=understood.names(understood.sentences[-1]),
+    )
 
 
 async def standing_request(
