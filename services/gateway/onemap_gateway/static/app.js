@@ -23,9 +23,7 @@ const SCALE = 4; // pixels per cell
 const EDGE_PX = 14; // around what lies over the map, as in style.css
 const TAGS_PX = 48; // the age of the map at its top
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
-// What begins a clause, and a description, of docs/queries.md.
-const CLAUSE = /^(and |but |or )*(next to|near|close to|beside|by|on|under|underneath|below|beneath|between|(not )?in|(not )?inside|outside|stay(ing)? out|keep out)\b/i;
-const DESCRIPTION = /^(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) \S/i;
+const DESCRIPTION = /(^|[\s,])(something|anything|somewhere|(a |the )?(thing|things|place|furniture)) (to|for|that) \S/i;
 const TYPED_MS = 400; // after the last key
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
@@ -179,10 +177,13 @@ function showHeatmapText() {
   by("heat").textContent = text;
 }
 
-// The typed descriptions; what begins as a clause belongs to the one before the comma.
-function names() {
-  const parts = by("text").value.split(",").map((name) => name.trim()).filter(Boolean);
-  return parts.reduce((all, part) => (CLAUSE.test(part) && all.length ? [...all.slice(0, -1), `${all.at(-1)}, ${part}`] : [...all, part]), []);
+const typedText = () => by("text").value.replace(/^[\s,]+|[\s,]+$/g, "");
+
+// How the gateway understands what is typed; a refusal is told when it is asked for.
+async function understood() {
+  const text = typedText();
+  const nothing = { texts: [text], stands_for: [] };
+  return text ? read(`/v1/words?text=${encodeURIComponent(text)}`).catch(() => nothing) : nothing;
 }
 
 // Run the task of a button; show the error if it fails.
@@ -205,11 +206,11 @@ function sentenceOf(problem) {
   return `The robot is ${activity(search)}: wait until it is done, or press Stop.`;
 }
 
-// The typed names; asks for some if there are none.
-function requiredNames() {
-  const typed = names();
-  by("text").setAttribute("aria-invalid", String(!typed.length));
-  if (typed.length) return typed;
+// The typed text; asks for one if there is none.
+function requiredText() {
+  const typed = typedText();
+  by("text").setAttribute("aria-invalid", String(!typed));
+  if (typed) return typed;
   by("text").focus();
   throw new Error(NOTHING_TYPED);
 }
@@ -217,8 +218,9 @@ function requiredNames() {
 function query() {
   return act(by("where"), async () => {
     const answers = [];
+    requiredText();
     // One after the other: at most one asks for the token.
-    for (const text of requiredNames()) answers.push(await ask(text));
+    for (const text of (await understood()).texts) answers.push(await ask(text));
     showQueried(answers, answers.find((answer) => answer.regions.length) ?? answers[0]);
     reveal(by("regions-card"));
   });
@@ -259,21 +261,18 @@ function showQueried(answers, shown) {
 
 // Ask once more, with `word` in the place of `text`.
 function queryInstead(text, word) {
-  by("text").value = names().map((name) => (name === text ? word : name)).join(", ");
+  by("text").value = typedText().replace(text, word);
   return query();
 }
 
 // Offer the names that a typed description may mean.
 async function offerNames() {
-  const text = names().at(-1) ?? "";
-  const asked = DESCRIPTION.test(text) ? read(`/v1/words?text=${encodeURIComponent(text)}`) : {};
-  const { stands_for: found = [] } = await Promise.resolve(asked).catch(() => ({}));
-  suggestions.offer(found);
+  suggestions.offer(DESCRIPTION.test(typedText()) ? (await understood()).stands_for : []);
 }
 
 function startSearch() {
   return act(by("find"), async () => {
-    await beginSearch({ objects: requiredNames() });
+    await beginSearch({ objects: [requiredText()] });
   });
 }
 
