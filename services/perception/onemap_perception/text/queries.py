@@ -8,7 +8,8 @@ refused, since the network was trained to see nothing like it.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -29,12 +30,16 @@ SIMILAR_SPELLING = 0.75  # share of letters in common: one typing error in a wor
 # From this share on, a word outside the table counts as a misspelling of one inside, whatever its
 # embedding: the sentence encoder places 'refridgerator' far from the refrigerator.
 MISSPELLING = 0.85
+# Cosine to a class from which a word counts as one, though nobody knows it: of random strings 1 in
+# 100 reaches it ("placed", which admits what is known to be a word, 1 in 5).
+LIKE_A_CLASS = 0.55
 IMAGE_NAME = "image"  # stands for the text where an image is asked for
 
 
 class QueryEncoder:
     """Texts to queries; immutable after construction.
 
+    knows: whether a word that is not in the table is one at all; None: the table alone is known.
     raw: neither answer ``query_aliases`` as their class nor refuse what is like no class, to
     evaluate the embedding alone.
     """
@@ -45,11 +50,13 @@ class QueryEncoder:
         table: EmbeddingTable,
         calibration: Calibration,
         *,
+        knows: Callable[[str], bool] | None = None,
         raw: bool = False,
     ) -> None:
         self._vocabulary = vocabulary
         self._table = table
         self._calibration = calibration
+        self._knows = knows
         self._raw = raw
         self._classes = np.stack(
             [unit(table.embed(entry.aliases).mean(axis=0)) for entry in vocabulary.classes]
@@ -144,6 +151,13 @@ class QueryEncoder:
             near = () if word else self._spelt_alike(text, MISSPELLING)
             if near or float((self._classes @ embedding).max()) < self._calibration.placed:
                 unknown[text] = near or (() if word else self._spelt_alike(text))
+        for text in rows.keys() - unknown.keys():
+            if words := self._no_words(text):
+                named, are = named_words({word: self._spelt_alike(word) for word in words})
+                raise UnknownWordError(
+                    f"{named} {are} no word that this encoder knows: name the thing without it",
+                    {text: self._spelt_alike(text)},
+                )
         if unknown:
             named, are = named_words(unknown)
             raise UnknownWordError(
@@ -151,6 +165,17 @@ class QueryEncoder:
                 "English",
                 unknown,
             )
+
+    def _no_words(self, text: str) -> list[str]:
+        """The parts of a text that are no words: "asdf" of "asdf chair"."""
+        if self._knows is None or self._table.contains(text):
+            return []
+        words = re.findall(r"[^\W\d_]{2,}", normalised(text))
+        asked = [word for word in words if not self._table.contains(word) and not self._knows(word)]
+        if not asked:
+            return []
+        like = (self._table.embed(asked) @ self._classes.T).max(axis=1)
+        return [word for word, cosine in zip(asked, like, strict=True) if cosine < LIKE_A_CLASS]
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
         word = normalised(text)
