@@ -11,7 +11,6 @@ import argparse
 import faulthandler
 import gc
 import itertools
-import json
 import logging
 import os
 import random
@@ -31,11 +30,12 @@ from pydantic import BaseModel
 
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.compression import CompressionError
-from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
+from onemap_shared.config import BusConfig, ConfigError, load
 from onemap_shared.keys import heartbeat
+from onemap_shared.log import set_up_logging
 from onemap_shared.messages import Heartbeat
 from onemap_shared.services import SOLE, installed_version, role_of
-from onemap_shared.supervisor import Supervisor, with_priorities
+from onemap_shared.supervisor import Supervisor
 from onemap_shared.tls_files import UnreadableFile
 from onemap_shared.transport import Bus, Health, Worker
 from onemap_shared.watchdog import LoopProgress, watch
@@ -72,35 +72,6 @@ class WorkerFailed(Exception):
 # 0.005 a query, which passes five threads of a mapper that fuses, waits for that at each; at 0.0003
 # the slowest queries take longer again.
 SWITCH_S = 0.001
-
-
-class JsonFormatter(logging.Formatter):
-    """One JSON object a line."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        """The record as JSON with stamp_ns, level, logger, message and traceback if any."""
-        entry = {
-            "stamp_ns": int(record.created * 1e9),
-            "level": record.levelname.lower(),
-            "logger": record.name,
-            "message": record.getMessage(),
-        }
-        if record.exc_info:
-            entry["traceback"] = self.formatException(record.exc_info)
-        return json.dumps(entry)
-
-
-def set_up_logging(config: LogConfig, service: str) -> None:
-    """Log to stderr: what a person reads, or one JSON object a line."""
-    handler = logging.StreamHandler()
-    handler.addFilter(LogLimit())
-    if config.format == "json":
-        formatter: logging.Formatter = JsonFormatter()
-    else:
-        layout = f"%(asctime)s %(levelname)-7s {service}: %(message)s"
-        formatter = logging.Formatter(layout, datefmt="%H:%M:%S")
-    handler.setFormatter(with_priorities(formatter))
-    logging.basicConfig(level=config.level.upper(), handlers=[handler], force=True)
 
 
 def run_service(
@@ -378,43 +349,3 @@ def long_start(bus: Bus, service: str, what: str, usual_s: float) -> Iterator[No
 def is_starting(beat: Heartbeat) -> bool:
     """Whether a heartbeat says that the service's start goes on."""
     return START_S in beat.metrics
-
-
-PERIOD_S = 10.0  # between two lines of one kind
-MAX_KINDS = 256  # of which the last line is remembered
-MAX_CHARS = 1000  # of one line, without its traceback
-
-
-class LogLimit(logging.Filter):
-    """One line every ``PERIOD_S`` of each kind of warning and failure, with how many were left out.
-
-    A kind is a logger with an unformatted text. Errors without a traceback always pass: they are
-    about this process and rare, and two of them may share a text.
-    """
-
-    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
-        super().__init__()
-        self._clock_s = clock_s
-        self._last_s: dict[tuple[str, str], float] = {}
-        self._left_out: dict[tuple[str, str], int] = {}
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Whether to log; cuts the text, and adds the number of lines that were left out."""
-        text = record.getMessage()
-        if record.levelno == logging.WARNING or (
-            record.levelno == logging.ERROR and record.exc_info
-        ):
-            kind, now_s = (record.name, str(record.msg)), self._clock_s()
-            if now_s - self._last_s.get(kind, -PERIOD_S) < PERIOD_S:
-                self._left_out[kind] = self._left_out.get(kind, 0) + 1
-                return False
-            self._last_s.pop(kind, None)
-            self._last_s[kind] = now_s
-            while len(self._last_s) > MAX_KINDS:
-                oldest = next(iter(self._last_s))
-                del self._last_s[oldest]
-                self._left_out.pop(oldest, None)
-            left_out = self._left_out.pop(kind, 0)
-            text = text[:MAX_CHARS] + (f" (and {left_out} more before)" if left_out else "")
-        record.msg, record.args = text[: MAX_CHARS + 50], ()
-        return True

@@ -16,6 +16,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from onemap_shared.log import flush_log
+
 LOG = logging.getLogger("onemap.watchdog")
 
 TICK_S = 0.5
@@ -119,6 +121,7 @@ def _report(sentence: str) -> None:
 
     def write() -> None:
         LOG.critical("%s", sentence)
+        flush_log()
         faulthandler.dump_traceback(file=STDERR)
 
     writer = threading.Thread(target=write, name="watchdog-report", daemon=True)

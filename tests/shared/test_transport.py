@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from onemap_shared.log import MAX_CHARS, PERIOD_S, LogLimit
 from onemap_shared.messages import Odometry
-from onemap_shared.runner import MAX_CHARS, PERIOD_S, LogLimit
 from onemap_shared.supervisor import JournalFormatter, start_hint
 from onemap_shared.transport import Inbox
 from onemap_shared.wire import Packet, encode

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from onemap_shared.bus import run_router
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
-from onemap_shared.runner import set_up_logging, watch_parent
+from onemap_shared.log import set_up_logging
+from onemap_shared.runner import watch_parent
 from onemap_shared.supervisor import Supervisor
 from onemap_shared.tls_files import UnreadableFile, refuse_unreadable
 from onemap_shared.watchdog import LoopProgress, watch
