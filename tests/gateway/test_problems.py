@@ -134,6 +134,12 @@ def test_an_absent_service_that_hangs_is_a_timeout(
     assert problem.detail == "planner hangs."
 
 
+def test_a_service_that_starts_is_unavailable_until_it_has() -> None:
+    says = "The mapper is starting, for 7 s so far."
+    problem = problems.from_call_error(NoReply(), "mapper", 3.0, no_hung, lambda _service: says)
+    assert (problem.status, problem.detail) == (503, says)
+
+
 def test_a_hung_service_behind_the_one_called_is_named(
     router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present import service_status
+from onemap_shared.messages import Heartbeat
 from tests.gateway import fakes
 from tests.gateway.fakes import members
 
@@ -165,6 +166,25 @@ def test_a_restarted_service_without_heartbeat_neither_hangs_nor_is_down() -> No
     )
     state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
     assert service_status.assess_service("mapper", state, 22.0).condition == service_status.OK
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        ("it is starting, for 7 s so far", "The mapper is starting, for 7 s so far."),
+        ("compiling: 3 of about 35 s", "Compiling: 3 of about 35 s."),
+    ],
+)
+def test_a_service_that_starts_is_waited_for_while_an_import_silences_it(
+    said: str, shown: str
+) -> None:
+    beat = Heartbeat("mapper", "m2", 1, 1, False, said, {"start_s": 7.0})
+    state = well(10.0).with_members(MEMBERS - members("mapper"), 10.5)
+    state = state.with_members(MEMBERS, 12.0).with_message(beat, 12.0)
+    for now_s in (12.1, 20.0, 40.0):
+        report = service_status.assess_service("mapper", state, now_s)
+        assert (report.condition, report.problem) == (service_status.DEGRADED, shown)
+    assert "process hangs" in service_status.hung_problem("mapper", state, 43.0)
 
 
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:

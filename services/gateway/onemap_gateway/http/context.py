@@ -24,6 +24,7 @@ from onemap_gateway.present.service_status import (
     PipelineFault,
     find_pipeline_fault,
     hung_problem,
+    start_problem,
 )
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
@@ -94,10 +95,14 @@ class GatewayContext:
             return await self.rpc.call(procedure, request, limit_s)
         except CallError as error:
             service = served_by(procedure)
-            raise from_call_error(error, service, limit_s, self._hung_problem) from error
-
-    def _hung_problem(self, service: str) -> str:
-        return hung_problem(service, self.cache.state_with_fresh_liveliness(), self.cache.now_s())
+            state, now_s = self.cache.state_with_fresh_liveliness(), self.cache.now_s()
+            raise from_call_error(
+                error,
+                service,
+                limit_s,
+                lambda name: hung_problem(name, state, now_s),
+                lambda name: start_problem(name, state),
+            ) from error
 
     def map_revision(self) -> int | None:
         """The revision of the map, as far as it was announced; None before the first."""

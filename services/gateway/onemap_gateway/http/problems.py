@@ -116,12 +116,17 @@ class HttpProblem(Exception):
 
 
 def from_call_error(
-    error: CallError, service: str, timeout_s: float, hung_problem: Callable[[str], str]
+    error: CallError,
+    service: str,
+    timeout_s: float,
+    hung_problem: Callable[[str], str],
+    start_problem: Callable[[str], str] = lambda _: "",
 ) -> HttpProblem:
     """The problem of a call to ``service`` that failed.
 
     ``hung_problem`` returns a sentence on a service that hangs, or an empty text: the bus cannot
     tell a process that hangs from one that ended, since both lose their connection.
+    ``start_problem``: the same for one that is starting.
     """
     known, silent = DEPENDENCY_ERRORS.get(getattr(error, "code", ""), ("", service))
     answered = isinstance(error, RemoteError) and not known
@@ -129,7 +134,8 @@ def from_call_error(
         return HttpProblem("timeout", detail, service=silent)
     match error:
         case NoReply():
-            detail = f"{sentence_subject(service)} is not running: {start_hint(service)}."
+            absent = f"{sentence_subject(service)} is not running: {start_hint(service)}."
+            detail = start_problem(service) or absent
             return HttpProblem("unavailable", detail, service=service)
         case QueryTimeout():
             detail = (

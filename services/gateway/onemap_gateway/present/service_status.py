@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from onemap.replies import ServiceHealth
@@ -19,6 +20,8 @@ from onemap_shared.supervisor import start_hint
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
 HEARTBEAT_TIMEOUT_S = 3.5  # three heartbeats missed
+# Of a process that starts: on a busy machine an import keeps the interpreter for seconds.
+START_TIMEOUT_S = 30.0
 # The token of a process that ends vanishes at most one heartbeat (1 s) and one reading of the
 # tokens (0.25 s) after its last heartbeat. A process that hangs, or whose link is cut, keeps its
 # token for the 2 s of the bus's lease.
@@ -71,9 +74,8 @@ def hung_for_s(name: str, state: LiveState, now_s: float) -> float | None:
     changed_s = state.alive_changed_s.get(name, record.arrived_s)
     silent_s = now_s - record.arrived_s
     if name in state.alive:
-        return (
-            silent_s if silent_s > HEARTBEAT_TIMEOUT_S and changed_s <= record.arrived_s else None
-        )
+        limit_s = START_TIMEOUT_S if record.heartbeat.starting else HEARTBEAT_TIMEOUT_S
+        return silent_s if silent_s > limit_s and changed_s <= record.arrived_s else None
     return silent_s if changed_s - record.arrived_s > TOKEN_LAG_S else None
 
 
@@ -102,6 +104,18 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
     )
 
 
+def start_problem(name: str, state: LiveState) -> str:
+    """What a service says of its start, as long as that goes on; else empty."""
+    record = state.heartbeats.get(name)
+    if name not in state.alive or record is None or not record.heartbeat.starting:
+        return ""
+    return _starting(name, record)
+
+
+def _starting(name: str, record: HeartbeatRecord) -> str:
+    return sentence(re.sub("^it ", f"{sentence_subject(name)} ", record.heartbeat.problem))
+
+
 def _assess(
     name: str, state: LiveState, record: HeartbeatRecord | None, now_s: float
 ) -> Assessment:
@@ -124,6 +138,8 @@ def _assess(
 
 
 def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str:
+    if record.heartbeat.starting:
+        return _starting(name, record)
     # A token newer than the last heartbeat: that was sent by the process before.
     if silent_s > HEARTBEAT_TIMEOUT_S:
         return f"{sentence_subject(name)} has just started."
