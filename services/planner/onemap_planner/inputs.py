@@ -32,7 +32,8 @@ JUMP_M, JUMP_MPS, JUMP_S = 0.3, 1.0, 1.0  # 0.3 m, and 1 m/s since the last mess
 # pose of one that stands is within a tenth of that.
 COUNTED_M = 0.2
 STAGES = ("perception", "mapper")  # starts that a search waits for; no robot drives off at boot
-START_TOLD_S = 3.0  # a stage that starts says so once a second
+# A stage that starts says so once a second, or later: an import may keep its interpreter.
+START_TOLD_S = 10.0
 USUAL_LOOP_S = 0.1  # of a command on one computer: in USUAL_DELIVERY_S, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
 
@@ -128,10 +129,8 @@ class LatestInputs:
         return self.mixed or self.hold or stale or self._late_reason(now_s, params)
 
     def patience_from_s(self, now_s: float) -> float:
-        """Since when a map can be expected: it was heard once, and no stage starts."""
-        if self.revision is None or self.starts(now_s):
-            return now_s
-        return self.stages_at_s
+        """Since when a map can be expected: it was heard once, and no stage said it starts."""
+        return now_s if self.revision is None else max(self.stages_at_s, self.start_at_s)
 
     def starts(self, now_s: float) -> str:
         """What a stage says about its start, as long as that goes on; empty if none starts."""
