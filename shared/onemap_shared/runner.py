@@ -1,7 +1,8 @@
 """Runs a service process: configuration, logging, bus, heartbeat, signals, systemd.
 
-Calls the worker's ``step`` in a loop and publishes its health once a second. When any thread
-dies, or the loop hangs, the process ends: the supervisor's restart is the recovery.
+Says on the bus that the process starts while the service is still imported, then calls the
+worker's ``step`` in a loop and publishes its health once a second. When any thread dies, or the
+loop hangs, the process ends: the supervisor's restart is the recovery.
 """
 # Talks: the process around a worker.
 
@@ -20,24 +21,25 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import Future, wait
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 from pydantic import BaseModel
 
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.compression import CompressionError
-from onemap_shared.config import BusConfig, ConfigError, load
+from onemap_shared.config import BusConfig, ConfigError, LogConfig, Sections, read, section
 from onemap_shared.keys import heartbeat
-from onemap_shared.log import set_up_logging
-from onemap_shared.messages import Heartbeat
+from onemap_shared.log import flush_log, set_up_logging
+from onemap_shared.messages import START_METRIC, Heartbeat
 from onemap_shared.services import SOLE, installed_version, role_of
 from onemap_shared.supervisor import Supervisor
 from onemap_shared.tls_files import UnreadableFile
-from onemap_shared.transport import Bus, Health, Worker
+from onemap_shared.transport import Bus, Health, Publisher, Worker
 from onemap_shared.watchdog import LoopProgress, watch
 
 C = TypeVar("C", bound=BaseModel)
@@ -45,11 +47,12 @@ LOG = logging.getLogger("onemap.runner")
 
 STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
-NOTICE_S = 0.1  # until it is told that a worker is ready now: a start waits for each of them
+READY_POLL_S = 0.1  # until it is told that a worker is ready now: a start waits for each of them
 PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher to its own process id
 HANG_S = 10.0  # a loop without progress for this long hangs: stop feeding systemd's watchdog
 CLAIM_S = 4.0  # the process before is gone by then: a dead link is noticed after 2 s
 CLAIM_RETRY_S = (0.2, 0.6)  # drawn, so that two at the same time do not meet again
+START_LIMIT_S = 300.0  # TimeoutStartSec: a start that takes longer has to say what takes so long
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
 
@@ -74,72 +77,212 @@ class WorkerFailed(Exception):
 SWITCH_S = 0.001
 
 
+@dataclass(frozen=True, slots=True)
+class ServiceParts(Generic[C]):
+    """A service as its process runs it: the model of its section, and what builds its worker.
+
+    ``check`` looks at what the configuration names, such as files, without the bus; it and
+    ``build`` may raise StartError. ``section``: of the configuration, where it is not called as
+    the service is.
+    """
+
+    model: type[C]
+    build: Callable[[Bus, C], Worker]
+    check: Callable[[C], None] = lambda _: None
+    section: str = ""
+
+
 def run_service(
     service: str,
-    model: type[C],
-    build: Callable[[Bus, C], Worker],
+    load: Callable[[StartReport], ServiceParts[Any]],
     arguments: list[str] | None = None,
-    *,
-    check: Callable[[C], None] = lambda _: None,
-    section: str = "",
-) -> int:
-    """Run a service until SIGTERM or SIGINT; returns the exit code.
+) -> NoReturn:
+    """Run a service until SIGTERM or SIGINT, and end the process.
 
-    0 after a signal, 1 after a crash or when it cannot start now, 2 when it cannot start as
-    configured. ``check`` looks at what the configuration names, such as files, before the router
-    is waited for; it and ``build`` may raise StartError. ``section``: of the configuration, where
-    it is not called as the service is.
+    ``load`` imports the service, which takes seconds, and a minute on a machine that is busy:
+    meanwhile the process is on the bus and says so. Exit code 0 after a signal, 1 after a crash or
+    when it cannot start now, 2 when it cannot start as configured.
+
+    The process ends without Python's own end, which waits for every thread and frees every
+    object: of a large map on a busy machine that took longer than a supervisor waits.
     """
-    gc.freeze()  # what was imported stays: garbage is looked for among the rest only
-    gc.enable()
     parser = argparse.ArgumentParser(prog=f"onemap {service}")
     parser.add_argument("--config", type=Path, help="YAML file; defaults apply without it")
     options = parser.parse_args(arguments)
+    code = EXIT_CRASHED
     try:
-        bus_config, log_config, config = load(options.config, section or service, model)
+        code = _run(service, load, read(options.config))
     except ConfigError as problem:
         print(f"{service}: {problem}", file=sys.stderr)
-        return EXIT_MISUSED
-    set_up_logging(log_config, service)
+        code = EXIT_MISUSED
+    except StartError as problem:
+        LOG.error("%s", problem)
+        code = EXIT_CRASHED if problem.temporary else EXIT_MISUSED
+    except Exception:
+        LOG.exception("%s crashed", service)
+    flush_log()
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+    os._exit(code)
+
+
+def _run(service: str, load: Callable[[StartReport], ServiceParts[Any]], sections: Sections) -> int:
+    """Join the bus, import the service, work until a signal; returns the exit code."""
+    config = section(sections, "bus", BusConfig)
+    set_up_logging(section(sections, "log", LogConfig), service)
     faulthandler.enable()  # systemd's watchdog sends SIGABRT: say where each thread stands
     sys.setswitchinterval(SWITCH_S)
-    try:
-        check(config)
-    except StartError as problem:
-        return _refuse_start(problem)
-    stop = threading.Event()
-    _stop_on_signals(stop)
+    stop, imported = threading.Event(), threading.Event()
+    _stop_on_signals(stop, imported)
     watch_parent(stop)
-    return _join_and_work(service, bus_config, lambda bus: build(bus, config), stop)
-
-
-def _join_and_work(
-    service: str, config: BusConfig, build: Callable[[Bus], Worker], stop: threading.Event
-) -> int:
-    """Run the service on the bus until ``stop``; returns the exit code."""
     crashed = _stop_on_dead_threads(stop)
     progress = LoopProgress()
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
-    instance = uuid.uuid4().hex[:12]
+    start = Start(service, config, imported, stop)
     try:
+        gc.disable()  # imports leave no garbage, and looking for it is a tenth of them
+        parts = load(start.report)
+        gc.freeze()  # what was imported stays: garbage is looked for among the rest only
+        gc.enable()
+        settings = section(sections, parts.section or service, parts.model)
+        parts.check(settings)
+        imported.set()
+        bus = start.joined()
+        if bus is None:
+            return EXIT_OK if stop.is_set() and not crashed.is_set() else EXIT_CRASHED
+        worker = parts.build(bus, settings)
+        start.end()
+        code = _work(HeartbeatPublisher(service, bus, progress), worker, stop)
+    except UnreadableFile as problem:
+        raise StartError(str(problem)) from problem
+    except CompressionError as problem:  # of bus.link, by the first topic that needs it
+        raise StartError(f"what it sends {problem}") from problem
+    finally:
+        stop.set()
+        start.close()
+    return EXIT_CRASHED if crashed.is_set() else code
+
+
+class StartReport:
+    """What a process says of its start, on the bus and to systemd. Any thread may use it."""
+
+    def __init__(self, service: str) -> None:
+        self._service, self._supervisor = service, Supervisor()
+        self._publishers: tuple[tuple[Bus, Publisher[Heartbeat]], ...] = ()
+        self._joined_s = time.monotonic()
+        self._long: tuple[str, float, float] | None = None  # what, usual seconds, since when
+        self._count = itertools.count(1)
+
+    def add(self, bus: Bus) -> None:
+        """Say it on this bus as well from now on: the first, or one of a further robot's keys."""
+        if not self._publishers:
+            self._joined_s = time.monotonic()
+        self._publishers += ((bus, bus.publish(heartbeat(self._service))),)
+        self.publish()
+
+    @contextmanager
+    def takes(self, what: str, usual_s: float) -> Iterator[None]:
+        """Say what takes long, a sentence, and for how long usually, until the block ends.
+
+        systemd is asked for more time, so that it does not end what advances.
+        """
+        self._long = (what, usual_s, time.monotonic())
+        self.publish()
+        try:
+            yield
+        finally:
+            self._long = None
+
+    def publish(self) -> None:
+        """Publish that the service is not ready, and why; to be called once a second.
+
+        The progress counts the calls: the main loop has not begun yet.
+        """
+        now_s = time.monotonic()
+        so_far_s, long = now_s - self._joined_s, self._long
+        problem = f"it is starting, for {so_far_s:.0f} s so far"
+        if long is not None:
+            what, usual_s, since_s = long
+            problem = f"{what}: {now_s - since_s:.0f} of about {usual_s:.0f} s"
+        if long is not None or so_far_s < START_LIMIT_S:
+            self._supervisor.starting(problem, longer=long is not None)
+        health = Health(False, problem, {START_METRIC: so_far_s})
+        count = next(self._count)
+        for bus, publisher in self._publishers:
+            publisher.put(_heartbeat(self._service, bus, count, health))
+
+
+class Start:
+    """Joins the bus in a thread, and reports there once a second that the process starts.
+
+    imported: set by the caller once the service is imported. From then on the process works,
+    though its router may come hours later: that is what systemd is told.
+    """
+
+    def __init__(
+        self,
+        service: str,
+        config: BusConfig,
+        imported: threading.Event,
+        stop: threading.Event,
+    ) -> None:
+        self.report = StartReport(service)
+        self._service, self._config = service, config
+        self._imported, self._stop = imported, stop
+        self._over = threading.Event()
+        self._bus: Future[ZenohBus | None] = Future()
+        self._thread = threading.Thread(target=self._run, name="start", daemon=True)
+        self._thread.start()
+
+    def joined(self) -> ZenohBus | None:
+        """Wait for the bus; None on stop, or if another process has this role.
+
+        Raises UnreadableFile for a certificate or key that cannot be read.
+        """
+        while not self._bus.done():
+            wait([self._bus], STEP_S)  # not for ever: another thread may receive the signal
+        return self._bus.result()
+
+    def end(self) -> None:
+        """Report no more: the start is over."""
+        self._over.set()
+        self._thread.join(2 * HEARTBEAT_S)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.end()
+        if self._bus.done() and self._bus.exception() is None and (bus := self._bus.result()):
+            bus.close()
+
+    def _run(self) -> None:
+        try:
+            bus = self._join()
+        except Exception as problem:
+            self._bus.set_exception(problem)
+            return
+        if bus is not None:
+            self.report.add(bus)
+        self._bus.set_result(bus)
+        while bus is not None and not self._over.wait(HEARTBEAT_S) and not self._stop.is_set():
+            self.report.publish()
+
+    def _join(self) -> ZenohBus | None:
+        instance = uuid.uuid4().hex[:12]
         supervisor = Supervisor()
 
-        def waiting(what: str) -> None:  # the process works; the router may come hours later
-            supervisor.alive(ready=False, status=what)
+        def waiting(what: str) -> None:
+            if self._imported.is_set():
+                supervisor.alive(ready=False, status=what)
+            else:
+                supervisor.starting(what)
 
-        bus = open_bus(config, service, instance, stop, announce=False, waiting=waiting)
-    except UnreadableFile as problem:
-        return _refuse_start(StartError(str(problem)))
-    if bus is None:
-        return EXIT_OK
-    heartbeats = HeartbeatPublisher(service, bus, progress)
-    try:
-        if not _joined_alone(bus, stop):
-            return EXIT_OK if stop.is_set() else EXIT_CRASHED
-        code = _work(heartbeats, lambda: build(bus), stop)
-    finally:
-        bus.close()
-    return EXIT_CRASHED if crashed.is_set() else code
+        bus = open_bus(
+            self._config, self._service, instance, self._stop, announce=False, waiting=waiting
+        )
+        if bus is not None and not _joined_alone(bus, self._stop):
+            bus.close()
+            return None
+        return bus
 
 
 def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
@@ -171,16 +314,9 @@ def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
     return False
 
 
-def _work(
-    heartbeats: HeartbeatPublisher, build: Callable[[], Worker], stop: threading.Event
-) -> int:
+def _work(heartbeats: HeartbeatPublisher, worker: Worker, stop: threading.Event) -> int:
+    """Step until ``stop``; returns the exit code."""
     service = heartbeats.service
-    try:
-        worker = build()
-    except StartError as problem:
-        return _refuse_start(problem)
-    except CompressionError as problem:  # of bus.link, by the first topic that needs it
-        return _refuse_start(StartError(f"what it sends {problem}"))
     thread = threading.Thread(
         target=heartbeats.run, args=(worker, stop), name="heartbeat", daemon=True
     )
@@ -203,12 +339,6 @@ def _work(
         worker.close()
         LOG.info("%s is down", service)
     return EXIT_OK
-
-
-def _refuse_start(problem: StartError) -> int:
-    """Log why the service cannot start; returns 1 if a later start may succeed, else 2."""
-    LOG.error("%s", problem)
-    return EXIT_CRASHED if problem.temporary else EXIT_MISUSED
 
 
 @dataclass(slots=True)
@@ -250,7 +380,7 @@ class HeartbeatPublisher:
 def _next_due(worker: Worker, told: Health, stop: threading.Event) -> bool:
     """Wait a second, but no longer than until a worker that was not ready is; returns ``stop``."""
     due_s = time.monotonic() + HEARTBEAT_S
-    while not told.ready and time.monotonic() < due_s and not stop.wait(NOTICE_S):
+    while not told.ready and time.monotonic() < due_s and not stop.wait(READY_POLL_S):
         if worker.health().ready:
             return False
     return stop.wait(max(due_s - time.monotonic(), 0.0))
@@ -283,10 +413,12 @@ def watch_parent(stop: threading.Event) -> None:
         threading.Thread(target=watch, name="watch-parent", daemon=True).start()
 
 
-def _stop_on_signals(stop: threading.Event) -> None:
+def _stop_on_signals(stop: threading.Event, imported: threading.Event) -> None:
     def handle(signum: int, _frame: FrameType | None) -> None:
         if stop.is_set():  # the second signal: exit at once
             os._exit(128 + signum)
+        if not imported.is_set():  # nothing has begun that would have to be ended
+            os._exit(EXIT_OK)
         stop.set()
 
     for signum in (signal.SIGTERM, signal.SIGINT):
@@ -306,46 +438,3 @@ def _stop_on_dead_threads(stop: threading.Event) -> threading.Event:
 
     threading.excepthook = handle
     return crashed
-
-
-START_S = "start_s"  # metric: seconds that the start has taken so far; absent once it is over
-
-
-@contextmanager
-def long_start(bus: Bus, service: str, what: str, usual_s: float) -> Iterator[None]:
-    """Publish once a second until the block ends that the service is not ready, and why.
-
-    what: a sentence; the heartbeats add how much of the usual time has passed. Their progress
-    counts them: the main loop has not begun yet.
-    systemd is asked for more time, so that it does not end what advances.
-    """
-    done = threading.Event()
-    publisher = bus.publish(heartbeat(service))
-    supervisor = Supervisor()
-    began_s = time.monotonic()
-
-    def beat(count: int) -> None:
-        passed_s = time.monotonic() - began_s
-        supervisor.starting(what)
-        problem = f"{what}: {passed_s:.0f} of about {usual_s:.0f} s"
-        publisher.put(_heartbeat(service, bus, count, Health(False, problem, {START_S: passed_s})))
-
-    def run() -> None:
-        for count in itertools.count(2):
-            if done.wait(HEARTBEAT_S):
-                return
-            beat(count)
-
-    beat(1)
-    thread = threading.Thread(target=run, name="long-start", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
-
-
-def is_starting(beat: Heartbeat) -> bool:
-    """Whether a heartbeat says that the service's start goes on."""
-    return START_S in beat.metrics

@@ -44,9 +44,10 @@ class Supervisor:
         path = os.environ.get(READY_FILE_VARIABLE)
         self._ready_file = Path(path) if path else None
 
-    def starting(self, what: str) -> None:
-        """Say, once a second, that the start goes on and takes its time."""
-        self._systemd.notify(f"EXTEND_TIMEOUT_USEC={MORE_TIME_US}\nSTATUS={what}")
+    def starting(self, what: str, *, longer: bool = False) -> None:
+        """Say, once a second, that the start goes on; longer: beyond TimeoutStartSec if need be."""
+        more = f"EXTEND_TIMEOUT_USEC={MORE_TIME_US}\n" if longer else ""
+        self._systemd.notify(f"{more}WATCHDOG=1\nSTATUS={what}")
 
     def alive(self, *, ready: bool, status: str = "") -> None:
         """Say, once a second, that the main loop goes on; ready: whether it does its work."""

@@ -181,8 +181,11 @@ class System:
                 process.kill()
                 process.wait()
 
-    def start(self, name: str) -> None:
-        """Start a service, or start it again, at its usual speed: coverage is not measured."""
+    def start(self, name: str, **variables: str) -> None:
+        """Start a service, or start it again, at its usual speed: coverage is not measured.
+
+        variables: of its environment, beside those of all.
+        """
         command = (
             onemap_command("router", "--listen", self.endpoint)
             if name == "router"
@@ -194,7 +197,10 @@ class System:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env={k: v for k, v in self.environment.items() if not k.startswith("COVERAGE_")},
+                env={
+                    **{k: v for k, v in self.environment.items() if not k.startswith("COVERAGE_")},
+                    **variables,
+                },
             )
 
     def onemap(self, *arguments: str, config: bool = True) -> subprocess.CompletedProcess[str]:

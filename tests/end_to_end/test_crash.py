@@ -17,6 +17,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 # The service itself, but its main loop raises at the fifth step, with all its threads running.
 BREAKING = """
 import runpy, sys
+from dataclasses import replace
 from onemap_shared import runner
 
 class Breaking:
@@ -30,8 +31,11 @@ class Breaking:
         self.worker.step(timeout_s)
 
 run = runner.run_service
-def breaking(service, model, build, **rest):
-    return run(service, model, lambda bus, config: Breaking(build(bus, config)), **rest)
+def breaking(service, load):
+    def loaded(start):
+        parts = load(start)
+        return replace(parts, build=lambda bus, config: Breaking(parts.build(bus, config)))
+    run(service, loaded)
 
 runner.run_service = breaking
 runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)

@@ -21,7 +21,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys
-from onemap_shared.runner import is_starting
+from onemap_shared.runner import StartReport
 from tests.mapper import scenes
 from tests.memory_bus import MemoryRouter
 
@@ -126,12 +126,15 @@ def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
         for client in (router.bus("gateway"), router.bus("gateway").sibling("robot2"))
     ]
     with caplog.at_level(logging.INFO, "onemap.mapper"):
-        module.prepare((bus, bus.sibling("robot2")), MapperConfig())
+        start = StartReport("mapper")
+        start.add(bus)
+        start.add(bus.sibling("robot2"))
+        module.prepare(MapperConfig(), start)
     beat, other = (beats.take(0.0) for beats in told)
     assert beat is not None
     assert other is not None
-    assert is_starting(beat)
-    assert is_starting(other)
+    assert beat.starting
+    assert other.starting
     announced, prepared = caplog.messages
     assert beat.problem.startswith(announced)
     assert announced.startswith("compiling the map's kernels")

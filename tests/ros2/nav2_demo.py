@@ -26,7 +26,7 @@ from onemap_ros2.cdr import decode
 from onemap_ros2.network.interface import RosNetwork
 from onemap_shared.config import PREFIX
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.runner import run_service
+from onemap_shared.runner import ServiceParts, run_service
 from onemap_shared.transport import Bus
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
@@ -193,9 +193,8 @@ def main(arguments: list[str]) -> int:
             start_adapter(given)
         case ["--robot", *given]:
             sys.argv = ["robot", *given]
-            return run_service(
-                setup.ROS2_ROBOT, SimulatorConfig, build, check=check, section="simulator"
-            )
+            parts = ServiceParts(SimulatorConfig, build, check, section="simulator")
+            run_service(setup.ROS2_ROBOT, lambda _: parts)
         case [form, ("robot" | "adapter") as first, *given] if form in FORMS:
             return run_demo(form, first, given)
     print(__doc__)

@@ -11,12 +11,13 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from onemap_shared import keys, runner
-from onemap_shared.runner import SWITCH_S, HeartbeatPublisher, is_starting, long_start
+from onemap_shared.runner import SWITCH_S, HeartbeatPublisher, StartReport
 from onemap_shared.transport import Health
 from onemap_shared.watchdog import LoopProgress
 from tests.memory_bus import MemoryRouter
@@ -25,9 +26,9 @@ from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, shared_r
 __all__ = ["shared_router", "space"]  # the fixtures
 
 SERVICE = """
-import sys, threading, time
+import logging, os, sys, threading, time
 from onemap_shared.params import Params
-from onemap_shared.runner import StartError, WorkerFailed, run_service
+from onemap_shared.runner import ServiceParts, StartError, WorkerFailed, run_service
 from onemap_shared.compression import CompressionError
 from onemap_shared.transport import Health
 from onemap_shared import watchdog
@@ -49,6 +50,9 @@ class Worker:
             raise RuntimeError("out of luck")
         if self.mode == "failed":
             raise WorkerFailed("no frame can be encoded")
+        if self.mode == "talkative":
+            for number in range(3000):
+                logging.getLogger("onemap.mapper").error("%d: %s", number, "x" * 500)
         if self.mode == "hang":
             print("hanging", flush=True)
             threading.Event().wait()
@@ -72,7 +76,12 @@ def build(bus, config):
         raise CompressionError("is a JPEG, which needs OpenCV here")
     return Worker(config.mode)
 
-sys.exit(run_service("mapper", Config, build))
+def load(start):
+    if os.environ["ONEMAP__MAPPER__MODE"] == "slow import":
+        sys.stdin.read()
+    return ServiceParts(Config, build)
+
+run_service("mapper", load, [])
 """
 
 
@@ -96,6 +105,7 @@ def start(
             "ONEMAP__MAPPER__MODE": mode,
             **environment,
         },
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -106,9 +116,8 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(space: Router) -> Non
     bus = join(space, "gateway")
     beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
     process = start(space)
-    first = eventually(lambda: beats.take(0.5))
+    first = eventually(lambda: ((beat := beats.take(0.5)) and beat.ready and beat) or None)
     second = eventually(lambda: beats.take(0.5))
-    assert first.ready
     # a thread that computes lets those go on soon that answer
     assert first.metrics == {"answer": 42.0, "switch_s": pytest.approx(SWITCH_S)}
     assert second.progress > first.progress
@@ -213,36 +222,66 @@ def test_a_service_stops_when_its_launcher_is_gone_even_while_it_waits() -> None
     assert "launcher is gone" in stderr
 
 
+@pytest.fixture
+def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.socket]:
+    """The socket to which a process tells systemd how it is."""
+    path = tmp_path / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(path))
+        listener.settimeout(PATIENCE_S)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(path))
+        yield listener
+
+
 def notices(listener: socket.socket) -> list[str]:
     """The next message to systemd, by line."""
     return listener.recv(1000).decode().splitlines()
 
 
-def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
-    space: Router, tmp_path: Path
-) -> None:
-    path, ready = tmp_path / "notify", tmp_path / "ready"
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(path))
-        listener.settimeout(PATIENCE_S)
-        process = start(
-            space,
-            NOTIFY_SOCKET=str(path),
-            ONEMAP_READY_FILE=str(ready),
-            ONEMAP__LOG__FORMAT="json",
-            JOURNAL_STREAM="8:1",
-        )
-        told = notices(listener)  # before it is connected: a boot does not wait for a router
-        assert told[:2] == ["READY=1", "WATCHDOG=1"]
-        assert "waiting for a router" in told[2]
-        assert not ready.exists()
-        eventually(ready.exists)
-        process.terminate()
-        _, stderr = process.communicate(timeout=PATIENCE_S)
+def test_systemd_is_told_ready_once_the_service_is_imported(systemd: socket.socket) -> None:
+    process = start("tcp/127.0.0.1:1", "slow import")  # no router: a boot does not wait for it
+    first, second = notices(systemd), notices(systemd)
+    assert first[0] == second[0] == "WATCHDOG=1"
+    assert "waiting for a router" in first[1]
+    assert process.stdin is not None
+    process.stdin.close()
+    said = eventually(lambda: ("READY=1" in (lines := notices(systemd)) and lines) or None)
+    assert said[1] == "WATCHDOG=1"
+    assert "waiting for a router" in said[2]
+    process.terminate()
+    assert process.wait(PATIENCE_S) == 0
+
+
+def test_a_container_is_told_while_the_loop_goes_on(space: Router, tmp_path: Path) -> None:
+    ready = tmp_path / "ready"
+    process = start(
+        space,
+        ONEMAP_READY_FILE=str(ready),
+        ONEMAP__LOG__FORMAT="json",
+        JOURNAL_STREAM="8:1",
+    )
+    eventually(lambda: ready.exists() or None)
+    process.terminate()
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     lines = stderr.splitlines()  # on a busy machine a warning may be one of them
     assert [line for line in lines if not re.match(r"<[2-7]>\{", line)] == []
     assert lines[-1].startswith("<6>")
     assert json.loads(lines[-1][3:])["message"] == "mapper is down"
+
+
+def test_a_log_that_nobody_reads_stops_nothing_and_says_what_is_missing(space: Router) -> None:
+    bus = join(space, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    process = start(space, "talkative")  # more in a step than a pipe and the queue hold
+    first = eventually(lambda: ((beat := beats.take(0.5)) and beat.ready and beat) or None)
+    second = eventually(lambda: ((b := beats.take(0.5)) and b.progress > first.progress) or None)
+    assert second
+    process.terminate()
+    eventually(lambda: ((b := beats.take(0.5)) and b.problem == "it is stopping") or None)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0
+    assert re.search(r"\d+ lines of this log are missing", stderr)
+    bus.close()
 
 
 WHAT = "compiling the map's kernels"
@@ -265,24 +304,50 @@ def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert f"cannot read {key}: No such file or directory" in stderr
 
 
-def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "HEARTBEAT_S", 0.01)
+def test_a_service_that_is_imported_slowly_says_so_meanwhile(space: Router) -> None:
+    bus = join(space, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    process = start(space, "slow import")
+    first, second = (eventually(lambda: beats.take(0.5)) for _ in range(2))
+    assert not first.ready
+    assert first.starting
+    assert second.starting
+    assert second.progress > first.progress
+    assert process.stdin is not None
+    process.stdin.close()
+    eventually(lambda: ((beat := beats.take(0.5)) and beat.ready and not beat.starting) or None)
+    process.terminate()
+    assert process.wait(PATIENCE_S) == 0
+    bus.close()
+
+
+def test_a_signal_ends_a_service_that_is_being_imported(space: Router) -> None:
+    bus = join(space, "gateway")
+    process = start(space, "slow import")
+    eventually(lambda: "mapper" in bus.alive() or None)
+    process.terminate()
+    assert process.wait(PATIENCE_S) == 0
+    bus.close()
+
+
+def test_a_long_start_says_what_it_does_and_advances() -> None:
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)
-    with long_start(router.bus("mapper"), "mapper", WHAT, 45.0):
+    start = StartReport("mapper")
+    start.add(router.bus("mapper"))
+    with start.takes(WHAT, 45.0):
         first, second = beats.take(PATIENCE_S), beats.take(PATIENCE_S)
+    start.publish()
     assert first is not None
     assert second is not None
-    assert (first.ready, first.problem, is_starting(first)) == (
-        False,
-        f"{WHAT}: 0 of about 45 s",
-        True,
-    )
+    assert (first.ready, first.problem) == (False, "it is starting, for 0 s so far")
+    assert (second.ready, second.problem) == (False, f"{WHAT}: 0 of about 45 s")
+    assert first.starting
+    assert second.starting
     assert second.progress > first.progress
-    assert second.metrics["start_s"] >= first.metrics["start_s"]
-    while beats.take(0.0) is not None:
-        pass
-    assert beats.take(0.1) is None  # over with the block
+    third = beats.take(PATIENCE_S)
+    assert third is not None
+    assert third.problem == first.problem
 
 
 def test_a_worker_that_is_ready_says_so_before_the_next_heartbeat_is_due(
@@ -309,12 +374,11 @@ def test_a_worker_that_is_ready_says_so_before_the_next_heartbeat_is_due(
     assert (first.ready, second.ready) == (False, True)
 
 
-def test_systemd_is_asked_for_more_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "notify"
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(path))
-        listener.settimeout(PATIENCE_S)
-        monkeypatch.setenv("NOTIFY_SOCKET", str(path))
-        with long_start(MemoryRouter().bus("mapper"), "mapper", WHAT, 45.0):
-            told = listener.recv(1000).decode()
-    assert told == f"EXTEND_TIMEOUT_USEC=30000000\nSTATUS={WHAT}"
+def test_systemd_is_asked_for_more_time(systemd: socket.socket) -> None:
+    with StartReport("mapper").takes(WHAT, 45.0):
+        pass
+    assert notices(systemd) == [
+        "EXTEND_TIMEOUT_USEC=30000000",
+        "WATCHDOG=1",
+        f"STATUS={WHAT}: 0 of about 45 s",
+    ]

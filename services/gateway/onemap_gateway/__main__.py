@@ -1,8 +1,17 @@
-"""``python -m onemap_gateway``: the gateway's process."""
+"""``python -m onemap_gateway``: run the gateway."""
 
-from onemap_gateway.config import GatewayConfig
-from onemap_gateway.service import build
-from onemap_shared.runner import run_service
+from typing import Any
+
+from onemap_shared.runner import ServiceParts, StartReport, run_service
+
+
+def load(_start: StartReport) -> ServiceParts[Any]:
+    """Import the service, which takes seconds."""
+    from onemap_gateway.config import GatewayConfig
+    from onemap_gateway.service import build
+
+    return ServiceParts(GatewayConfig, build)
+
 
 if __name__ == "__main__":
-    raise SystemExit(run_service("gateway", GatewayConfig, build))
+    run_service("gateway", load)

@@ -32,7 +32,7 @@ from onemap_mapper.query.replies import (
     summary_of,
 )
 from onemap_mapper.query.similarity import TextQuery
-from onemap_mapper.robots import AllRobots, MapRobot, buses_of
+from onemap_mapper.robots import SERVICE, AllRobots, MapRobot, buses_of
 from onemap_mapper.session import MapSession
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import (
@@ -70,6 +70,7 @@ from onemap_shared.messages import (
     ViewChangesRequest,
 )
 from onemap_shared.places import NOWHERE
+from onemap_shared.runner import StartReport
 from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
@@ -509,10 +510,13 @@ def _empty() -> RequestRejected:
     return RequestRejected("empty_map", "the map is empty: nothing has been seen yet")
 
 
-def build(bus: Bus, config: MapperConfig) -> Mapper:
-    """The worker for the runner."""
+def build(bus: Bus, config: MapperConfig, start: StartReport | None = None) -> Mapper:
+    """The worker for the runner; ``start`` says on the bus what takes long until it is there."""
+    start = start or StartReport(SERVICE)
     config = config.model_copy(update={"device": resolved_device(config.device)})
     torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
-    prepare(buses, config)
+    for further in buses[1:]:
+        start.add(further)
+    prepare(config, start)
     return Mapper(buses, config)

@@ -7,7 +7,6 @@ import logging
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -19,12 +18,10 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.robots import SERVICE
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
-from onemap_shared.runner import StartError, long_start
-from onemap_shared.transport import Bus
+from onemap_shared.runner import StartError, StartReport
 
 LOG = logging.getLogger("onemap.mapper")
 AUTO = "auto"
@@ -109,15 +106,14 @@ def main() -> None:
     print(f"torch {torch.__version__}: a frame was fused on {' and '.join(devices)}")
 
 
-def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
+def prepare(config: MapperConfig, start: StartReport) -> None:
     """Warm up; while functions are compiled, heartbeats say so to each robot."""
     started_s = time.monotonic()
     with ExitStack() as compilation:
 
         def announce(what: str) -> None:
             LOG.info("%s", what)
-            for bus in buses:
-                compilation.enter_context(long_start(bus, SERVICE, what, COMPILATION_S))
+            compilation.enter_context(start.takes(what, COMPILATION_S))
 
         with jit.on_compilation(announce):
             warm_up(config.map)

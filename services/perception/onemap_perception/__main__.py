@@ -1,7 +1,17 @@
-"""Run perception: ``python -m onemap_perception --config FILE``."""
+"""``python -m onemap_perception``: run perception."""
 
-from onemap_perception.config import PerceptionConfig
-from onemap_perception.service import build
-from onemap_shared.runner import run_service
+from typing import Any
 
-raise SystemExit(run_service("perception", PerceptionConfig, build))
+from onemap_shared.runner import ServiceParts, StartReport, run_service
+
+
+def load(_start: StartReport) -> ServiceParts[Any]:
+    """Import the service, which takes seconds."""
+    from onemap_perception.config import PerceptionConfig
+    from onemap_perception.service import build
+
+    return ServiceParts(PerceptionConfig, build)
+
+
+if __name__ == "__main__":
+    run_service("perception", load)

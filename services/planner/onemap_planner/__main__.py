@@ -1,8 +1,17 @@
-"""Run the planner."""
+"""``python -m onemap_planner``: run the planner."""
 
-from onemap_planner.config import PlannerConfig
-from onemap_planner.service import build
-from onemap_shared.runner import run_service
+from typing import Any
+
+from onemap_shared.runner import ServiceParts, StartReport, run_service
+
+
+def load(_start: StartReport) -> ServiceParts[Any]:
+    """Import the service, which takes seconds."""
+    from onemap_planner.config import PlannerConfig
+    from onemap_planner.service import build
+
+    return ServiceParts(PlannerConfig, build)
+
 
 if __name__ == "__main__":
-    raise SystemExit(run_service("planner", PlannerConfig, build))
+    run_service("planner", load)

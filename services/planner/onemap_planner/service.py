@@ -33,7 +33,6 @@ from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState, SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
-from onemap_shared.runner import is_starting
 from onemap_shared.transport import (
     Bus,
     Counters,
@@ -127,7 +126,7 @@ class Planner:
             self._control_rate = self._control_rate.with_event(now_s)
             self._inputs = with_members(self._inputs, self._bus.members(), now_s)
             for beats in self._beats:
-                if (beat := beats.take(0.0)) is not None and is_starting(beat):
+                if (beat := beats.take(0.0)) is not None and beat.starting:
                     self._inputs = with_start(self._inputs, beat, now_s)
             self._end_after_pause(now_s)
             self._end_with_driver()

@@ -1,7 +1,17 @@
-"""Run the ROS 2 adapter: ``python -m onemap_ros2 --config FILE``."""
+"""``python -m onemap_ros2``: run the ROS 2 adapter."""
 
-from onemap_ros2.config import Ros2Config
-from onemap_ros2.service import build
-from onemap_shared.runner import run_service
+from typing import Any
 
-raise SystemExit(run_service("ros2", Ros2Config, build))
+from onemap_shared.runner import ServiceParts, StartReport, run_service
+
+
+def load(_start: StartReport) -> ServiceParts[Any]:
+    """Import the service, which takes seconds."""
+    from onemap_ros2.config import Ros2Config
+    from onemap_ros2.service import build
+
+    return ServiceParts(Ros2Config, build)
+
+
+if __name__ == "__main__":
+    run_service("ros2", load)

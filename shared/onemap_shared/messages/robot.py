@@ -127,6 +127,9 @@ class VelocityCommand(Message):
         return self.velocity != Velocity2d()
 
 
+START_METRIC = "start_s"  # seconds that the start has taken so far; absent once it is over
+
+
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
     """One a second from every service.
@@ -150,6 +153,11 @@ class Heartbeat:
     problem: str = ""
     metrics: dict[str, float] = field(default_factory=dict)
     version: str = ""
+
+    @property
+    def starting(self) -> bool:
+        """Whether the service's start goes on: it is waited for as long as that takes."""
+        return START_METRIC in self.metrics
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ from onemap_ros2.network.rmw import RmwNetwork
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, Topic
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
-from onemap_shared.runner import StartError, run_service
+from onemap_shared.runner import ServiceParts, StartError, run_service
 from onemap_shared.transport import Bus, Counters, Publisher, Subscription
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import SimulatorWorker, check, open_scene
@@ -205,5 +205,5 @@ def ros2_section(endpoint: str) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    section = "simulator"
-    raise SystemExit(run_service(ROS2_ROBOT, SimulatorConfig, build, check=check, section=section))
+    parts = ServiceParts(SimulatorConfig, build, check, section="simulator")
+    run_service(ROS2_ROBOT, lambda _: parts)

@@ -40,7 +40,6 @@ from onemap_shared.messages import (
     TruthRequest,
 )
 from onemap_shared.rates import mean_rate_hz
-from onemap_shared.runner import is_starting
 from onemap_shared.sentence import Sentence, parse
 from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
@@ -128,7 +127,7 @@ class RobotSearch:
             if "collisions" in beat.metrics:
                 self.contacts = int(beat.metrics["collisions"])
         for beat in _waiting(self._of_mapper):
-            self.compiling = is_starting(beat)
+            self.compiling = beat.starting
         for revision in _waiting(self._revisions):
             self._revision = revision
         if self._revision is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import runpy
 import sys
 from collections.abc import Mapping
@@ -24,7 +23,6 @@ def run(name: str, config: Path | None) -> int:
     service = SERVICES[name]
     before = sys.argv
     sys.argv = [f"onemap {name}", *(("--config", str(config)) if config is not None else ())]
-    gc.disable()  # imports leave no garbage, and looking for it is a tenth of them; see run_service
     try:
         with requires_extra(service.extra, f"The {service.name}"):
             runpy.run_module(service.module, run_name="__main__", alter_sys=True)

@@ -1,7 +1,17 @@
-"""Run the replay: ``python -m onemap_simulator.replay --config FILE``."""
+"""``python -m onemap_simulator.replay``: run a recording in place of a robot."""
 
-from onemap_shared.runner import run_service
-from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.service import build, check
+from typing import Any
 
-raise SystemExit(run_service("replay", ReplayConfig, build, check=check))
+from onemap_shared.runner import ServiceParts, StartReport, run_service
+
+
+def load(_start: StartReport) -> ServiceParts[Any]:
+    """Import the service, which takes seconds."""
+    from onemap_simulator.replay.config import ReplayConfig
+    from onemap_simulator.replay.service import build, check
+
+    return ServiceParts(ReplayConfig, build, check)
+
+
+if __name__ == "__main__":
+    run_service("replay", load)
