@@ -34,7 +34,7 @@ SERIES = ("_bucket", "_count", "_sum")  # of a histogram
 def reported() -> set[str]:
     """Every name in /metrics of a gateway that hears perception, mapper and planner."""
     perception = PerceptionTelemetry(started_s=0.0)
-    perception.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
+    perception.frame_done(1.0, encode_ms=1.0)
     mapper = MapRobot(
         0, MemoryRouter().bus("mapper"), torch.device("cpu"), threading.Event(), lambda: ("", 0)
     )

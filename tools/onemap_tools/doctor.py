@@ -281,7 +281,7 @@ def _clocks(observed: Observations) -> Iterator[Finding]:
         yield Finding(
             Severity.NOTE,
             f"Clocks differ from this machine's: {', '.join(other)}. Nothing stops for it. Times "
-            "in logs and onemap_perception_frame_age_ms compare only with one clock (NTP).",
+            "in logs compare only with one clock (NTP).",
         )
 
 

@@ -53,7 +53,6 @@ class PerceptionTelemetry:
     started_s: float
     encode_ms: float = 0.0
     detect_ms: float = 0.0
-    frame_age_ms: float = 0.0
     encoded: RateMeter = field(default_factory=RateMeter)
     frames_failed: int = 0
     detections_failed: int = 0
@@ -64,10 +63,10 @@ class PerceptionTelemetry:
     detector_failure: str = ""
     text_problem: str = ""
 
-    def frame_done(self, now_s: float, *, encode_ms: float, frame_age_ms: float) -> None:
+    def frame_done(self, now_s: float, *, encode_ms: float) -> None:
         """A frame was encoded and published at ``now_s`` (monotonic)."""
         self.encoded = self.encoded.with_event(now_s)
-        self.encode_ms, self.frame_age_ms = encode_ms, frame_age_ms
+        self.encode_ms = encode_ms
         self.failure, self.encoder_failed_in_row = "", 0
 
     def frame_failed(self, problem: BackendError) -> None:
@@ -109,7 +108,6 @@ class PerceptionTelemetry:
         return {
             "encode_ms": self.encode_ms,
             "detect_ms": self.detect_ms,
-            "frame_age_ms": self.frame_age_ms,
         }
 
     def is_ready(self, now_s: float) -> bool:
@@ -296,11 +294,7 @@ class Perception:
         encoded_s = time.perf_counter()
         field = feature_field(frame, features, self._components.encoder, self._components.variance)
         self._fields.put(field)
-        self._telemetry.frame_done(
-            time.monotonic(),
-            encode_ms=(encoded_s - begun_s) * 1e3,
-            frame_age_ms=(time.time_ns() - frame.stamp_ns) * 1e-6,
-        )
+        self._telemetry.frame_done(time.monotonic(), encode_ms=(encoded_s - begun_s) * 1e3)
         return features
 
     def _detect(self, frame: RgbdFrame | None, features: F16 | None) -> None:
