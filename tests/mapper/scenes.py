@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
@@ -44,10 +42,9 @@ def params(**changes: Any) -> MapParams:
     return replace(MapParams(feature_dtype="float32"), **changes)
 
 
-def slots_of(belief: BeliefMap, cells: I64) -> Tensor:
+def slots_of(belief: BeliefMap, cells: I64) -> I64:
     """Slots (n,) of distinct world cells (n, 2), new where there were none."""
-    rows = belief.grow(cells)
-    return belief.slots_at(rows, torch.from_numpy(cells).to(rows.device))
+    return belief.slots_at(belief.grow(cells), cells)
 
 
 def mapped(*fields: FeatureField, params: MapParams | None = None) -> BeliefMap:

@@ -46,7 +46,7 @@ def test_tiles_equal_a_dense_map() -> None:
     everything = np.arange(belief.store.count)
     np.testing.assert_allclose(belief.store.features(everything), features, atol=1e-5)
     np.testing.assert_allclose(belief.store.confidence, confidence, rtol=1e-4)
-    spread = belief.shared_version().to_grid(belief.store.confidence.numpy())
+    spread = belief.shared_version().to_grid(belief.store.confidence)
     place = belief.store.cells - np.array(belief.grid.origin_cell)
     np.testing.assert_array_equal(spread[tuple(place.T)], belief.store.confidence)
     assert np.isfinite(spread).sum() == len(dense)
@@ -62,13 +62,13 @@ def test_the_order_of_frames_does_not_matter(order: list[int]) -> None:
     torch.testing.assert_close(
         one.store.features(everything), two.store.features(slots), atol=1e-5, rtol=1e-3
     )
-    torch.testing.assert_close(one.store.confidence, two.store.confidence[slots])
+    np.testing.assert_allclose(one.store.confidence, two.store.confidence[slots], rtol=1e-5)
 
 
 def test_a_new_search_forgets_only_where_was_looked() -> None:
     belief = mapped(fields() * 1)
     everything = np.arange(belief.store.count)
-    features, confidence = belief.store.features(everything), belief.store.confidence.clone()
+    features, confidence = belief.store.features(everything), belief.store.confidence
     assert (belief.shared_version().layers() & Layer.SEARCHED).any()
     explored = belief.shared_version().layers() & Layer.EXPLORED
     revision = belief.revision
@@ -77,7 +77,7 @@ def test_a_new_search_forgets_only_where_was_looked() -> None:
     assert not (belief.shared_version().layers() & Layer.SEARCHED).any()
     np.testing.assert_array_equal(belief.shared_version().layers() & Layer.EXPLORED, explored)
     torch.testing.assert_close(belief.store.features(everything), features, atol=0, rtol=0)
-    torch.testing.assert_close(belief.store.confidence, confidence, atol=0, rtol=0)
+    np.testing.assert_array_equal(belief.store.confidence, confidence)
 
 
 def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
@@ -111,7 +111,7 @@ def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
     assert before[own]
     assert (belief.shared_version().occupancy_grid()[before] == Occupancy.FREE).all()
     seen = compute_update(first, params).occupancy
-    cells = seen.cells[seen.clear].numpy() - np.array(belief.grid.origin_cell)
+    cells = seen.cells[seen.clear] - np.array(belief.grid.origin_cell)
     assert not before[tuple(cells.T)].any()
     belief.fuse(compute_update(scenes.field(1, scenes.pose(-2.5)), params))
     own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
@@ -130,8 +130,8 @@ def test_cuda_makes_the_same_map() -> None:
         device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
     )
     np.testing.assert_array_equal(host.shared_version().layers(), device.shared_version().layers())
-    same = device.occupancy.evidence.values.cpu() == host.occupancy.evidence.values
-    assert same.float().mean() > 0.999  # a point on the border of a voxel may lie on either side
+    same = device.occupancy.evidence.values == host.occupancy.evidence.values
+    assert same.all()
 
 
 @pytest.mark.parametrize("name", ["features", "confidence"])
@@ -143,7 +143,7 @@ def test_values_that_are_not_finite_are_refused_and_nothing_changes(name: str) -
     with pytest.raises(FieldRejected, match="not finite"):
         belief.fuse(poisoned)
     assert belief.frames_fused == 1
-    assert belief.store.confidence.isfinite().all()
+    assert np.isfinite(belief.store.confidence).all()
 
 
 PARAMS = scenes.params(explored_variance=0.4)
@@ -178,10 +178,10 @@ def test_a_camera_that_stands_explores_nothing_new_but_its_features_improve() ->
     assert explored(belief) == explored(once)
     slots = scenes.slots_of(belief, once.store.cells)
     c = once.store.confidence
-    summed = torch.isclose(belief.store.confidence[slots], len(fields) * c)
-    assert summed.float().mean() > 0.98  # the others: at edges whose occupancy settles later
-    torch.testing.assert_close(belief.store.explored_confidence[slots], c)
-    torch.testing.assert_close(belief.store.searched_confidence[slots], c)
+    summed = np.isclose(belief.store.confidence[slots], len(fields) * c)
+    assert summed.mean() > 0.98  # the others: at edges whose occupancy settles later
+    np.testing.assert_allclose(belief.store.explored_confidence[slots], c, rtol=1e-6)
+    np.testing.assert_allclose(belief.store.searched_confidence[slots], c, rtol=1e-6)
 
 
 @given(st.floats(0, 3), st.floats(-3, 3))

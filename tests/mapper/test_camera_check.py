@@ -7,7 +7,6 @@ from math import radians
 import numpy as np
 import pytest
 
-from onemap_mapper.frame import camera_check
 from onemap_mapper.frame.camera_check import (
     CameraPose2D,
     DepthDiagnostics,
@@ -36,15 +35,7 @@ def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
 def surface_in(depth_m: F32, T_believed: F64 | None = None) -> LevelSurface | None:
     T = scenes.pose() if T_believed is None else T_believed
     cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T)
-    compiled = lowest_level_surface(cloud)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(camera_check, "AVAILABLE", False)
-        found = lowest_level_surface(cloud)
-    assert (found is None) == (compiled is None)
-    if found is not None and compiled is not None:
-        assert compiled.height_m == pytest.approx(found.height_m, abs=1e-6)
-        assert compiled.tilt_rad == pytest.approx(found.tilt_rad, abs=1e-5)
-    return found
+    return lowest_level_surface(cloud)
 
 
 def height_in(depth_m: F32, T_believed: F64 | None = None) -> float:

@@ -1,7 +1,7 @@
 """What crosses between host and device: the frame, and what was asked for; no whole table.
 
-The map is computed as on a GPU, without compiled code, on a device that only pretends to be one.
-It is the same map as that of the compiled code on the host.
+Features are multiplied and fused as on a GPU, on a device that only pretends to be one. It is the
+same map as that of the compiled code.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import pytest
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
-from onemap_mapper.belief.tiles import AREA
+from onemap_mapper.frame.blur import blur_kernel
+from onemap_mapper.frame.projection import project
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.replies import similarity_reply
@@ -28,9 +29,9 @@ from tests.mapper.crossings import DEVICE, Crossings
 PARAMS = scenes.params(compiled=False)
 CHANNELS = 16
 FEATURES = 4 * CHANNELS  # bytes of a cell's feature
-STATE = 4 + 1 + 1 + 1  # bytes of a cell of the tiles: slot, occupancy, assumed, floor seen
-CONFIDENCES = 3 * 4  # bytes of an observed cell
-COUNTS = 250  # bytes: sizes and bounds of what lies on the device, whatever the map's size
+ENTRY = 8 + 4  # bytes of a sparse matrix: column and value
+ROW = 8 + 8 + 4  # bytes of a cell that is fused: index in the frame and in a block, gain
+FINITE = 8  # bytes: whether all features are
 PLACES = [(-0.5, 0.0, 0.0), (-0.4, 0.1, 0.4), (0.2, -0.3, 2.0), (0.2, -0.3, 2.0)]
 
 
@@ -67,7 +68,7 @@ def map_of(side: int, crossed: Crossings) -> BeliefMap:
     belief.grow(cells)
     features = torch.rand((len(cells), CHANNELS), generator=torch.Generator().manual_seed(1))
     belief.revision += 1
-    slots, ones = scenes.slots_of(belief, cells), torch.ones(len(cells), device=DEVICE)
+    slots, ones = scenes.slots_of(belief, cells), np.ones(len(cells), np.float32)
     belief.store.fuse(slots, features.to(DEVICE), ones, revision=belief.revision)
     crossed.clear()
     return belief
@@ -100,29 +101,32 @@ def test_the_map_on_a_device_is_that_of_the_compiled_code(monkeypatch: pytest.Mo
         assert_same(take(again), expected)
 
 
-def test_fusing_a_frame_moves_nothing_but_counts(crossed: Crossings) -> None:
-    moved = []
+def test_fusing_a_frame_sends_its_rows_and_gains(crossed: Crossings) -> None:
     for side in (2, 120):
         belief, frame = map_of(side, crossed), update(1)
         crossed.clear()
         belief.fuse(frame)
-        assert crossed.to_device == []
-        moved.append((list(crossed.to_host), crossed.waits))
-    small, large = moved
-    assert small == large
-    assert sum(large[0]) <= COUNTS
+        assert sum(crossed.to_device) == ROW * len(frame.cells)
+        assert sum(crossed.to_host) == FINITE
 
 
-def test_a_frame_is_sent_once(crossed: Crossings) -> None:
+def test_of_a_frame_patches_and_sparse_weights_are_sent(crossed: Crossings) -> None:
     field = scenes.field(1, scenes.pose(-0.5, 0.0))
     found = compute_update(field, PARAMS)
-    rows, columns = field.depth_mm.shape
-    images = (field.features, field.depth_mm, field.variance)
-    constants = 12 * (rows + columns) + COUNTS  # interpolation, distances of samples on rays
-    assert sum(crossed.to_device) <= sum(image.nbytes for image in images) + constants
-    assert sum(crossed.to_host) <= COUNTS
-    assert len(found.cells) > COUNTS / 16
-    assert len(found.occupancy.cells) > COUNTS / 16
+    h, w, _ = field.features.shape
+    weights = project(
+        np.divide(field.depth_mm, 1000, dtype=np.float32),
+        field.variance,
+        intrinsics=field.intrinsics,
+        T_map_camera=field.T_map_camera,
+        patch_shape=(h, w),
+        params=PARAMS,
+    )
+    blur = blur_kernel(weights.cells, camera_xy_m=field.T_map_camera[:2, 3], params=PARAMS)
+    rows = 8 * (len(weights.cells) + len(found.cells))
+    entries = len(weights.rows.columns) + len(blur.rows.columns)
+    assert sum(crossed.to_device) == field.features.nbytes + rows + ENTRY * entries
+    assert crossed.to_host == []
 
 
 def test_a_new_text_brings_back_its_scores_and_no_feature(
@@ -131,11 +135,8 @@ def test_a_new_text_brings_back_its_scores_and_no_feature(
     scores = MapScores(large)
     scores.of([text("sofa", 0)])
     crossed.clear()
-    other = text("bed", 1)
-    scored = scores.of([other])
+    scored = scores.of([text("bed", 1)])
     similarity_reply(scored, request=SimilarityRequest("bed"))
-    state = STATE * large.tiles.count * AREA + CONFIDENCES * large.store.count
     scores_and_cosines = 8 * large.store.count
-    regions = 100 * large.store.count  # of the cells of the answer: heights and views
-    assert sum(crossed.to_host) <= state + scores_and_cosines + regions
+    assert sum(crossed.to_host) <= scores_and_cosines + 100
     assert max(crossed.to_host) < FEATURES * large.store.count

@@ -138,7 +138,7 @@ def test_an_opening_is_closed_on_all_sides(below: float) -> None:
         T = pose_2d(x_m, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
         cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
         if below == NO_RETURN:
-            depth = np.where(cloud.z_m.numpy() < -0.005, 0, depth).astype(np.float32)
+            depth = np.where(cloud.z_m < -0.005, 0, depth).astype(np.float32)
             cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
         frame = occupancy_update(cloud, PARAMS)
         belief.fuse_occupancy(frame, belief.grow(frame.cells))

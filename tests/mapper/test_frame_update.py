@@ -10,10 +10,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.frame.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
+from onemap_mapper.frame.blur import MIN_WEIGHT, blur_kernel
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.occupancy.image import few_alike
+from onemap_mapper.occupancy.image import flying_pixels
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, Bool, camera_mount
@@ -28,17 +28,16 @@ def on_a_border(field: FeatureField) -> Bool:
     """Pixels (H, W) whose cell float32 and float64 may disagree about."""
     depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
     cloud = PointCloud.of(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera)
-    cells = torch.stack(cloud.planes[1:3], dim=-1).double().numpy() / PARAMS.cell_size_m
+    cells = np.stack(cloud.planes[1:3], axis=-1).astype(np.float64) / PARAMS.cell_size_m
     return np.asarray((np.abs(cells - np.round(cells)) < 1e-4).any(axis=-1))
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_an_update_is_projection_and_blur(compiled: bool) -> None:
+def test_an_update_is_projection_and_blur() -> None:
     field = scenes.field(3, scenes.pose(0.31, -0.17, 0.4))
     field = replace(
         field, variance=np.where(on_a_border(field), np.float32(np.inf), field.variance)
     )
-    update = compute_update(field, scenes.params(max_feature_height_m=100, compiled=compiled))
+    update = compute_update(field, scenes.params(max_feature_height_m=100))
     camera_xy_m = (float(field.T_map_camera[0, 3]), float(field.T_map_camera[1, 3]))
     expected = slow.blurred(
         slow.projected(
@@ -54,7 +53,7 @@ def test_an_update_is_projection_and_blur(compiled: bool) -> None:
         depth_factor=PARAMS.depth_factor,
         half_width=PARAMS.blur_half_width_cells,
     )
-    features, confidence = slow.table(expected, update.cells.numpy())
+    features, confidence = slow.table(expected, update.cells)
     tolerance = 49 * MIN_WEIGHT * 2  # what the sparse kernel leaves out
     np.testing.assert_allclose(update.features, features, atol=tolerance)
     np.testing.assert_allclose(update.confidence, confidence, atol=tolerance)
@@ -62,26 +61,15 @@ def test_an_update_is_projection_and_blur(compiled: bool) -> None:
     assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in observed)
 
 
-def kernel(
-    cells: torch.Tensor, half_width: int, depth_factor: float = 0.02, *, compiled: bool = True
-) -> BlurKernel:
-    params = MapParams(
-        depth_factor=depth_factor, blur_half_width_cells=half_width, compiled=compiled
-    )
-    return blur_kernel(cells, camera_xy_m=(-0.3, 0.2), params=params)
-
-
-@pytest.mark.parametrize("compiled", [False, True])
 @given(seed=st.integers(0, 2**16), half_width=st.integers(0, 3), factor=st.floats(0, 0.05))
 @settings(max_examples=25, deadline=None)
-def test_agrees_with_the_double_loop(
-    compiled: bool, seed: int, half_width: int, factor: float
-) -> None:
+def test_agrees_with_the_double_loop(seed: int, half_width: int, factor: float) -> None:
     rng = np.random.default_rng(seed)
     cells = np.unique(rng.integers(-30, 30, (rng.integers(1, 40), 2)), axis=0)
     features = rng.normal(size=(len(cells), 3)).astype(np.float32)
     confidence = rng.uniform(0.1, 1, len(cells)).astype(np.float32)
-    fast = kernel(torch.from_numpy(cells), half_width, factor, compiled=compiled)
+    params = MapParams(depth_factor=factor, blur_half_width_cells=half_width)
+    fast = blur_kernel(cells, camera_xy_m=np.array([-0.3, 0.2]), params=params)
     seen: slow.Cells = {
         (int(x), int(y)): (features[i].astype(np.float64), float(confidence[i]))
         for i, (x, y) in enumerate(cells)
@@ -93,14 +81,11 @@ def test_agrees_with_the_double_loop(
         depth_factor=factor,
         half_width=half_width,
     )
-    values, weights = slow.table(expected, fast.cells.numpy())
+    values, weights = slow.table(expected, fast.cells)
     tolerance = 49 * MIN_WEIGHT * 4  # what may be left out, times the largest feature
-    np.testing.assert_allclose(
-        blurred(fast, torch.from_numpy(features)).numpy(), values, atol=tolerance
-    )
-    np.testing.assert_allclose(
-        blurred(fast, torch.from_numpy(confidence)).numpy(), weights, atol=tolerance
-    )
+    found = fast.rows.times(torch.from_numpy(features))
+    np.testing.assert_allclose(found.numpy(), values, atol=tolerance)
+    np.testing.assert_allclose(fast.confidence(confidence), weights, atol=tolerance)
     kept = {(int(x), int(y)) for x, y in fast.cells}
     assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in kept)
 
@@ -130,9 +115,9 @@ def test_surfaces_clean_edges_and_a_thin_pole_are_kept(height_m: float, pitch_ra
     """Of the floor, too, which lies at a flat angle."""
     pole = np.full(SIZE, 4.0, np.float32)
     pole[20:100, 70] = 1.5
-    assert not few_alike(wall_and_box()).any()
-    assert not few_alike(pole)[21:99].any()
-    assert not few_alike(floor(height_m, pitch_rad)).any()
+    assert not flying_pixels(wall_and_box()).any()
+    assert not flying_pixels(pole)[21:99].any()
+    assert not flying_pixels(floor(height_m, pitch_rad)).any()
 
 
 def test_nearly_all_flying_pixels_are_dropped_and_nearly_nothing_else() -> None:
@@ -143,6 +128,6 @@ def test_nearly_all_flying_pixels_are_dropped_and_nearly_nothing_else() -> None:
     edge[40:80, [49, 50, 109, 110]] = True
     flying = edge & (rng.random(SIZE) < 0.3)
     depth_m[flying] = rng.uniform(2.2, 3.8, int(flying.sum()))
-    dropped = few_alike(depth_m)
+    dropped = flying_pixels(depth_m)
     assert dropped[flying].mean() > 0.9
     assert dropped[~flying].mean() < 0.005

@@ -48,7 +48,7 @@ def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: 
     old = map_file.read(rewritten(tmp_path / "a.npz", **dict.fromkeys(("heights", *map_file.SEEN))))
     assert (old.heights, old.seen) == (None, None)
     again = restore(old, PARAMS, encoder_id="", first_revision=1)
-    assert not again.store.heights(slice(0, again.store.count)).any()
+    assert not again.store.heights.any()
     rows = again.tiles.rows(again.store.cells)
     assert again.view_log.last_seen_ns(rows) == 0
     assert np.isnan(again.view_log.best_view(rows)).all()

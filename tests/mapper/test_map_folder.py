@@ -102,13 +102,13 @@ def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))
     rig.mapper.save(MapFile("flat"))
-    before = rig.mapper._map.store.confidence.numpy().copy()
+    before = rig.mapper._map.store.confidence.copy()
     revision = rig.mapper._map.revision
     summary = rig.client.call(keys.MAP_MERGE, MapMerge("flat"))
     assert summary.cells_observed == len(before)
     assert summary.frames_fused == 2
     assert rig.mapper._map.revision > revision
-    assert rig.mapper._map.store.confidence.numpy() == pytest.approx(2 * before)
+    assert rig.mapper._map.store.confidence == pytest.approx(2 * before)
 
 
 def test_what_comes_during_a_merge_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,7 +168,7 @@ def merged(*maps: snapshot.MapSnapshot, moved: PlanarMotion = NO_MOTION) -> Beli
 def by_cell(belief: BeliefMap) -> dict[tuple[int, int], tuple[np.ndarray, float]]:
     """Feature and confidence of each cell."""
     features = belief.store.features(np.arange(belief.store.count)).numpy()
-    confidence = belief.store.confidence.numpy()
+    confidence = belief.store.confidence
     return {
         (int(x), int(y)): (features[slot], float(confidence[slot]))
         for slot, (x, y) in enumerate(belief.store.cells)

@@ -60,7 +60,7 @@ class ChangingMap:
         """Fuse cells, new ones and known ones."""
         cells = np.unique(self.rng.integers(0, 8, (int(self.rng.integers(1, 40)), 2)), axis=0)
         features = torch.from_numpy(unit_rows(self.rng, len(cells)))
-        c = torch.ones(len(cells), dtype=torch.float64)
+        c = np.ones(len(cells))
         heights = np.zeros((len(cells), LEVELS), np.float32)
         self.belief.put_in(FeatureShare(cells, features, c, c, heights))
         found = ScoreCache().scores_of_all(self.texts, self.belief.store, self.belief.revision)
@@ -81,7 +81,7 @@ def test_a_cell_takes_few_bytes_besides_its_feature() -> None:
     cells = np.argwhere(np.ones((128, 128), bool))
     count, belief = len(cells), BeliefMap(scenes.params(feature_dtype="float16"))
     belief.set_encoder("encoder-a", "space-a", CHANNELS)
-    ones = torch.ones(count, dtype=torch.float64)
+    ones = np.ones(count)
     features, heights = torch.ones(count, CHANNELS), np.zeros((count, LEVELS), np.float32)
     belief.put_in(FeatureShare(cells, features, ones, ones, heights))
     cache, asked = ScoreCache(), text(np.random.default_rng(0), "a text")

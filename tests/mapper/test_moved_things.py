@@ -100,7 +100,7 @@ def test_a_moved_sofa_is_at_its_new_place_and_no_more_at_the_old() -> None:
     drive.see({"sofa": sofa(drive.old_m)}, 16)
     assert drive.sofa_score(drive.old_m) > 0.9
     assert drive.sofa_score(drive.new_m) < FOUND
-    explored = drive.belief.store.explored_confidence.clone()
+    explored = drive.belief.store.explored_confidence
     drive.see({"sofa": sofa(drive.new_m)}, NEW_WITHIN)
     assert drive.sofa_score(drive.new_m) > 0.9
     drive.see({"sofa": sofa(drive.new_m)}, OLD_WITHIN - NEW_WITHIN)

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.occupancy.evidence import (
-    OccupancyLayers,
-    OccupancyUpdate,
-    with_lost_tops,
-)
+from onemap_mapper.occupancy.evidence import OccupancyLayers, OccupancyUpdate
 from onemap_mapper.occupancy.image import occupancy_update
-from onemap_mapper.transfers import CPU
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box
+from tests.reference import occupancy as reference
 
 PARAMS = scenes.params()
 CAMERA = Intrinsics.from_fov(320, 240, np.deg2rad(79))
@@ -130,13 +125,13 @@ def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles() -
     near, far = (
         occupancy_update(cloud, scenes.params(depth_noise_m=noise_m)) for noise_m in (0.005, 0.0)
     )
-    places = [(each.cells.numpy() + 0.5) * 0.1 for each in (near, far)]
+    places = [(each.cells + 0.5) * 0.1 for each in (near, far)]
     for update, xy, reaches in zip((near, far), places, (False, True), strict=True):
-        voxels = update.evidence[:, :-1].numpy()
+        voxels = update.evidence[:, :-1]
         beyond = np.linalg.norm(xy, axis=1) > 4.6
         assert (voxels[beyond] > 0).any() == reaches
         assert (voxels[beyond] < 0).any() == reaches
-    assert np.linalg.norm(places[0][near.clear.numpy()], axis=1).max() > 5  # floor goes on
+    assert np.linalg.norm(places[0][near.clear], axis=1).max() > 5  # floor goes on
 
 
 @pytest.mark.parametrize(
@@ -153,8 +148,15 @@ def test_what_has_lost_its_top_fades_where_no_camera_looks(
     column: list[int], frame: list[int], expected: list[int]
 ) -> None:
     """The last voxel, below the floor, is no part of the column."""
-    evidence, added = (torch.tensor([[*x, 3]], dtype=torch.int8) for x in (column, frame))
-    assert with_lost_tops(evidence, added).tolist() == [[*expected, 3]]
+    levels, layers = len(column), OccupancyLayers(scenes.params(obstacle_max_height_m=0.5))
+    assert layers.evidence.values.shape[1] == levels + 1
+    for layer in layers.layers:
+        layer.grow(1)
+    layers.evidence.values[7] = [*column, 3]
+    added = np.array([[*frame, 3]], np.int8)
+    no_floor, cells = np.array([False]), np.zeros((1, 2), np.int64)
+    layers.add(np.array([7]), OccupancyUpdate(cells, added, no_floor, no_floor))
+    assert layers.evidence.values[7].tolist() == [*np.add(column, expected), 6]
 
 
 @pytest.mark.parametrize("frames", [2, 6])
@@ -176,17 +178,16 @@ def test_a_chest_that_somebody_stood_beside_is_not_driven_over(frames: int) -> N
 
 
 LEVELS = scenes.params().levels
-NAMES = ("evidence", "clear", "assumed", "states", "settled")
 
 
-def new_layers(*, compiled: bool) -> OccupancyLayers:
-    made = OccupancyLayers(scenes.params(compiled=compiled), CPU)
+def new_layers() -> OccupancyLayers:
+    made = OccupancyLayers(scenes.params())
     for layer in made.layers:
         layer.grow(1)
     return made
 
 
-def random_frame(rng: np.random.Generator, rows: torch.Tensor) -> OccupancyUpdate:
+def random_frame(rng: np.random.Generator, rows: I64) -> OccupancyUpdate:
     """Mostly a little evidence, as of real frames, some at the ends of int8."""
     evidence = rng.choice(
         np.array([-128, -4, -1, 0, 0, 2, 4, 127], np.int8), (len(rows), LEVELS + 1)
@@ -194,7 +195,7 @@ def random_frame(rng: np.random.Generator, rows: torch.Tensor) -> OccupancyUpdat
     empty = rng.random(len(rows)) < 0.5  # columns that no point lies in
     evidence[empty] = np.minimum(evidence[empty], 0)
     clear, blind = rng.random((2, len(rows))) < 0.5
-    return OccupancyUpdate.of_arrays(np.zeros((len(rows), 2), np.int64), evidence, clear, blind)
+    return OccupancyUpdate(np.zeros((len(rows), 2), np.int64), evidence, clear, blind)
 
 
 def column_frame(*evidence: int, clear: bool = False) -> OccupancyUpdate:
@@ -202,12 +203,11 @@ def column_frame(*evidence: int, clear: bool = False) -> OccupancyUpdate:
     low, middle, top = evidence
     column = np.array([[low, *[middle] * (LEVELS - 2), top, 0]], np.int8)
     clear_blind = (np.array([clear]), np.array([False]))
-    return OccupancyUpdate.of_arrays(np.zeros((1, 2), np.int64), column, *clear_blind)
+    return OccupancyUpdate(np.zeros((1, 2), np.int64), column, *clear_blind)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_floor_from_which_something_went_unseen_is_assumed(compiled: bool) -> None:
-    layers, row = new_layers(compiled=compiled), torch.tensor([7])
+def test_floor_from_which_something_went_unseen_is_assumed() -> None:
+    layers, row = new_layers(), np.array([7])
     layers.add(row, column_frame(0, 0, 0, clear=True))
     layers.add(row, column_frame(4, 4, 4))
     told = []
@@ -220,14 +220,11 @@ def test_floor_from_which_something_went_unseen_is_assumed(compiled: bool) -> No
     assert told == [(occupied, False, False), (free, True, True), (free, False, True)]
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_what_stands_upright_in_one_frame_is_an_obstacle_until_it_is_seen_through(
-    compiled: bool,
-) -> None:
+def test_what_stands_upright_in_one_frame_is_an_obstacle_until_it_is_seen_through() -> None:
     """Evidence and what lasts stay those of all frames. A hit low and one high are no body."""
-    layers, row = new_layers(compiled=compiled), torch.tensor([7])
+    layers, row = new_layers(), np.array([7])
     free, upright = column_frame(-1, -1, -1, clear=True), column_frame(0, 4, 0)
-    noise, elsewhere = column_frame(4, 0, 4), torch.tensor([8])
+    noise, elsewhere = column_frame(4, 0, 4), np.array([8])
     told = []
     for frame in (*[free] * 12, noise, *[free] * 8, upright, free):
         layers.add(row, frame)
@@ -239,17 +236,27 @@ def test_what_stands_upright_in_one_frame_is_an_obstacle_until_it_is_seen_throug
 
 
 @given(seed=st.integers(0, 2**16), frames=st.integers(1, 12), cells=st.integers(0, 40))
-def test_the_compiled_layers_are_those_of_torch(seed: int, frames: int, cells: int) -> None:
-    rng = np.random.default_rng(seed)
-    fast, slow = new_layers(compiled=True), new_layers(compiled=False)
+def test_the_layers_are_those_of_the_rules_cell_by_cell(seed: int, frames: int, cells: int) -> None:
+    rng, layers, slow = np.random.default_rng(seed), new_layers(), dict[int, reference.Cell]()
     for _ in range(frames):
-        rows = torch.from_numpy(rng.permutation(50)[:cells])
+        rows = rng.permutation(50)[:cells]
         frame = random_frame(rng, rows)
-        twice = torch.from_numpy(rng.integers(0, AREA, 9)).repeat(2)
-        for mine, its in zip(fast.add(rows, frame), slow.add(rows, frame), strict=True):
-            assert torch.equal(mine, its)
-        marked = [set(twice[each.assume(twice)].tolist()) for each in (fast, slow)]
-        assert marked[0] == marked[1]
-        for name in NAMES:
-            assert torch.equal(getattr(fast, name).values, getattr(slow, name).values)
-        assert torch.equal(fast.known_rows, slow.known_rows)
+        different, changed = layers.add(rows, frame)
+        for k, row in enumerate(rows.tolist()):
+            before = slow.get(row, reference.Cell(LEVELS))
+            slow[row] = after = before.after(frame.evidence[k].tolist(), bool(frame.clear[k]))
+            assert different[k] == (before.looks != after.looks)
+            stood = before.settled not in (Occupancy.UNKNOWN, after.settled)
+            assert changed[k] == stood
+        assumed = np.unique(rng.integers(0, AREA, 9))
+        marked = set(assumed.repeat(2)[layers.assume(assumed.repeat(2))].tolist())
+        for row in assumed.tolist():
+            before = slow.get(row, reference.Cell(LEVELS))
+            slow[row] = before.with_assumed_floor()
+            assert (row in marked) == (before.looks != slow[row].looks)
+    for row, cell in slow.items():
+        assert layers.evidence.values[row].tolist() == cell.evidence
+        found = [int(layer.values[row]) for layer in layers.layers[1:]]
+        assert found == [cell.clear, cell.assumed, cell.state, cell.settled]
+    known = [row for row, cell in slow.items() if cell.clear or any(cell.evidence)]
+    assert layers.known_rows.tolist() == sorted(known)

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,10 +18,6 @@ from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box
 
 FRAME = 2 * REACH_CELLS + 1  # cells are shifted, and searched for when they are
-
-
-def offset(cells: I64, lasting: U8) -> float:
-    return offset_cells(torch.from_numpy(cells), torch.from_numpy(lasting))
 
 
 def room() -> tuple[I64, U8]:
@@ -38,7 +33,7 @@ def room() -> tuple[I64, U8]:
 @given(st.tuples(*[st.integers(-REACH_CELLS, REACH_CELLS)] * 2))
 def test_a_shift_is_told_by_its_length_and_none_where_there_is_none(shift: tuple[int, int]) -> None:
     cells, lasting = room()
-    told, by = offset(cells + shift, lasting), float(np.hypot(*shift))
+    told, by = offset_cells(cells + shift, lasting), float(np.hypot(*shift))
     if by <= np.sqrt(2):
         assert told == 0.0
     elif by >= LEAST_CELLS:
@@ -48,12 +43,12 @@ def test_a_shift_is_told_by_its_length_and_none_where_there_is_none(shift: tuple
 def test_people_a_new_room_and_a_bare_corner_are_no_shift() -> None:
     cells, lasting = room()
     people = np.argwhere(np.ones((5, 5), bool)) + 25
-    assert offset(np.vstack([cells, people]), lasting) == 0.0
+    assert offset_cells(np.vstack([cells, people]), lasting) == 0.0
     lasting[FRAME + 20 :] = Occupancy.UNKNOWN  # what is seen there now stands beside what was
     for by in range(-REACH_CELLS, REACH_CELLS + 1):
         new = cells[cells[:, 0] >= FRAME + 20]
-        assert offset(new + (by, 0), lasting) == 0.0
-    assert offset(room()[0][:20] + (0, 4), room()[1]) == 0.0
+        assert offset_cells(new + (by, 0), lasting) == 0.0
+    assert offset_cells(room()[0][:20] + (0, 4), room()[1]) == 0.0
 
 
 def test_the_map_tells_of_a_robot_that_was_pushed_in_the_frame_that_shows_it() -> None:

@@ -9,8 +9,8 @@ import pytest
 import torch
 
 from onemap_mapper.belief.cells import CellStore
-from onemap_mapper.frame.blur import blur_kernel, blurred
-from onemap_mapper.frame.projection import cell_features, project_compiled
+from onemap_mapper.frame.blur import blur_kernel
+from onemap_mapper.frame.projection import project
 from onemap_mapper.params import MapParams
 from onemap_perception.feature_field import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
@@ -40,7 +40,7 @@ def fused(data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype) -> t
     for k, (features, depth) in enumerate(zip(data["features"], data["depth"], strict=True)):
         T = camera_pose(data["pose"][k])
         variance = observation_variance(depth, intrinsics, VarianceParams())
-        weights = project_compiled(
+        weights = project(
             depth,
             variance,
             intrinsics=intrinsics,
@@ -50,22 +50,22 @@ def fused(data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype) -> t
         )
         kernel = blur_kernel(
             weights.cells,
-            camera_xy_m=(float(T[0, 3]), float(T[1, 3])),
+            camera_xy_m=T[:2, 3],
             params=MapParams(depth_factor=0.01, blur_half_width_cells=half_width),
         )
-        place = tuple(kernel.cells.numpy().T + CELLS // 2)
+        place = tuple(kernel.cells.T + CELLS // 2)
         new = slots[place] < 0
-        slots[tuple(axis[new] for axis in place)] = store.add(kernel.cells.numpy()[new])
+        slots[tuple(axis[new] for axis in place)] = store.add(kernel.cells[new])
         patches = torch.from_numpy(features.reshape(32, 64).T.copy())
         store.fuse(
             slots[place],
-            blurred(kernel, cell_features(weights, patches)),
-            blurred(kernel, weights.confidence),
+            kernel.rows.times(weights.rows.times(patches)),
+            kernel.confidence(weights.confidence),
             revision=k,
         )
     place = tuple(store.cells.T + CELLS // 2)
     confidence = np.zeros((CELLS, CELLS), np.float32)
-    confidence[place] = store.confidence.numpy()
+    confidence[place] = store.confidence
     dense = np.zeros((CELLS, CELLS, 32), np.float32)
     dense[place] = store.features(np.arange(store.count)).numpy()
     return confidence, dense

@@ -1,4 +1,4 @@
-"""Projection, compiled and in torch, against the upsampled image; the cloud of points."""
+"""Projection against the upsampled image; the cloud of points."""
 
 from __future__ import annotations
 
@@ -8,17 +8,11 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper import jit
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.projection import (
-    CellWeights,
-    cell_features,
-    project,
-    project_compiled,
-)
+from onemap_mapper.frame.projection import CellWeights, project
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, unproject, unproject_to_map
-from onemap_shared.geometry import F32, F64, Bool, camera_mount, pose_2d, transform
+from onemap_shared.geometry import F32, F64, Bool, transform
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
@@ -29,8 +23,9 @@ SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 def projected(
     depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: MapParams
 ) -> CellWeights:
-    cloud = PointCloud.of(torch.from_numpy(depth_m), intrinsics=SMALL, T_map_camera=T)
-    return project(cloud, torch.from_numpy(variance), patch_shape=shape, params=limits)
+    return project(
+        depth_m, variance, intrinsics=SMALL, T_map_camera=T, patch_shape=shape, params=limits
+    )
 
 
 def on_a_border(depth_m: F32, T: F64) -> Bool:
@@ -51,12 +46,12 @@ def test_agrees_with_the_upsampled_image(seed: int, h: int, w: int) -> None:
     variance[rng.random(depth.shape) < 0.1] = np.inf
     features = rng.normal(size=(h, w, 3)).astype(np.float32)
     weights = projected(depth, variance, T, (h, w), EVERYTHING)
-    fast = cell_features(weights, torch.from_numpy(features.reshape(h * w, 3))).numpy()
+    fast = weights.rows.times(torch.from_numpy(features.reshape(h * w, 3))).numpy()
     cells = slow.projected(
         features, depth, variance, intrinsics=SMALL, T_map_camera=T, cell_size_m=0.1
     )
     assert {tuple(cell) for cell in weights.cells.tolist()} == set(cells)
-    expected, confidence = slow.table(cells, weights.cells.numpy())
+    expected, confidence = slow.table(cells, weights.cells)
     np.testing.assert_allclose(fast, expected, atol=2e-5)
     np.testing.assert_allclose(weights.confidence, confidence, rtol=1e-5)
 
@@ -77,72 +72,12 @@ def test_range_and_height_limit_the_pixels() -> None:
     assert 0 < len(low.cells) < len(everything.cells)
 
 
-CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
-LIMITS = MapParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
-
-
-def both(
-    depth_m: F32,
-    variance: F32,
-    T_map_camera: F64,
-    patch_shape: tuple[int, int],
-    params: MapParams = LIMITS,
-) -> tuple[CellWeights, CellWeights]:
-    """Weights by the compiled functions, and by torch."""
-    depth, unsure = torch.from_numpy(depth_m), torch.from_numpy(variance)
-    cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T_map_camera)
-    expected = project(cloud, unsure, patch_shape=patch_shape, params=params)
-    found = project_compiled(
-        depth_m,
-        variance,
-        intrinsics=CAMERA,
-        T_map_camera=T_map_camera,
-        patch_shape=patch_shape,
-        params=params,
-    )
-    return found, expected
-
-
-def assert_alike(found: CellWeights, expected: CellWeights, patches: int) -> None:
-    """The same cells, in the same order, with equal rows."""
-    assert torch.equal(found.cells, expected.cells)
-    torch.testing.assert_close(found.confidence, expected.confidence, rtol=1e-5, atol=0)
-    rows = [cell_features(weights, torch.eye(patches)) for weights in (found, expected)]
-    torch.testing.assert_close(*rows, rtol=0, atol=2e-6)
-
-
-def image(rng: np.random.Generator, *, empty: float) -> tuple[F32, F32]:
-    """Depth (11, 13) in steps of a millimetre, and variance, with holes in both."""
-    depth = (rng.integers(300, 5000, (11, 13)) / np.float32(1000)).astype(np.float32)
-    depth[rng.random(depth.shape) < empty] = 0
-    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
-    variance[rng.random(depth.shape) < 0.1] = np.inf
-    return depth, variance
-
-
-@given(
-    seed=st.integers(0, 2**16),
-    h=st.integers(1, 14),
-    w=st.integers(1, 15),
-    far_m=st.sampled_from([0.0, 10_000.0]),
-)
-@settings(max_examples=30, deadline=None)
-def test_agrees_with_torch_to_the_last_cell(seed: int, h: int, w: int, far_m: float) -> None:
-    """Pixels on cell borders too, 10 km from the origin, and with pitch and roll."""
-    rng = np.random.default_rng(seed)
-    x, y, yaw = rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-3, 3)
-    T = pose_2d(far_m + x, y - far_m, yaw) @ camera_mount(0.0, 1.0, rng.uniform(-0.5, 0.8))
-    T = scenes.rolled(T, rng.uniform(-0.4, 0.4))
-    depth, variance = image(rng, empty=rng.choice([0.0, 0.2, 0.95, 1.0]))
-    assert_alike(*both(depth, variance, T, (h, w)), patches=h * w)
-
-
 def test_more_entries_than_were_reserved() -> None:
     """Every pixel in a cell of its own."""
     side = 120
     camera = Intrinsics(10.0, 10.0, side / 2, side / 2)
     depth, variance = np.full((2, side, side), 2.0, np.float32)
-    weights = project_compiled(
+    weights = project(
         depth,
         variance,
         intrinsics=camera,
@@ -151,23 +86,19 @@ def test_more_entries_than_were_reserved() -> None:
         params=MapParams(max_feature_height_m=100.0),
     )
     assert len(weights.cells) == side * side
-    torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
+    np.testing.assert_allclose(weights.confidence, 0.5, rtol=1e-6)
 
 
 T = scenes.pose(1.0, -2.0, 0.7)
 DEPTH_M = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("stride", [1, 2, 3])
-def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(
-    stride: int, compiled: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(jit, "AVAILABLE", compiled)
+def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(stride: int) -> None:
     depth_m = DEPTH_M * (DEPTH_M > 1)  # with pixels without return
-    thin = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride)
-    whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride, stride)
-    expected = unproject_to_map(depth_m, CAMERA, T)[::stride, ::stride]
+    thin = PointCloud.of(depth_m, intrinsics=SMALL, T_map_camera=T, stride=stride)
+    whole = PointCloud.of(depth_m, intrinsics=SMALL, T_map_camera=T).strided(stride)
+    expected = unproject_to_map(depth_m, SMALL, T)[::stride, ::stride]
     for cloud in (thin, whole):
         np.testing.assert_array_equal(cloud.depth_m, depth_m[::stride, ::stride])
-        np.testing.assert_array_equal(torch.stack(cloud.planes[1:], dim=-1), expected)
+        np.testing.assert_array_equal(np.stack(cloud.planes[1:], axis=-1), expected)

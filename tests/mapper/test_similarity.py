@@ -87,7 +87,7 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
     for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
         store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
-        store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
+        store.fuse(np.array(slots), features, np.ones(len(slots), np.float32), revision=revision)
         cached = cache.scores_of_all([query], store, revision)[0].scores
         everything = unit_cosines(store.features(np.arange(store.count)), all_concepts(query))
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
@@ -127,7 +127,7 @@ def test_texts_asked_together_score_as_one_by_one(seed: int, dtype: torch.dtype)
         store.add(np.zeros((3, 2), np.int64))
         some = np.flatnonzero(rng.random(store.count) < 0.7)
         features = torch.from_numpy(unit(rng, len(some), 8)).reshape(-1, 8)
-        store.fuse(some, features, torch.ones(len(some)), revision=revision)
+        store.fuse(some, features, np.ones(len(some), np.float32), revision=revision)
         asked = [queries[k] for k in rng.permutation(2)[: rng.integers(1, 3)]]
         found = together.scores_of_all(asked, store, revision)
         table = store.features(np.arange(store.count))
@@ -144,9 +144,9 @@ def test_products_are_those_of_the_whole_table(
     rng = np.random.default_rng(0)
     store = CellStore(8, device=CPU, dtype=dtype, compiled=compiled)
     slots = store.add(np.zeros((5000, 2), np.int64))
-    store.fuse(slots, torch.from_numpy(unit(rng, 5000, 8)), torch.ones(5000), revision=1)
+    store.fuse(slots, torch.from_numpy(unit(rng, 5000, 8)), np.ones(5000, np.float32), revision=1)
     vectors = torch.from_numpy(unit(rng, texts, 8))
-    for chosen in (each.numpy() for each in (slots, slots[::7], slots[4000:4200])):
+    for chosen in (slots, slots[::7], slots[4000:4200]):
         expected = vectors @ store.features(chosen).T
         torch.testing.assert_close(store.products(chosen, vectors), expected, rtol=0, atol=1e-6)
 
@@ -170,7 +170,7 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
     slots = store.add(np.zeros((5, 2), np.int64))
-    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
+    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), np.ones(5, np.float32), revision=1)
     one, two = (text_query(embeddings(rng, 3), 0, CPU) for _ in range(2))
     cache.scores_of_all([one], store, 1)
     fresh = scores(store.features(slots), two)
@@ -183,7 +183,7 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
     slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
-    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
+    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=1)
     reply = embeddings(rng, 40)
     read = reads(monkeypatch)
     for text in range(2):
@@ -207,7 +207,7 @@ def test_words_that_do_not_compete_are_taken_out_of_the_sum(seed: int, temperatu
     mask[0, 0] = mask[1, 1] = mask[1, 2] = 0
     features = np.concatenate([unit(rng, 5, 8), reply.neutral, reply.neutral[:3] + 1e-3])
     slots = store.add(np.zeros((len(features), 2), np.int64))
-    store.fuse(slots, torch.from_numpy(features), torch.ones(len(features)), revision=1)
+    store.fuse(slots, torch.from_numpy(features), np.ones(len(features), np.float32), revision=1)
     reply = replace(reply, embeddings=text.numpy().copy(), neutral_mask=mask)
     queries = [text_query(reply, k, CPU) for k in range(2)]
     for query, found in zip(queries, cache.scores_of_all(queries, store, 1), strict=True):
@@ -225,7 +225,9 @@ def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPa
     for revision in range(1, 40):
         seen = np.arange(revision, revision + 6)
         store.add(np.zeros((revision + 6 - store.count, 2), np.int64))
-        store.fuse(seen, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=revision)
+        store.fuse(
+            seen, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=revision
+        )
         slots = cache.settled(store, revision, 2)
         cache.warm(store.copied(slots), slots)
     read = reads(monkeypatch)
@@ -247,7 +249,10 @@ def test_a_floor_is_fitted_to_the_map_and_again_when_it_has_grown() -> None:
         return float(np.quantile(np.sort(shares, axis=0)[-3:].mean(axis=0), 0.95))
 
     def fuse(features: F32, revision: int) -> float:
-        slots, sure = store.add(np.zeros((len(features), 2), np.int64)), torch.ones(len(features))
+        slots, sure = (
+            store.add(np.zeros((len(features), 2), np.int64)),
+            np.ones(len(features), np.float32),
+        )
         store.fuse(slots, torch.from_numpy(features), sure, revision=revision)
         return cache.floor(query, store, revision)
 

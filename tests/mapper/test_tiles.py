@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.belief import view_log
-from onemap_mapper.belief.tiles import SIDE, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.tiles import NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import camera_mount, pose_2d
@@ -20,17 +19,16 @@ CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_
 
 @given(st.lists(CELLS, min_size=1, max_size=4))
 def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) -> None:
-    index, by_torch = TileIndex(MapParams()), TileIndex(MapParams(compiled=False))
+    index = TileIndex(MapParams())
     known: dict[Cell, int] = {}
     for batch in batches:
         cells = np.array(batch)
-        index.allocate(torch.from_numpy(cells))
-        rows = index.rows(cells)
-        assert torch.equal(index.rows_on_device(torch.from_numpy(cells)), torch.from_numpy(rows))
-        by_torch.allocate(torch.from_numpy(cells))
-        around = np.concatenate([cells - 70, cells, cells + 70])
-        np.testing.assert_array_equal(index.rows(around), by_torch.rows(around))
+        rows = index.allocate(cells)
+        np.testing.assert_array_equal(index.rows(cells), rows)
         np.testing.assert_array_equal(index.cells(rows), cells)
+        known_tiles = {tuple(tile) for tile in index.places()}
+        for cell in np.concatenate([cells - 70, cells + 70]):
+            assert (index.rows(cell[None])[0] == NO_ROW) != (tuple(cell // SIDE) in known_tiles)
         for cell, row in zip(batch, rows.tolist(), strict=True):
             assert known.setdefault(cell, row) == row
     assert len(set(known.values())) == len(known)
@@ -39,12 +37,12 @@ def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) ->
 
 @given(CELLS)
 def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
-    index, layer = TileIndex(MapParams()), TileLayer(torch.int32, -7)
+    index, layer = TileIndex(MapParams()), TileLayer(np.int32, -7)
     cells = np.unique(np.array(batch), axis=0)
-    index.allocate(torch.from_numpy(cells))
+    index.allocate(cells)
     layer.grow(index.count)
-    layer.values[index.rows(cells)] = torch.arange(len(cells), dtype=torch.int32)
-    dense = index.to_dense(layer.values.numpy(), -7)
+    layer.values[index.rows(cells)] = np.arange(len(cells))
+    dense = index.to_dense(layer.values, -7)
     assert dense.shape == index.grid.shape
     expected = np.full(dense.shape, -7)
     for number, cell in enumerate(cells):
@@ -54,10 +52,10 @@ def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
 
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
     index = TileIndex(MapParams(max_extent_m=50.0))
-    index.allocate(torch.tensor([[0, 0]]))
+    index.allocate(np.array([[0, 0]]))
     before = index.grid
     with pytest.raises(MapTooLarge, match="pose jump"):
-        index.allocate(torch.tensor([[1000, 0]]))
+        index.allocate(np.array([[1000, 0]]))
     assert index.grid == before
     assert index.count == 1
 
@@ -76,8 +74,8 @@ def record(
     log: ViewLog, x_m: float, confidence: list[float], stamp_ns: int, yaw_rad: float = 0.5
 ) -> None:
     log.record(
-        torch.from_numpy(ROWS),
-        torch.tensor(confidence),
+        ROWS,
+        np.array(confidence, np.float32),
         T_map_camera=pose_2d(x_m, 2.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.2),
         stamp_ns=stamp_ns,
     )

@@ -26,9 +26,8 @@ class MapperConfig(Params):
     device: str = Field(
         default="auto",
         pattern=r"^(auto|cpu|cuda(:\d+)?)$",
-        description="Where the map lives and frames are fused: cpu, cuda, or auto for the GPU if "
-        "torch can use one. One frame takes a few ms on two CPU cores; cuda frees them on a "
-        "Jetson.",
+        description="Where features live, are fused and compared with texts: cpu, cuda, or auto "
+        "for the GPU if torch can use one. All else of a frame is computed on the CPU.",
     )
     cell_size_m: float = Field(
         default=0.1, ge=0.05, le=1, description="m; the paper's 10 cells per metre."

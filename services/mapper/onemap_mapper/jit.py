@@ -1,4 +1,4 @@
-"""Compile numeric functions with numba, where it is installed and works.
+"""Compile numeric functions with numba.
 
 The machine code is kept on disk, so that only the first start on a machine compiles: in
 NUMBA_CACHE_DIR if that is set, else in __pycache__ beside the source, else in the user's cache
@@ -14,42 +14,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-import torch
+import numba
+from numba.core import event
 
-try:
-    import numba
-    from numba.core import event
-
-    MISSING = ""
-except ImportError as problem:  # not installed, or not made for this numpy
-    numba = None
-    MISSING = str(problem)
-
-AVAILABLE = numba is not None
 F = TypeVar("F", bound=Callable[..., Any])
-
-
-def usable(*, wanted: bool, device: torch.device) -> bool:
-    """Whether compiled functions are to be used: wanted, installed, and the data on the CPU."""
-    return wanted and AVAILABLE and device.type == "cpu"
-
-
-def described() -> str:
-    """Whether loops are compiled, for the log."""
-    if MISSING:
-        return f"loops are not compiled, frames take longer: {MISSING}; pip install numba"
-    return "loops are compiled with numba"
 
 
 @contextmanager
 def on_compilation(announce: Callable[[str], None]) -> Iterator[None]:
     """Say once in one sentence that functions are compiled, when the first of them is.
 
-    Not called where all code is loaded from disk, or numba is missing.
+    Not called where all code is loaded from disk.
     """
-    if numba is None:
-        yield
-        return
     announced = False
 
     class First(event.Listener):  # type: ignore[misc]
@@ -76,7 +52,7 @@ def _announcement(folder: str | None) -> str:
 
 
 def compiled(function: F) -> F:
-    """The function, compiled at its first call; as it is where numba is missing.
+    """The function, compiled at its first call.
 
     Arithmetic keeps its order, so that results do not depend on the processor; the interpreter's
     lock is released meanwhile.
@@ -90,8 +66,6 @@ def compiled_fast(function: F) -> F:
 
 
 def _compile(function: F, *, fastmath: bool | set[str]) -> F:
-    if numba is None:
-        return function
     options = {"nogil": True, "fastmath": fastmath, "error_model": "numpy"}
     try:
         made: F = numba.njit(cache=True, **options)(function)

@@ -20,7 +20,8 @@ class MapParams:
     """The numbers of one map; lengths in metres, heights above z = 0."""
 
     device: str = "cpu"
-    compiled: bool = True  # loops over pixels and cells, where numba is installed and device is cpu
+    # Whether features on the CPU are fused and read by compiled loops; else by torch, as on a GPU.
+    compiled: bool = True
     cell_size_m: float = 0.1  # the paper's 10 cells per metre
     # Side of the largest map, and how far from the origin it may begin: a pose that jumps further
     # is refused, instead of a grid that fills the memory.

@@ -117,11 +117,7 @@ def prepare(config: MapperConfig, start: StartReport) -> None:
 
         with jit.on_compilation(announce):
             warm_up(config.map)
-    LOG.info(
-        "%s; the first frame was prepared in %.1f s",
-        jit.described(),
-        time.monotonic() - started_s,
-    )
+    LOG.info("the first frame was prepared in %.1f s", time.monotonic() - started_s)
 
 
 if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it

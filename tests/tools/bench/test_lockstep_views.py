@@ -103,8 +103,8 @@ class World:
                 evidence = np.zeros((len(rows), self.belief.params.levels + 1), np.int8)
                 evidence[:, 0] = self.rng.integers(-3, 13, len(rows))
                 clear, cells = self.rng.random(len(rows)) < 0.5, self.belief.tiles.cells(rows)
-                frame = OccupancyUpdate.of_arrays(cells, evidence, clear, np.zeros_like(clear))
-                self.belief.fuse_occupancy(frame, torch.from_numpy(rows))
+                frame = OccupancyUpdate(cells, evidence, clear, np.zeros_like(clear))
+                self.belief.fuse_occupancy(frame, rows)
             case "reset":
                 self.belief.reset_searched()
             case "clear":
@@ -119,7 +119,7 @@ class World:
 
     def put_in(self) -> None:
         cells = np.unique(self.rng.integers(-90, 90, (int(self.rng.integers(1, 60)), 2)), axis=0)
-        c = torch.full((len(cells),), float(self.rng.integers(1, 4)), dtype=torch.float64)
+        c = np.full(len(cells), float(self.rng.integers(1, 4)))
         heights = np.zeros((len(cells), LEVELS), np.float32)
         features = torch.from_numpy(unit_rows(self.rng, len(cells)))
         if self.belief.dimension == 0:

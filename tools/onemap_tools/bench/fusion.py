@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_mapper import jit
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.camera_check import diagnosis_due
 from onemap_mapper.frame.update import compute_update
@@ -43,7 +42,7 @@ def run(options: FusionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "image": f"{SIZE[1]}x{SIZE[0]}",
         "features": "x".join(str(n) for n in PATCHES),
         "blur_cells": 2 * options.blur + 1,
-        "compiled": jit.usable(wanted=params.compiled, device=device),
+        "compiled": params.compiled and device.type == "cpu",
         **spread_ms(observe_ms + absorb_ms),
         **spread_ms(cpu_ms, "cpu_"),
         **spread_ms(observe_ms, "observe_"),

@@ -58,8 +58,8 @@ class FusionBench(Options):
     with 24 x 24 x 768 features. The variance is perception's work and the
     decoding the bus's; both are done beforehand. The room is simulated, the
     features are random. cpu_p50_ms and cpu_min_ms are the processor time of a
-    frame, which other processes disturb less. With --device cuda the frame is
-    computed on the GPU; all other times are of the clock, read when the GPU is done.
+    frame, which other processes disturb less. With --device cuda features are
+    fused on the GPU; all other times are of the clock, read when the GPU is done.
     """
 
     module = "fusion"
@@ -68,7 +68,7 @@ class FusionBench(Options):
     device: Device = "cpu"
     threads: Threads = 1
     blur: Annotated[int, Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3
-    compiled: Annotated[bool, Option(help="Compiled loops, on the CPU.")] = True
+    compiled: Annotated[bool, Option(help="Fuse by loops on the CPU; else by torch.")] = True
     seed: Seed = 0
 
 

@@ -80,7 +80,7 @@ def map_of(cells: int, params: MapParams, seed: int) -> BeliefMap:
     generator = torch.Generator().manual_seed(seed)
     for first in range(0, cells, 4096):
         some = where[first : first + 4096]
-        ones = torch.ones(len(some), dtype=torch.float64)
+        ones = np.ones(len(some))
         heights = np.zeros((len(some), LEVELS), np.float32)
         features = _unit(len(some), generator)
         belief.put_in(FeatureShare(some, features, ones, ones, heights))
@@ -185,7 +185,7 @@ def _standing_ms(
     cache, store = ScoreCache(), belief.store
     cache.updated(texts, store, belief.revision)
     features = _unit(FRAME_CELLS, generator).to(store.device)
-    ones, times = features.new_ones(FRAME_CELLS), []
+    ones, times = np.ones(FRAME_CELLS, np.float32), []
     for revision in range(belief.revision + 1, belief.revision + 7):
         store.fuse(np.arange(FRAME_CELLS), features, ones, revision=revision)
         started = clock()

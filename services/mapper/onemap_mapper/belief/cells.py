@@ -5,9 +5,8 @@ by their variance, the released code and this module by its inverse: certain obs
 more. The result is the confidence-weighted mean of all observations, in whatever order they come.
 
 Cells are packed in order of first observation ("slots"), so memory is proportional to the observed
-area. Features lie in blocks, so that growing never copies them. All that is kept of a slot is on
-the device of the map, so that a frame, which is computed there, brings nothing back. Slots are
-given as numbers on the host or the device.
+area. Features lie in blocks, so that growing never copies them, on the device of the map; all else
+that is kept of a slot is on the host. Of a frame, its slots and gains are sent to the features.
 """
 
 from __future__ import annotations
@@ -16,13 +15,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper import jit
 from onemap_mapper.belief.features import (
     FeatureTable,
     fuse_half_rows,
@@ -33,19 +30,20 @@ from onemap_mapper.belief.features import (
 from onemap_mapper.belief.view_log import ONE_VIEW, Views
 from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.heights import LEVELS
-from onemap_mapper.transfers import Index, to_device, to_host
+from onemap_mapper.transfers import to_device
 from onemap_shared.geometry import F32, F64, I64
 
 TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
 
 
-def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
-    """K = c_new / (c + c_new), (n,) float32 in [0, 1], of confidences (n,); 0 where both are 0.
+def gain(confidence: F64, confidence_new: F64) -> F32:
+    """K = c_new / (c + c_new), (n,) in [0, 1], of confidences (n,); 0 where both are 0.
 
     Eq. bayes1 in inverse-variance form; c + c_new is Eq. bayes3.
     """
-    total = confidence + confidence_new
-    return confidence_new / total.clamp(min=TINY)
+    total = np.maximum(confidence + confidence_new, TINY)
+    K: F32 = (confidence_new / total).astype(np.float32)
+    return K
 
 
 def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
@@ -72,7 +70,7 @@ def fuse_slots(
     most: float,
     revision: int,
 ) -> tuple[F32, I64]:
-    """Fuse all of an observation but its features, as ``CellStore.fuse`` does in torch.
+    """Fuse all of an observation but its features.
 
     held: confidences (rows, slots), heights, and when slots and groups of them changed; frame:
     distinct slots (n,), confidence (n,), heights (n, LEVELS), or (0, LEVELS): not known; counts_for
@@ -97,11 +95,6 @@ def fuse_slots(
     return K, seed
 
 
-def _arrays(tensors: tuple[Tensor, ...]) -> Any:
-    """Tensors of the host as contiguous arrays, for compiled code; held ones share their memory."""
-    return tuple(tensor.contiguous().numpy() for tensor in tensors)
-
-
 @dataclass(frozen=True, slots=True)
 class FeatureShare:
     """What some frames contribute to cells, on the host.
@@ -113,16 +106,15 @@ class FeatureShare:
 
     cells: I64
     features: Tensor
-    confidence: Tensor
-    explored: Tensor
+    confidence: F64
+    explored: F64
     heights: F32
 
 
 class CellStore:
-    """The slots of one map; the device, and the dtype of the features, are fixed at construction.
+    """The slots of one map; the device and dtype of the features are fixed at construction.
 
-    It has two kinds of readers: those that ask for arrays on the host (``cells``), and those that
-    compute on the device.
+    compiled: whether features on the CPU are fused and read by compiled loops.
     """
 
     def __init__(
@@ -137,21 +129,22 @@ class CellStore:
         self.dimension = dimension
         self.count = 0
         self.max_prior = max_prior  # what was known counts for at most, when frames are fused
-        self._compiled = jit.usable(wanted=compiled, device=device)
-        self.device, self._device, self._dtype = device, device, dtype
+        self._compiled = compiled and device.type == "cpu"
+        self.device, self._dtype = device, dtype
         self._blocks: list[Tensor] = []
         # Rows: c, that of keyframes since the reset, that of all keyframes; from the fourth on, the
         # second for a further robot each, once it has one. In float64: sums of many small ones.
-        self._confidence = torch.zeros((3, 0), dtype=torch.float64, device=device)
-        self._cells = torch.zeros((0, 2), dtype=torch.int64, device=device)
-        self._changed_at = self._cells.new_zeros(0)
-        self._group_changed_at = self._cells.new_zeros(0)  # the newest of each group of slots
-        self._heights = torch.zeros((0, LEVELS), device=device)  # shares by level
+        self._confidence = np.zeros((3, 0))
+        self._cells = np.zeros((0, 2), np.int64)
+        self._changed_at = np.zeros(0, np.int64)
+        self._group_changed_at = np.zeros(0, np.int64)  # the newest of each group of slots
+        self._heights = np.zeros((0, LEVELS), np.float32)  # shares by level
 
     @property
     def nbytes(self) -> int:
         per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
-        return sum(held.nbytes for held in (*self._blocks, *per_slot, self._heights))
+        held = sum(array.nbytes for array in (*per_slot, self._heights))
+        return held + sum(block.nbytes for block in self._blocks)
 
     @property
     def blocks(self) -> tuple[Tensor, ...]:
@@ -160,174 +153,148 @@ class CellStore:
 
     @property
     def cells(self) -> I64:
-        """World cells (count, 2) of the slots, on the host; not to be written."""
-        cells: I64 = to_host(self._cells[: self.count])
-        return cells
+        """World cells (count, 2) of the slots; not to be written."""
+        return self._cells[: self.count]
 
     @property
-    def changed_at(self) -> Tensor:
-        """Map revision (count,) int64 at which each slot's feature last changed."""
+    def changed_at(self) -> I64:
+        """Map revision (count,) at which each slot's feature last changed; not to be written."""
         return self._changed_at[: self.count]
 
     def changed_since(self, revision: int, kept: int) -> I64:
         """As ``FeatureTable.changed_since``; takes the time of what changed, not of the map."""
         kept = min(kept, self.count)
-        groups = torch.nonzero(self._group_changed_at > revision)
-        slots = (groups * GROUP + torch.arange(GROUP, device=self._device)).flatten()
+        groups = np.flatnonzero(self._group_changed_at > revision)
+        slots = (groups[:, None] * GROUP + np.arange(GROUP)).ravel()
         slots = slots[slots < kept]
-        changed = to_host(slots[self._changed_at[slots] > revision])
+        changed = slots[self._changed_at[slots] > revision]
         return np.concatenate([changed, np.arange(kept, self.count)])
 
     @property
-    def confidence(self) -> Tensor:
-        """c = 1 / sigma^2 (count,) float32 > 0, on the device as all confidences."""
-        return self._confidence[0, : self.count].float()
+    def confidence(self) -> F32:
+        """c = 1 / sigma^2 (count,) > 0."""
+        return self._confidence[0, : self.count].astype(np.float32)
 
     @property
-    def searched_confidence(self) -> Tensor:
-        """1 / sigma_E^2 (count,) float32 >= 0, of keyframes since the last reset."""
-        return self._confidence[1, : self.count].float()
+    def searched_confidence(self) -> F32:
+        """1 / sigma_E^2 (count,) >= 0, of keyframes since the last reset."""
+        return self._confidence[SEARCHED, : self.count].astype(np.float32)
 
     @property
-    def explored_confidence(self) -> Tensor:
-        """c (count,) float32 >= 0 of keyframes only."""
-        return self._confidence[2, : self.count].float()
+    def explored_confidence(self) -> F32:
+        """c (count,) >= 0 of keyframes only."""
+        return self._confidence[EXPLORED, : self.count].astype(np.float32)
 
-    def confidences(self, part: slice | Tensor) -> Tensor:
-        """The confidences (3 + further robots, k) float32 of these slots, as above."""
-        return self._confidence[:, part].float()
+    def confidences(self, part: slice | I64) -> F32:
+        """The confidences (3 + further robots, k) of these slots, as above."""
+        confidences: F32 = self._confidence[:, part].astype(np.float32)
+        return confidences
 
     @property
-    def all_heights(self) -> Tensor:
+    def heights(self) -> F32:
         """Shares (count, LEVELS) of height of all slots; not to be written."""
         return self._heights[: self.count]
 
-    def heights(self, slots: Tensor | slice) -> Tensor:
-        """Shares (n, LEVELS) float32 of height of these slots, a copy."""
-        return self._heights[slots].clone()
-
-    def add(self, cells: Index) -> Tensor:
+    def add(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
         first, self.count = self.count, self.count + len(cells)
         while len(self._blocks) * BLOCK < self.count:
             shape = (BLOCK, self.dimension)
-            self._blocks.append(torch.zeros(shape, device=self._device, dtype=self._dtype))
+            self._blocks.append(torch.zeros(shape, device=self.device, dtype=self._dtype))
         if self.count > len(self._cells):
             self._reserve(max(len(self._blocks) * BLOCK, int(len(self._cells) * RESERVE)))
-        self._cells[first : self.count] = to_device(cells, self._device)
-        return torch.arange(first, self.count, device=self._device)
+        self._cells[first : self.count] = cells
+        return np.arange(first, self.count)
 
     def _reserve(self, slots: int) -> None:
         extra, groups = slots - len(self._cells), -(-slots // GROUP) - len(self._group_changed_at)
-        self._cells = torch.cat([self._cells, self._cells.new_zeros((extra, 2))])
-        self._changed_at = torch.cat([self._changed_at, self._changed_at.new_zeros(extra)])
-        older = self._group_changed_at
-        self._group_changed_at = torch.cat([older, older.new_zeros(groups)])
-        grown = self._confidence.new_zeros((len(self._confidence), extra))
-        self._confidence = torch.cat([self._confidence, grown], dim=1)
-        self._heights = torch.cat([self._heights, self._heights.new_zeros((extra, LEVELS))])
+        self._cells = np.pad(self._cells, ((0, extra), (0, 0)))
+        self._changed_at = np.pad(self._changed_at, (0, extra))
+        self._group_changed_at = np.pad(self._group_changed_at, (0, groups))
+        self._confidence = np.pad(self._confidence, ((0, 0), (0, extra)))
+        self._heights = np.pad(self._heights, ((0, extra), (0, 0)))
 
     def fuse(
         self,
-        slots: Index,
+        slots: I64,
         features: Tensor,
-        confidence: Tensor,
+        confidence: F32,
         *,
         revision: int,
         views: Views = ONE_VIEW,
-        heights: Tensor | None = None,
+        heights: F32 | None = None,
     ) -> None:
-        """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots.
+        """Fuse an observation, confidence (n,) and, on the device, features (n, D) float32, into
+        distinct slots.
 
-        The arrays are on the device. views: how often it counts for searched and explored; heights
-        (n, LEVELS): its shares of height, None if they are not known.
+        views: how often it counts for searched and explored; heights (n, LEVELS): its shares of
+        height, None if they are not known.
         """
-        slots = to_device(slots, self._device)
         searched = self._searched_row(views.robot)
-        counts_for = ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored))
-        if self._compiled:
-            by_row = np.zeros(len(self._confidence), np.float32)
-            by_row[[row for row, _ in counts_for]] = [times for _, times in counts_for]
-            held = self._confidence, self._heights, self._changed_at, self._group_changed_at
-            shares = self._heights[:0] if heights is None else heights
-            frame = slots, confidence, shares
-            K, seed = map(
-                torch.from_numpy,
-                fuse_slots(_arrays(held), _arrays(frame), by_row, float(self.max_prior), revision),
-            )
-            self._move(slots, features, K, seed)
-            return
-        before = self._confidence[0, slots]
-        K = gain(before.clamp(max=self.max_prior), confidence).float()
-        self._move(slots, features, K, seeds(before))
-        if heights is not None:
-            self._move_heights(slots, heights, K)
-        for row, times in counts_for:
-            if times > 0:
-                self._confidence[row, slots] += times * confidence
-        self._set_changed(slots, revision)
+        counts_for = np.zeros(len(self._confidence), np.float32)
+        counts_for[[0, searched, EXPLORED]] = 1.0, views.searched, views.explored
+        held = self._confidence, self._heights, self._changed_at, self._group_changed_at
+        frame = slots, confidence, self._heights[:0] if heights is None else heights
+        K, seed = fuse_slots(held, frame, counts_for, float(self.max_prior), revision)
+        self._move(slots, features, K, seed)
 
-    def _move(self, slots: Tensor, features: Tensor, K: Tensor, seed: Tensor) -> None:
-        """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
+    def _move(self, slots: I64, features: Tensor, K: F32, seed: I64) -> None:
+        """Move the features of distinct slots by gains K (n,) towards features (n, D)."""
         half = self._dtype == torch.float16
         if self._compiled:
-            at, *parts = _arrays((slots, features, K, seed))
-            for block in np.unique(at // BLOCK).tolist():
+            new = features.contiguous().numpy()
+            for block in np.unique(slots // BLOCK).tolist():
                 if half:
                     bits = self._blocks[block].view(torch.int16).numpy().view(np.uint16)
-                    fuse_half_rows(bits, block * BLOCK, at, *parts)
+                    fuse_half_rows(bits, block * BLOCK, slots, new, K, seed)
                 else:
-                    fuse_rows(self._blocks[block].numpy(), block * BLOCK, at, *parts[:2])
+                    fuse_rows(self._blocks[block].numpy(), block * BLOCK, slots, new, K)
             return
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            mean = fused(table[within].float(), features[chosen], K[chosen])
-            table[within] = rounded(mean, seed[chosen]) if half else mean
+            index, rows = to_device(chosen, self.device), to_device(within, self.device)
+            share = to_device(K[chosen], self.device)
+            mean = fused(table[rows].float(), features[index], share)
+            table[rows] = rounded(mean, to_device(seed[chosen], self.device)) if half else mean
 
-    def _move_heights(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
-        known = self._heights[slots]
-        self._heights[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
-
-    def put_in(self, slots: Index, share: FeatureShare, *, revision: int) -> None:
+    def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
-        slots = to_device(slots, self._device)
-        confidence, explored = (
-            part.to(self._device) for part in (share.confidence, share.explored)
-        )
         before = self._confidence[0, slots]
-        K = gain(before, confidence).float()
+        K = gain(before, share.confidence)
         for first in range(0, len(slots), BLOCK):  # a map in float32 would take twice its memory
             some = slice(first, first + BLOCK)
-            features = share.features[some].to(self._device).float()
+            features = share.features[some].to(self.device).float()
             self._move(slots[some], features, K[some], seeds(before[some]))
-        self._move_heights(slots, to_device(share.heights, self._device), K)
-        self._confidence[0, slots] += confidence
-        self._confidence[EXPLORED, slots] += explored
-        self._set_changed(slots, revision)
+        known = self._heights[slots]
+        self._heights[slots] = np.maximum(known + K[:, None] * (share.heights - known), 0)
+        self._confidence[0, slots] += share.confidence
+        self._confidence[EXPLORED, slots] += share.explored
+        self._changed_at[slots] = revision
+        self._group_changed_at[slots // GROUP] = revision
 
-    def features(self, slots: Index) -> Tensor:
+    def features(self, slots: I64) -> Tensor:
         """Features (n, D) float32 of these slots, a copy on the device."""
-        slots = to_device(slots, self._device)
-        gathered = torch.empty((len(slots), self.dimension), device=self._device)
+        gathered = torch.empty((len(slots), self.dimension), device=self.device)
         for block, chosen, within in self._by_block(slots):
-            gathered[chosen] = self._blocks[block][within].float()
+            rows = self._blocks[block][to_device(within, self.device)]
+            gathered[to_device(chosen, self.device)] = rows.float()
         return gathered
 
     def table(self) -> FeatureTable:
         """All features, not copied, with a copy of when they changed."""
-        return replace(self._shared_table(), changed_at=self.changed_at.clone())
+        return replace(self._shared_table(), changed_at=self.changed_at.copy())
 
     def copied(self, slots: I64) -> FeatureTable:
         """A copy of the features of ascending slots, as they are stored."""
-        rows = torch.empty((len(slots), self.dimension), device=self._device, dtype=self._dtype)
+        rows = torch.empty((len(slots), self.dimension), device=self.device, dtype=self._dtype)
         bounds = np.searchsorted(slots, np.arange(len(self._blocks) + 1) * BLOCK)
         for block, (start, end) in enumerate(pairwise(bounds.tolist())):
             if start == end:
                 continue
-            within = to_device(slots[start:end] - block * BLOCK, self._device)
+            within = to_device(slots[start:end] - block * BLOCK, self.device)
             torch.index_select(self._blocks[block], 0, within, out=rows[start:end])
-        changed_at = self._changed_at[to_device(slots, self._device)]
-        return FeatureTable((rows,), changed_at, self._device, self._compiled, slots, self.count)
+        changed_at = self._changed_at[slots]
+        return FeatureTable((rows,), changed_at, self.device, self._compiled, slots, self.count)
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
         """As ``FeatureTable.chunks``, for as long as nothing changes."""
@@ -339,41 +306,32 @@ class CellStore:
 
     def _shared_table(self) -> FeatureTable:
         """All features for as long as nothing changes."""
-        return FeatureTable(self.blocks, self.changed_at, self._device, self._compiled)
+        return FeatureTable(self.blocks, self.changed_at, self.device, self._compiled)
 
-    def doubt(self, slots: Tensor, most: float) -> None:
+    def doubt(self, slots: I64, most: float) -> None:
         """Let what is known of slots count for ``most`` at most from now on."""
-        self._confidence[0, slots] = self._confidence[0, slots].clamp(max=most)
+        self._confidence[0, slots] = np.minimum(self._confidence[0, slots], most)
 
     def reset_searched(self, robot: int = 0) -> None:
         """Set sigma_E of a robot to infinity in all slots; features and their confidence stay."""
         row = self._searched_row(robot)
         self._confidence[row] = 0.0
 
-    def set_confidence(self, row: int, confidence: Tensor) -> None:
+    def set_confidence(self, row: int, confidence: F32) -> None:
         """Set a row (count,) of the confidences, ``SEARCHED`` or ``EXPLORED``, as of a file."""
-        self._confidence[row, : self.count] = confidence.to(self._device)
+        self._confidence[row, : self.count] = confidence
 
     def _searched_row(self, robot: int) -> int:
         """The row of 1 / sigma_E^2 of a robot, made where it has none yet."""
         row = searched_row(robot)
         missing = row + 1 - len(self._confidence)
         if missing > 0:
-            rows = self._confidence.new_zeros((missing, self._confidence.shape[1]))
-            self._confidence = torch.cat([self._confidence, rows])
+            self._confidence = np.pad(self._confidence, ((0, missing), (0, 0)))
         return row
 
-    def _set_changed(self, slots: Tensor, revision: int) -> None:
-        self._changed_at[slots] = revision
-        self._group_changed_at[slots // GROUP] = revision
-
-    def _by_block(self, slots: Tensor) -> Iterator[tuple[int, Tensor, Tensor]]:
-        """Per block with some of the slots: its number, their indices, their rows in the block.
-
-        The host learns which blocks there are, and how many slots lie in each.
-        """
+    def _by_block(self, slots: I64) -> Iterator[tuple[int, I64, I64]]:
+        """Per block with some of the slots: its number, their indices, their rows in the block."""
         owner = slots // BLOCK
-        blocks, counts = to_host(torch.stack(torch.unique(owner, return_counts=True))).tolist()
-        order = torch.argsort(owner, stable=True)
-        for block, chosen in zip(blocks, order.split_with_sizes(counts), strict=True):
+        for block in np.unique(owner).tolist():
+            chosen = np.flatnonzero(owner == block)
             yield block, chosen, slots[chosen] - block * BLOCK

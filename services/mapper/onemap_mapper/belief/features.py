@@ -24,8 +24,8 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.jit import compiled, compiled_fast
-from onemap_mapper.transfers import to_device, to_host
-from onemap_shared.geometry import F32, I64, U16
+from onemap_mapper.transfers import to_device
+from onemap_shared.geometry import F32, F64, I64, U16
 
 GREATEST = np.finfo(np.float32).max
 CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
@@ -148,10 +148,10 @@ PER_CHANNEL = 0x9E3779B9  # odd, so that all channels differ
 FIRST, SECOND = 0x7FEB352D, 0x846CA68B
 
 
-def seeds(confidence: Tensor) -> Tensor:
-    """A number (n,) int64 in 32 bits for each confidence (n,) float64."""
-    bits = confidence.contiguous().view(torch.int64)
-    mixed: Tensor = (bits ^ (bits >> 32)) & LOW_32
+def seeds(confidence: F64) -> I64:
+    """A number (n,) in 32 bits for each confidence (n,) float64."""
+    bits = confidence.view(np.int64)
+    mixed: I64 = (bits ^ (bits >> 32)) & LOW_32
     return mixed
 
 
@@ -181,13 +181,12 @@ class FeatureTable:
     """Features of a map's slots.
 
     blocks: tables of equally many rows (rows, D), float32 or float16, on ``device``; slots (n,)
-    ascending, those whose features the blocks hold, None: all; changed_at (n,) int64, on
-    ``device`` too, the map's revision at which the feature of each of them last changed; of: slots
-    of the map, if not all.
+    ascending, those whose features the blocks hold, None: all; changed_at (n,), the map's revision
+    at which the feature of each of them last changed; of: slots of the map, if not all.
     """
 
     blocks: tuple[Tensor, ...]
-    changed_at: Tensor
+    changed_at: I64
     device: torch.device
     compiled: bool
     slots: I64 | None = None
@@ -206,9 +205,8 @@ class FeatureTable:
         changed = self.changed_at > revision
         if self.slots is None:
             kept = min(kept, self.count)
-            older = to_host(torch.nonzero(changed[:kept]).squeeze(1))
-            return np.concatenate([older, np.arange(kept, self.count)])
-        return self.slots[to_host(changed) | (self.slots >= kept)]
+            return np.concatenate([np.flatnonzero(changed[:kept]), np.arange(kept, self.count)])
+        return self.slots[changed | (self.slots >= kept)]
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
         """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.
@@ -302,7 +300,7 @@ class SlotValues:
         return self._held[:, : self._count]
 
     def resize(self, count: int) -> None:
-        """Make it this many slots; a corrected map may have fewer than before."""
+        """Make it this many slots."""
         if count > self._held.shape[1]:
             reserved = int(count * RESERVE) if self._count else count
             held = self._held.new_zeros((len(self._held), reserved))

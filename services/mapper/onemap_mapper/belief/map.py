@@ -3,8 +3,8 @@
 ``frame.update.compute_update`` computes a frame's update without the map;
 ``BeliefMap.fuse`` fuses it. Only the frame's cells are written.
 
-All that is kept of a cell is on the device of the map, in layers by rows of its tiles and in the
-store by slots, and frames are fused there. The host knows which tiles there are.
+What is kept of a cell lies in layers by rows of the map's tiles, and in the store by slots; its
+feature is on the device of the map.
 """
 
 from __future__ import annotations
@@ -12,21 +12,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import torch
 from torch import Tensor
 
-from onemap_mapper import jit
 from onemap_mapper.belief.cells import CellStore, FeatureShare
 from onemap_mapper.belief.features import all_finite
-from onemap_mapper.belief.tiles import ChangeLog, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.tiles import NO_ROW, ChangeLog, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVersion
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.evidence import HIT, OccupancyLayers, OccupancyUpdate, cells_within
 from onemap_mapper.occupancy.offset import MIN_ON_FREE, REACH_CELLS, offset_cells
 from onemap_mapper.params import MapParams
-from onemap_mapper.transfers import Index, to_device, to_host
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, I64
 from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Occupancy
 
@@ -55,12 +52,11 @@ class BeliefMap:
         self.frames_fused = 0
         self.revision = first_revision
         self.store = self._new_store(0)
-        self._device = device = params.torch_device
-        self.tiles = TileIndex(params, device)
-        self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
-        self.occupancy = OccupancyLayers(params, device)
-        self.view_log = ViewLog(device, compiled=params.compiled)
-        self.changes = ChangeLog(device, compiled=params.compiled)
+        self.tiles = TileIndex(params)
+        self.slots = TileLayer(np.int32, NO_SLOT)
+        self.occupancy = OccupancyLayers(params)
+        self.view_log = ViewLog()
+        self.changes = ChangeLog()
 
     def history(self, robot: int = 0) -> FrameHistory:
         """What is remembered of a robot's frames."""
@@ -92,8 +88,8 @@ class BeliefMap:
         history = self.history(robot)
         free = self._assumed_free(update, history.start_m)
         parts = (update.cells, update.occupancy.cells, free)
-        rows, driving, floor = self.grow(torch.cat(parts)).split_with_sizes(
-            [len(part) for part in parts]
+        rows, driving, floor = np.split(
+            self.grow(np.concatenate(parts)), np.cumsum([len(part) for part in parts[:-1]])
         )
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
@@ -122,28 +118,21 @@ class BeliefMap:
         self.frames_fused += 1
         self.histories[robot] = history.after(update, views, offset_m)
 
-    def _offset_m(self, frame: OccupancyUpdate, rows: Tensor) -> float:
+    def _offset_m(self, frame: OccupancyUpdate, rows: I64) -> float:
         """How far beside the map what a frame shows stands, metres; 0 if it does not.
 
         rows (n,): those of its cells in the tiles.
         """
-        standing = (frame.evidence[:, :-1] >= HIT).any(dim=1)
-        on_free = standing & (self.occupancy.settled.values[rows] == int(Occupancy.FREE))
-        if int(on_free.sum()) < MIN_ON_FREE:
+        standing = (frame.evidence[:, :-1] >= HIT).any(axis=1)
+        settled = self.occupancy.settled.values
+        if (standing & (settled[rows] == Occupancy.FREE)).sum() < MIN_ON_FREE:
             return 0.0
         cells = frame.cells[standing]
-        bounds = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)]))
-        first, last = bounds[0] - REACH_CELLS, bounds[1] + REACH_CELLS
-        sides = [
-            torch.arange(a, b + 1, device=cells.device) for a, b in zip(first, last, strict=True)
-        ]
-        rows = self.tiles.rows_on_device(torch.cartesian_prod(*sides))
-        lasting = self.occupancy.settled.values[rows.clamp(min=0)]
-        lasting = lasting.masked_fill(rows < 0, int(Occupancy.UNKNOWN))
-        states = lasting.reshape(len(sides[0]), len(sides[1]))
-        return (
-            offset_cells(cells - cells.amin(dim=0) + REACH_CELLS, states) * self.params.cell_size_m
-        )
+        first, last = cells.min(axis=0) - REACH_CELLS, cells.max(axis=0) + REACH_CELLS
+        around = self.tiles.rows(first + np.argwhere(np.ones(last - first + 1, bool)))
+        lasting = np.where(around == NO_ROW, np.uint8(Occupancy.UNKNOWN), settled[around])
+        shift = offset_cells(cells - first, lasting.reshape(last - first + 1))
+        return shift * self.params.cell_size_m
 
     def check_pose(self, T_map_camera: F64) -> None:
         """Raise ``MapTooLarge`` if the camera is where this map cannot reach.
@@ -164,28 +153,28 @@ class BeliefMap:
         self.encoder_id, self.text_space = encoder_id, text_space
         self.store = self._new_store(dimension)
 
-    def grow(self, cells: Index) -> Tensor:
-        """Allocate tiles for world cells (n, 2); their rows (n,) on the device.
+    def grow(self, cells: I64) -> I64:
+        """Allocate tiles for world cells (n, 2); returns their rows (n,).
 
         Raises ``MapTooLarge`` before any change.
         """
-        rows = self.tiles.allocate(to_device(cells, self._device))
+        rows = self.tiles.allocate(cells)
         for layer in self._layers:
             layer.grow(self.tiles.count)
         self.view_log.grow(self.tiles.count)
         self.changes.grow(self.tiles.count)
         return rows
 
-    def slots_at(self, rows: Tensor, cells: Tensor) -> Tensor:
+    def slots_at(self, rows: I64, cells: I64) -> I64:
         """Slots (n,) of distinct world cells (n, 2), at these rows, new where there were none."""
-        slots = self.slots.values[rows].long()
-        new = torch.nonzero(slots == NO_SLOT).squeeze(1)
-        if len(new):
+        slots: I64 = self.slots.values[rows].astype(np.int64)
+        new = slots == NO_SLOT
+        if new.any():
             slots[new] = self.store.add(cells[new])
-            self.slots.values[rows[new]] = slots[new].int()
+            self.slots.values[rows[new]] = slots[new]
         return slots
 
-    def fuse_occupancy(self, frame: OccupancyUpdate, rows: Tensor) -> Tensor:
+    def fuse_occupancy(self, frame: OccupancyUpdate, rows: I64) -> I64:
         """Add a frame's evidence to its cells, at these rows (n,) of the tiles.
 
         Returns the cells (k, 2) in which something stands now that did not, or the other way round.
@@ -194,24 +183,24 @@ class BeliefMap:
         self.changes.mark(rows[different])
         return frame.cells[changed]
 
-    def _doubt_beside(self, changed: Tensor) -> None:
+    def _doubt_beside(self, changed: I64) -> None:
         """Let features at cells (k, 2) that changed, and beside them, count for little from now on.
 
         They are those of another thing; beside them, because a patch shows both sides of an edge.
         """
         if len(changed) == 0:
             return
-        reach = torch.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1, device=changed.device)
-        near = (changed[:, None] + torch.cartesian_prod(reach, reach)).flatten(end_dim=1)
-        rows = self.tiles.rows_on_device(near)
-        slots = self.slots.values[rows[rows >= 0]].long()
+        side = 2 * CHANGE_REACH_CELLS + 1
+        reach = np.argwhere(np.ones((side, side), bool)) - CHANGE_REACH_CELLS
+        rows = self.tiles.rows((changed[:, None] + reach).reshape(-1, 2))
+        slots = self.slots.values[rows[rows != NO_ROW]]
         self.store.doubt(slots[slots != NO_SLOT], self.params.changed_confidence)
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
         rows = self.grow(share.cells)
         self.revision += 1
-        slots = self.slots_at(rows, to_device(share.cells, self._device))
+        slots = self.slots_at(rows, share.cells)
         self.store.put_in(slots, share, revision=self.revision)
         self.changes.mark(rows)
 
@@ -232,7 +221,7 @@ class BeliefMap:
             occupancy=shared.occupancy.copy(),
             assumed=shared.assumed.copy(),
             clear=shared.clear.copy(),
-            heights=shared.heights.clone(),
+            heights=shared.heights.copy(),
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
         )
@@ -245,13 +234,13 @@ class BeliefMap:
             encoder_id=self.encoder_id,
             explored_variance=self.params.explored_variance,
             tiles=self.tiles,
-            slots=to_host(self.slots.values),
-            occupancy=to_host(self.occupancy.states.values),
-            assumed=to_host(self.occupancy.assumed.values),
-            clear=to_host(self.occupancy.clear.values),
-            drops=to_host(self.occupancy.drops()),
-            confidences=to_host(self.store.confidences(slice(0, self.store.count))),
-            heights=self.store.all_heights,
+            slots=self.slots.values,
+            occupancy=self.occupancy.states.values,
+            assumed=self.occupancy.assumed.values,
+            clear=self.occupancy.clear.values,
+            drops=self.occupancy.drops(),
+            confidences=self.store.confidences(slice(0, self.store.count)),
+            heights=self.store.heights,
             view_log=self.view_log,
         )
 
@@ -266,7 +255,7 @@ class BeliefMap:
         )
 
     def _check(self, update: FrameUpdate) -> None:
-        if not (self._finite(update.features) and update.confidence.isfinite().all()):
+        if not (self._finite(update.features) and np.isfinite(update.confidence).all()):
             raise FieldRejected(
                 "the frame's features or confidences are not finite: their cells would stay NaN; "
                 "check perception's variance and encoder"
@@ -283,11 +272,11 @@ class BeliefMap:
             )
 
     def _finite(self, features: Tensor) -> bool:
-        if jit.usable(wanted=self.params.compiled, device=features.device):
+        if self.params.compiled and features.device.type == "cpu":
             return all_finite(features.numpy())
         return bool(features.isfinite().all())
 
-    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> Tensor:
+    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> I64:
         """Cells (n, 2) that count as free though no camera sees their floor.
 
         Around the camera's first position, ``start_m``; and, while it is there, from there to the
@@ -300,9 +289,9 @@ class BeliefMap:
         if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
             return seen.cells[:0]
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
-        return torch.cat([to_device(disc, self._device), seen.cells[seen.blind]])
+        return np.concatenate([disc, seen.cells[seen.blind]])
 
-    def assume_free(self, rows: Tensor) -> None:
+    def assume_free(self, rows: I64) -> None:
         """Take floor of cells for free, by rows (n,) of the tiles; no camera sees it."""
         if len(rows):
             self.changes.mark(rows[self.occupancy.assume(rows)])

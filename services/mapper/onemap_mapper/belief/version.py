@@ -7,14 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from torch import Tensor
 
 from onemap_mapper.belief.cells import EXPLORED, searched_row
 from onemap_mapper.belief.tiles import TileIndex
 from onemap_mapper.belief.view_log import Keyframes, ViewLog, Views
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.heights import tops_dm
-from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy
@@ -92,9 +90,8 @@ class MapVersion:
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
     ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
     once, or it is assumed; drops: there is no floor. By slots: confidences
-    (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
-    ``explored_variance``. Heights (count, LEVELS) float32 and the view log are on the device of the
-    map, because a reply needs those of few cells.
+    (3 + further robots, count) float32, as ``CellStore.confidences``; heights (count, LEVELS)
+    float32. A cell is explored below ``explored_variance``.
 
     It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
     """
@@ -110,7 +107,7 @@ class MapVersion:
     clear: Bool
     drops: Bool
     confidences: F32
-    heights: Tensor
+    heights: F32
     view_log: ViewLog
     robot: int = 0
 
@@ -152,12 +149,6 @@ class MapVersion:
         variances: F32 = np.reciprocal(self.confidences[0])
         return variances
 
-    def heights_of(self, slots: I32) -> F32:
-        """Shares (n, LEVELS) of height of these slots, on the host."""
-        heights = self.heights
-        shares: F32 = to_host(heights[to_device(slots.astype(np.int64), heights.device)])
-        return shares
-
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
         bits = observed_bits(self.confidences, self.explored_variance, self.robot)
@@ -178,7 +169,7 @@ class MapVersion:
         """
         rows = np.flatnonzero((self.occupancy == Occupancy.OCCUPIED) & (self.slots != NO_SLOT))
         tops: U8 = np.zeros(len(self.slots), np.uint8)
-        tops[rows] = tops_dm(self.heights_of(self.slots[rows]))
+        tops[rows] = tops_dm(self.heights[self.slots[rows]])
         dense: U8 = self._dense(tops, 0)
         return dense
 

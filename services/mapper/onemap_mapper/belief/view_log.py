@@ -14,14 +14,9 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
-from torch import Tensor
 
-from onemap_mapper import jit
 from onemap_mapper.belief.tiles import TileLayer
 from onemap_mapper.jit import compiled
-from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, I64
 
 # How far the camera has to move or turn before another frame counts for explored and searched: a
@@ -124,19 +119,14 @@ class SeenFrom:
 
 
 class ViewLog:
-    """The views of one map; rows are those of its ``TileIndex``, on the host or the device.
+    """The views of one map; rows are those of its ``TileIndex``."""
 
-    What is known of cells is on the device of the map, the poses of the views are on the host.
-    """
-
-    def __init__(self, device: torch.device = CPU, *, compiled: bool = False) -> None:
-        self._compiled = jit.usable(wanted=compiled, device=device)
-        self._device = device
+    def __init__(self) -> None:
         self._newest: dict[int, tuple[int, F64]] = {}  # a robot's view: its index, T_map_camera
         self._poses: F64 = np.zeros((0, 3))
-        self._best = TileLayer(torch.int32, NO_VIEW_YET, (), device)
-        self._confidence = TileLayer(torch.float32, 0, (), device)
-        self._last_seen_ns = TileLayer(torch.int64, 0, (), device)
+        self._best = TileLayer(np.int32, NO_VIEW_YET)
+        self._confidence = TileLayer(np.float32, 0)
+        self._last_seen_ns = TileLayer(np.int64, 0)
         self._prune_at = FIRST_PRUNING
 
     def copy(self) -> ViewLog:
@@ -158,44 +148,25 @@ class ViewLog:
             layer.grow(tiles)
 
     def record(
-        self,
-        rows: Tensor,
-        confidence: Tensor,
-        *,
-        T_map_camera: F64,
-        stamp_ns: int,
-        robot: int = 0,
+        self, rows: I64, confidence: F32, *, T_map_camera: F64, stamp_ns: int, robot: int = 0
     ) -> None:
-        """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,).
-
-        Both are on the device.
-        """
+        """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,)."""
         newest = self._newest.get(robot)
         if newest is None or views_since(newest[1], T_map_camera) > 0:
             newest = self._newest[robot] = self._begin_view(T_map_camera)
-        if self._compiled:
-            log = (
-                self._best.values.numpy(),
-                self._confidence.values.numpy(),
-                self._last_seen_ns.values.numpy(),
-            )
-            record_view(log, rows.numpy(), confidence.numpy(), newest[0], stamp_ns)
-            return
-        before, best = self._confidence.values[rows], self._best.values[rows]
-        self._best.values[rows] = best.masked_fill(confidence > before, newest[0])
-        self._confidence.values[rows] = torch.maximum(confidence, before)
-        self._last_seen_ns.values[rows] = stamp_ns
+        log = self._best.values, self._confidence.values, self._last_seen_ns.values
+        record_view(log, rows, confidence, newest[0], stamp_ns)
 
-    def last_seen_ns(self, rows: Index) -> int:
+    def last_seen_ns(self, rows: I64) -> int:
         """When any of the cells was last seen; 0: none of them since the log began."""
-        return int(self._of(self._last_seen_ns, rows).max(initial=0))
+        return int(self._last_seen_ns.values[rows].max(initial=0))
 
-    def best_view(self, rows: Index) -> F32:
+    def best_view(self, rows: I64) -> F32:
         """x, y, yaw (3,) of the camera in the view that is the best one of most of the cells.
 
         Metres and radians in the map frame, cells weighted by their confidence; NaN: no view.
         """
-        best, confidence = self._of(self._best, rows), self._of(self._confidence, rows)
+        best, confidence = self._best.values[rows], self._confidence.values[rows]
         seen = best != NO_VIEW_YET
         if not seen.any():
             return np.full(3, np.nan, np.float32)
@@ -204,36 +175,28 @@ class ViewLog:
         )
         return pose
 
-    def taken(self, rows: Index) -> SeenFrom:
+    def taken(self, rows: I64) -> SeenFrom:
         """A copy of what is known of distinct cells, by rows (n,), with the views that it names."""
-        best = self._of(self._best, rows)
-        used, number = np.unique(best, return_inverse=True)
+        used, number = np.unique(self._best.values[rows], return_inverse=True)
         none = int((used == NO_VIEW_YET).any())  # the first of them, if there is any
         return SeenFrom(
             self._poses[used[none:]],
             (number - none).astype(np.int32),
-            self._of(self._confidence, rows),
-            self._of(self._last_seen_ns, rows),
+            self._confidence.values[rows],
+            self._last_seen_ns.values[rows],
         )
 
-    def put_in(self, rows: Index, seen: SeenFrom) -> None:
+    def put_in(self, rows: I64, seen: SeenFrom) -> None:
         """Add what another log says of distinct cells, by rows (n,); the better view is kept."""
-        rows = to_device(rows, self._device)
-        best, confidence = (to_device(x, self._device) for x in (seen.best, seen.confidence))
         before = self._confidence.values[rows]
-        better = (best != NO_VIEW_YET) & (confidence > before)
-        best = torch.where(better, best + len(self._poses), self._best.values[rows])
-        self._best.values[rows] = best
-        self._confidence.values[rows] = torch.where(better, confidence, before)
-        self._last_seen_ns.values[rows] = torch.maximum(
-            self._last_seen_ns.values[rows], to_device(seen.last_seen_ns, self._device)
-        )
+        better = (seen.best != NO_VIEW_YET) & (seen.confidence > before)
+        views = np.where(better, seen.best + len(self._poses), self._best.values[rows])
+        self._best.values[rows] = views
+        self._confidence.values[rows] = np.where(better, seen.confidence, before)
+        newest = np.maximum(self._last_seen_ns.values[rows], seen.last_seen_ns)
+        self._last_seen_ns.values[rows] = newest
         self._poses = np.concatenate([self._poses, seen.poses])
         self._newest = {}  # the next frame begins a view
-
-    def _of(self, layer: TileLayer, rows: Index) -> NDArray:
-        """A copy on the host of what a layer holds of cells, by rows (n,)."""
-        return to_host(layer.values[to_device(rows, self._device)])
 
     def _begin_view(self, T_map_camera: F64) -> tuple[int, F64]:
         if len(self._poses) >= self._prune_at:
@@ -245,9 +208,9 @@ class ViewLog:
 
     def _prune(self) -> None:
         values = self._best.values
-        used = to_host(torch.unique(values[values != NO_VIEW_YET]))
+        used = np.unique(values[values != NO_VIEW_YET])
         number = np.full(len(self._poses) + 1, NO_VIEW_YET, np.int32)
         number[used] = np.arange(len(used))
-        values[:] = to_device(number, self._device)[values.long()]
+        values[:] = number[values]
         self._poses, self._newest = self._poses[used], {}
         self._prune_at = max(FIRST_PRUNING, 2 * len(used))

@@ -13,13 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor
 
-from onemap_mapper import jit
-from onemap_mapper.frame.projection import sparse_matmul
+from onemap_mapper.frame.projection import NO_ROWS, SparseRows
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_shared.geometry import F32, I32, I64, Bool
+from onemap_shared.geometry import F32, F64, I32, I64, Bool
 
 # Smaller weights are left out: the results change by less than a thousandth of the largest value,
 # and cells of negligible weight do not count as observed.
@@ -110,85 +108,26 @@ def _window(cells: I64, camera_xy_m: F32, shape: BlurShape) -> tuple[I32, int, i
 class BlurKernel:
     """Sparse B of F-bar = B F_M, one row per cell within reach of an observed one.
 
-    cells (n, 2) int64 world cells; starts (n,) int64; sources (m,) int64 row of the observed cell;
-    values (m,) float32 w_ij / S_i, S_i being the sum of the whole window.
+    cells (n, 2) int64 world cells; rows: of B over the observed cells, values w_ij / S_i, S_i being
+    the sum of the whole window.
     """
 
-    cells: Tensor
-    starts: Tensor
-    sources: Tensor
-    values: Tensor
+    cells: I64
+    rows: SparseRows
+
+    def confidence(self, observed: F32) -> F32:
+        """B times the confidence of the observed cells."""
+        blurred: F32 = self.rows.times(torch.from_numpy(observed)[:, None])[:, 0].numpy()
+        return blurred
 
 
-def blur_kernel(
-    cells: Tensor,
-    *,
-    camera_xy_m: tuple[float, float],
-    params: MapParams,
-) -> BlurKernel:
-    """The kernel over the observed cells (n, 2) int64 of a camera at ``camera_xy_m``."""
-    if jit.usable(wanted=params.compiled, device=cells.device) and len(cells):
-        shape = BlurShape(
-            params.blur_half_width_cells,
-            np.float32(params.cell_size_m),
-            np.float32(_sigma_per_m(params)),
-        )
-        rows = blur_rows(cells.numpy(), np.array(camera_xy_m, np.float32), shape)
-        return BlurKernel(*map(torch.from_numpy, rows))
-    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
-    reach_cells = _reach_cells(cells, camera, params)
-    reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
-    steps = torch.cartesian_prod(reach, reach)
-    targets = cells[:, None] + steps  # (n, k, 2)
-    sigma = _sigma_per_m(params) * _distance_m(targets, camera, params.cell_size_m)
-    precision = 0.5 / sigma.clamp_(min=MIN_SIGMA_CELLS).square()
-    whole = torch.arange(1, params.blur_half_width_cells + 1, device=cells.device)
-    side = _exp(-whole.square() * precision[..., None])
-    window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
-    weight = _exp(-steps.square().sum(dim=-1) * precision) / window
-    source, step = torch.nonzero(weight >= MIN_WEIGHT, as_tuple=True)
-    return _by_target(targets[source, step], source, weight[source, step])
-
-
-def _sigma_per_m(params: MapParams) -> float:
-    """Standard deviation of the blur, in cells per metre of distance (Eq. depthvariance)."""
-    return params.depth_factor / params.cell_size_m
-
-
-def _reach_cells(cells: Tensor, camera_xy_m: Tensor, params: MapParams) -> int:
-    """How many cells to each side a weight of at least ``MIN_WEIGHT`` may lie."""
-    cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
-    farthest_m = 1.5 * half_width * cell_size_m  # beyond the observed cells, to a corner
-    if len(cells):
-        farthest_m += float(_distance_m(cells, camera_xy_m, cell_size_m).amax())
-    return min(half_width, math.ceil(CUTOFF_SIGMAS * _sigma_per_m(params) * farthest_m))
-
-
-def _distance_m(cells: Tensor, camera_xy_m: Tensor, cell_size_m: float) -> Tensor:
-    """Metres from the camera to each cell's lower corner, as in the released code."""
-    distance_m: Tensor = torch.linalg.vector_norm(cells * cell_size_m - camera_xy_m, dim=-1)
-    return distance_m
-
-
-def _exp(values: Tensor) -> Tensor:
-    """The exponential of values <= 0; bounded, because underflow is many times slower."""
-    return torch.exp(values.clamp(min=-50.0))
-
-
-def _by_target(targets: Tensor, sources: Tensor, values: Tensor) -> BlurKernel:
-    """Group entries (m,) by their target cell (m, 2)."""
-    if len(targets) == 0:
-        return BlurKernel(targets, sources, sources, values)
-    low = targets.amin(dim=0)
-    depth = int(targets[:, 1].amax() - low[1]) + 1
-    flat, order = torch.sort((targets[:, 0] - low[0]) * depth + targets[:, 1] - low[1], stable=True)
-    unique, counts = torch.unique_consecutive(flat, return_counts=True)
-    cells = torch.stack([unique // depth + low[0], unique % depth + low[1]], dim=1)
-    return BlurKernel(cells, counts.cumsum(0) - counts, sources[order], values[order])
-
-
-def blurred(kernel: BlurKernel, table: Tensor) -> Tensor:
-    """B times a table (observed cells, D) or (observed cells,) float32."""
-    if table.ndim == 1:
-        return sparse_matmul(table[:, None], kernel.sources, kernel.values, kernel.starts)[:, 0]
-    return sparse_matmul(table, kernel.sources, kernel.values, kernel.starts)
+def blur_kernel(cells: I64, *, camera_xy_m: F64, params: MapParams) -> BlurKernel:
+    """The kernel over the observed cells (n, 2) of a camera at ``camera_xy_m`` (2,)."""
+    if len(cells) == 0:
+        return BlurKernel(cells, NO_ROWS)
+    sigma_per_m = params.depth_factor / params.cell_size_m  # in cells, Eq. depthvariance
+    shape = BlurShape(
+        params.blur_half_width_cells, np.float32(params.cell_size_m), np.float32(sigma_per_m)
+    )
+    targets, starts, sources, values = blur_rows(cells, camera_xy_m.astype(np.float32), shape)
+    return BlurKernel(targets, SparseRows(starts, sources, values))

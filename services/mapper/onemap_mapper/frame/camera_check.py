@@ -23,7 +23,7 @@ from math import atan2, degrees, hypot, radians
 import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.jit import AVAILABLE, compiled
+from onemap_mapper.jit import compiled
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
 from onemap_shared.messages import CameraView, FeatureField
@@ -126,7 +126,7 @@ class _Tiles:
 def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
     """The lowest level surface seen from above within 4 m; None if there is none."""
     step = max(1, cloud.depth_m.shape[0] // IMAGE_ROWS)
-    cloud = cloud.strided(step, step)
+    cloud = cloud.strided(step)
     tiles = _fit(cloud)
     up = -_unit(tiles.n)  # n points away from the camera
     level = np.nan_to_num(up[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
@@ -142,7 +142,7 @@ def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
 def _fit(cloud: PointCloud) -> _Tiles:
     side = max(TILE_MIN_PX, cloud.depth_m.shape[0] // TILE_ROWS)
     camera_m = cloud.T_map_camera[:3, 3].copy()
-    sums = (tile_sums if AVAILABLE else _tile_sums)(cloud.arrays(), camera_m, side, RANGE_M)
+    sums = tile_sums(cloud.planes, camera_m, side, RANGE_M)
     AtA, Atq = sums[..., :3, :3] + RIDGE * np.eye(3), sums[..., :3, 3]
     squares, count = sums[..., 3, 3], sums[..., 4, 4]
     full = count >= TILE_MIN_VALID * side**2
@@ -154,22 +154,6 @@ def _fit(cloud: PointCloud) -> _Tiles:
     inverse_depth = (centre_rays * n).sum(axis=-1)
     inverse_depth[~(inverse_depth > 0)] = np.nan
     return _Tiles(AtA, Atq, n, centre_rays / inverse_depth[..., None] + camera_m)
-
-
-def _tile_sums(
-    planes: tuple[F32, F32, F32, F32], camera_m: F64, side: int, range_m: tuple[float, float]
-) -> F64:
-    """As ``tile_sums``, in NumPy, where nothing can be compiled."""
-    rows, columns = (pixels // side for pixels in planes[0].shape)
-    tiled = np.stack(planes)[:, : rows * side, : columns * side].astype(np.float64)
-    tiled = tiled.reshape(4, rows, side, columns, side).transpose(1, 3, 2, 4, 0)
-    tiled = tiled.reshape(rows, columns, side * side, 4)
-    depth = tiled[..., :1]
-    valid = (depth > range_m[0]) & (depth < range_m[1])
-    q = np.divide(1.0, depth, out=np.zeros(depth.shape), where=valid)
-    v = np.concatenate([(tiled[..., 1:] - camera_m) * q, q, valid], axis=-1)
-    sums: F64 = v.swapaxes(-1, -2) @ v
-    return sums
 
 
 def _unit(vectors: F64) -> F64:
@@ -425,7 +409,7 @@ def diagnosis_due(stamp_ns: int, last_ns: int | None) -> bool:
 def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
     """The diagnostics of one depth image."""
     step = max(1, cloud.depth_m.shape[0] // COUNTED_ROWS)
-    depth_m = cloud.depth_m.numpy()[::step, ::step]
+    depth_m = cloud.depth_m[::step, ::step]
     valid = depth_m > 0
     near = float((depth_m[valid] < NEAR_M).mean()) if valid.any() else 0.0
     viewpoint = camera_pose_2d(cloud.T_map_camera)

@@ -10,18 +10,14 @@ show that there is floor.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
-from onemap_mapper import jit
 from onemap_mapper.belief.tiles import TileLayer
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_mapper.transfers import CPU, to_device
 from onemap_shared.geometry import F64, I32, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -45,89 +41,18 @@ UPRIGHT_LEVELS = 3
 UNKNOWN, FREE, OCCUPIED = (np.uint8(each) for each in Occupancy)
 
 
-@dataclass(frozen=True, slots=True)
-class OccupancyUpdate:
-    """The evidence of one frame, per cell, on the device of the map.
+class OccupancyUpdate(NamedTuple):
+    """The evidence of one frame, per cell.
 
     cells (n, 2) int64 world cells; evidence (n, levels + 1) int8 to add, the last for the voxel
     below the floor; clear (n,) bool: the floor was seen; blind (n,) bool: the cell lies between
     the camera and the nearest floor in view.
     """
 
-    cells: Tensor
-    evidence: Tensor
-    clear: Tensor
-    blind: Tensor
-
-    @classmethod
-    def of_arrays(
-        cls, cells: I64, evidence: I8, clear: Bool, blind: Bool, *, device: torch.device = CPU
-    ) -> OccupancyUpdate:
-        """The evidence that arrays on the host hold."""
-        return cls(*(to_device(each, device) for each in (cells, evidence, clear, blind)))
-
-
-def accumulated_evidence(evidence: Tensor, added: Tensor) -> Tensor:
-    """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE.
-
-    What has lost its top fades, see ``with_lost_tops``.
-    """
-    total = evidence.short() + with_lost_tops(evidence, added)
-    return total.clamp_(MIN_EVIDENCE, MAX_EVIDENCE).to(torch.int8)
-
-
-def with_lost_tops(evidence: Tensor, added: Tensor) -> Tensor:
-    """What is added to evidence, both (n, levels + 1) int8, where a thing has lost its top.
-
-    A camera does not see the floor at its feet: when somebody who stood there has gone, its rays
-    pass through the upper voxels only. So in a column that no point lies in, voxels with evidence
-    that no ray met lose as much as those with evidence above them that were seen through. A chair
-    before which the camera looks over the seat loses none, because nothing stood above it.
-    """
-    column, seen = evidence[:, :-1], added[:, :-1]
-    lost = torch.where(column > 0, seen, torch.zeros_like(seen)).clamp_max(0)
-    above = lost.flip(1).cummin(dim=1).values.flip(1)  # the most that any voxel from here up lost
-    hidden = (column > 0) & (seen == 0) & (seen <= 0).all(dim=1, keepdim=True)
-    return torch.cat([torch.where(hidden, above, seen), added[:, -1:]], dim=1)
-
-
-def unseen_gone(before: Tensor, added: Tensor, after: Tensor) -> Tensor:
-    """Mask (n,): an obstacle went that no ray went through, see ``with_lost_tops``.
-
-    Evidence (n, levels + 1) before and after, and what a frame added. The lower part of somebody
-    who has gone, or of a chest that they stood beside, in whose cell they were as well.
-    """
-    gone = (before >= OCCUPIED_THRESHOLD) & (after < OCCUPIED_THRESHOLD)
-    return (gone & (added == 0))[:, :-1].any(dim=1)
-
-
-def occupancy_states(evidence: Tensor, clear: Tensor, added: Tensor | None = None) -> Tensor:
-    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,).
-
-    added (n, levels + 1): of it, what the newest frame added.
-    """
-    states = torch.full_like(clear, int(Occupancy.UNKNOWN), dtype=torch.uint8)
-    states.masked_fill_(clear, int(Occupancy.FREE))
-    occupied = evidence.amax(dim=1) >= OCCUPIED_THRESHOLD
-    if added is not None:
-        occupied |= (added[:, :-1] >= HIT).sum(dim=1) >= UPRIGHT_LEVELS
-    return states.masked_fill_(occupied, int(Occupancy.OCCUPIED))
-
-
-def _are_drops(evidence: Tensor) -> Tensor:
-    """Mask (n,), by evidence (n, levels + 1): there is no floor."""
-    return evidence[:, -1] >= OCCUPIED_THRESHOLD
-
-
-def settled_states(before: Tensor, evidence: Tensor, states: Tensor) -> Tensor:
-    """What of ``Occupancy`` (n,) cells have lasted in, from what they had before.
-
-    A cell is free as soon as its state is; what stands in it is taken for lasting once its
-    evidence (n, levels + 1) has grown to ``SETTLED_EVIDENCE``: somebody who walks by leaves sooner.
-    """
-    after = before.masked_fill(states == Occupancy.FREE, int(Occupancy.FREE))
-    lasting = evidence.amax(dim=1) >= SETTLED_EVIDENCE
-    return after.masked_fill_(lasting, int(Occupancy.OCCUPIED))
+    cells: I64
+    evidence: I8
+    clear: Bool
+    blind: Bool
 
 
 def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:
@@ -145,10 +70,16 @@ Layers = tuple[I8, Bool, Bool, U8]  # evidence (rows, levels + 1), clear, assume
 
 @compiled
 def _add_to_column(evidence: I8, added: I8) -> tuple[bool, int, bool]:
-    """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``.
+    """Add to the evidence (levels + 1,) of a cell, within MIN_EVIDENCE and MAX_EVIDENCE.
 
-    Returns whether it looks occupied, the highest after, and ``unseen_gone``. The last voxel, below
-    the floor, is no part of what may lose its top.
+    A camera does not see the floor at its feet: when somebody who stood there has gone, its rays
+    pass through the upper voxels only. So in a column that no point lies in, voxels with evidence
+    that no ray met lose as much as those with evidence above them that were seen through. A chair
+    before which the camera looks over the seat loses none, because nothing stood above it. The last
+    voxel, below the floor, is no part of that.
+
+    Returns whether it looks occupied, the highest after, and whether an obstacle went that no ray
+    went through: the lower part of somebody who has gone, or of a chest that they stood beside.
     """
     below_floor = len(evidence) - 1
     hit, upright = False, 0
@@ -174,11 +105,13 @@ def _add_to_column(evidence: I8, added: I8) -> tuple[bool, int, bool]:
 def add_evidence(
     layers: Layers, settled: U8, rows: I64, added: I8, cleared: Bool
 ) -> tuple[Bool, Bool]:
-    """Add a frame's evidence, as ``OccupancyLayers.add`` does in torch.
+    """Add a frame's evidence.
 
-    settled (rows,): of the states, what lasted; of the frame: distinct rows (n,), what is added
-    (n, levels + 1) and cleared (n,). Returns (n,) twice: which rows look different now, and in
-    which something stands that did not, or the other way round.
+    settled (rows,): of the states, what lasted. A cell is free as soon as its state is; what stands
+    in it is taken for lasting once its evidence has grown to ``SETTLED_EVIDENCE``: somebody who
+    walks by leaves sooner. Of the frame: distinct rows (n,), what is added (n, levels + 1) and
+    cleared (n,). Returns (n,) twice: which rows look different now, and in which something stands
+    that did not, or the other way round.
     """
     evidence, clear, assumed, occupancy = layers
     different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
@@ -207,7 +140,7 @@ def add_evidence(
 def assume_floor(layers: Layers, rows: I64) -> Bool:
     """Take floor for free that no camera saw, rows (n,); returns which look different now (n,).
 
-    As ``OccupancyLayers.assume`` does in torch; a row may come twice.
+    A row may come twice.
     """
     evidence, clear, assumed, occupancy = layers
     different = np.empty(len(rows), np.bool_)
@@ -270,7 +203,7 @@ def evidence_of(
 
 
 class OccupancyLayers:
-    """Layers of one map, on its device, by rows of its tiles; what changes them names the rows.
+    """Layers of one map, by rows of its tiles; what changes them names the rows.
 
     evidence (rows, levels + 1) int8 and clear (rows,) bool as in ``OccupancyUpdate``; assumed
     (rows,) bool: clear, though no camera saw the floor, or not since something stood there that
@@ -278,79 +211,39 @@ class OccupancyLayers:
     ``Occupancy``, and of them in settled (rows,) what lasted.
     """
 
-    def __init__(self, params: MapParams, device: torch.device) -> None:
-        self._compiled = jit.usable(wanted=params.compiled, device=device)
-        self.evidence = TileLayer(torch.int8, 0, (params.levels + 1,), device)
-        self.clear = TileLayer(torch.bool, 0, (), device)
-        self.assumed = TileLayer(torch.bool, 0, (), device)
-        self.states = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
-        self.settled = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
+    def __init__(self, params: MapParams) -> None:
+        self.evidence = TileLayer(np.int8, 0, (params.levels + 1,))
+        self.clear = TileLayer(np.bool_, 0)
+        self.assumed = TileLayer(np.bool_, 0)
+        self.states = TileLayer(np.uint8, Occupancy.UNKNOWN)
+        self.settled = TileLayer(np.uint8, Occupancy.UNKNOWN)
 
     @property
     def layers(self) -> tuple[TileLayer, ...]:
         return (self.evidence, self.clear, self.assumed, self.states, self.settled)
 
-    def drops(self, rows: Tensor | slice = slice(None)) -> Tensor:
+    def drops(self, rows: I64 | slice = slice(None)) -> Bool:
         """Mask (n,) by rows: there is no floor."""
-        return _are_drops(self.evidence.values[rows])
+        missing: Bool = self.evidence.values[rows, -1] >= OCCUPIED_THRESHOLD
+        return missing
 
     @property
-    def known_rows(self) -> Tensor:
+    def known_rows(self) -> I64:
         """Ascending rows (n,) with any evidence, or with floor."""
-        known = self.clear.values | self.evidence.values.any(dim=1)
-        return torch.nonzero(known).squeeze(1)
+        return np.flatnonzero(self.clear.values | self.evidence.values.any(axis=1))
 
-    def add(self, rows: Tensor, frame: OccupancyUpdate) -> tuple[Tensor, Tensor]:
+    def add(self, rows: I64, frame: OccupancyUpdate) -> tuple[Bool, Bool]:
         """Add a frame's evidence to cells, by their distinct rows (n,).
 
         Returns (n,) bool twice: which cells look different now, and in which something stands that
         did not, or the other way round.
         """
-        if self._compiled:
-            added, cleared = frame.evidence.contiguous().numpy(), frame.clear.numpy()
-            settled = self.settled.values.numpy()
-            masks = add_evidence(self._arrays(), settled, rows.numpy(), added, cleared)
-            return torch.from_numpy(masks[0]), torch.from_numpy(masks[1])
-        had = self.evidence.values[rows]
-        evidence = accumulated_evidence(had, frame.evidence)
-        clear = self.clear.values[rows] | frame.clear
-        unseen = clear & unseen_gone(had, frame.evidence, evidence)
-        assumed = (self.assumed.values[rows] | unseen) & ~frame.clear
-        different, states = self._put(rows, evidence, clear, assumed, frame.evidence)
-        before = self.settled.values[rows]
-        self.settled.values[rows] = after = settled_states(before, evidence, states)
-        return different, (before != Occupancy.UNKNOWN) & (after != before)
+        settled = self.settled.values
+        return add_evidence(self._arrays(), settled, rows, frame.evidence, frame.clear)
 
-    def assume(self, rows: Tensor) -> Tensor:
+    def assume(self, rows: I64) -> Bool:
         """Take floor for free, by rows (n,); returns which cells look different now (n,) bool."""
-        if self._compiled:
-            return torch.from_numpy(assume_floor(self._arrays(), rows.numpy()))
-        evidence, clear = self.evidence.values[rows], self.clear.values[rows]
-        assumed = self.assumed.values[rows] | ~clear
-        return self._put(rows, evidence, torch.ones_like(clear), assumed)[0]
-
-    def _put(
-        self,
-        rows: Tensor,
-        evidence: Tensor,
-        clear: Tensor,
-        assumed: Tensor,
-        added: Tensor | None = None,
-    ) -> tuple[Tensor, Tensor]:
-        """Set what is known of cells; which look different now (n,) bool, and their states (n,)."""
-        states = occupancy_states(evidence, clear, added)
-        different = self.states.values[rows] != states
-        different |= self.assumed.values[rows] != assumed
-        different |= self.clear.values[rows] != clear
-        different |= self.drops(rows) != _are_drops(evidence)
-        self.evidence.values[rows] = evidence
-        self.clear.values[rows] = clear
-        self.assumed.values[rows] = assumed
-        self.states.values[rows] = states
-        return different, states
+        return assume_floor(self._arrays(), rows)
 
     def _arrays(self) -> Layers:
-        evidence, clear, assumed, states = (
-            layer.values.numpy() for layer in (self.evidence, self.clear, self.assumed, self.states)
-        )
-        return evidence, clear, assumed, states
+        return self.evidence.values, self.clear.values, self.assumed.values, self.states.values

@@ -15,14 +15,11 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from onemap_mapper import jit
-from onemap_mapper.frame.cloud import PointCloud, divided, lengths
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.geometry import F32, I64, Bool
 
 # Heights above z = 0, and ranges of z-depth from the camera, metres.
 FLOOR_TOLERANCE_M = 0.08  # points this near to z = 0 are floor or carpet
@@ -148,7 +145,11 @@ def seen_places(  # noqa: PLR0917
 
 @compiled
 def blind_places(x: F32, y: F32, floor: Bool, camera: F32, shares: F32) -> F32:
-    """Places (n, 2) as ``_blind``, at shares (k,) of the way; x, y: from the camera (3,)."""
+    """Places (n, 2) from the camera's foot to the floor at the lower edge of the image.
+
+    Only where the lower edge shows floor to both sides too: beside a hole there is an edge. At
+    shares (k,) of the way; x, y: from the camera (3,).
+    """
     columns, last = floor.shape[1], len(floor) - 1
     side = columns // BLIND_SIDE
     places = np.empty((columns * len(shares), 2), np.float32)
@@ -172,132 +173,85 @@ class FloorPoints:
     ``blind``: between the camera and the nearest floor in view, so most likely floor too.
     """
 
-    seen: Tensor
-    drops: Tensor
-    blind: Tensor
+    seen: F32
+    drops: F32
+    blind: F32
 
 
 @dataclass(frozen=True, slots=True)
 class _Image:
-    """Planes (rows, columns) of a cloud: depth, x and y from the camera, and height, metres."""
+    """Planes (rows, columns) float32 of a cloud: depth, x and y from the camera (3,), and height,
+    metres."""
 
-    depth: Tensor
-    x: Tensor
-    y: Tensor
-    z: Tensor
-    camera: Tensor  # (3,)
+    depth: F32
+    x: F32
+    y: F32
+    z: F32
+    camera: F32
 
     @classmethod
-    def of(cls, cloud: PointCloud, *, by_loops: bool) -> _Image:
+    def of(cls, cloud: PointCloud) -> _Image:
         step = max(1, cloud.depth_m.shape[1] // COLUMNS)
-        camera = torch.tensor(cloud.camera_m, device=cloud.depth_m.device)
-        if by_loops:
-            planes = torch.from_numpy(columns_seen(cloud.arrays(), step, camera.numpy()))
-            depth, x, y, z = planes.unbind()
-            return cls(depth, x, y, z, camera)
-        depth, x, y, z = torch.stack([plane[:, ::step] for plane in cloud.planes])
-        return cls(depth, x.sub_(cloud.camera_m[0]), y.sub_(cloud.camera_m[1]), z, camera)
+        depth, x, y, z = columns_seen(cloud.planes, step, cloud.camera_m)
+        return cls(depth, x, y, z, cloud.camera_m)
 
     @property
-    def valid(self) -> Tensor:
+    def valid(self) -> Bool:
         """Mask (rows, columns) of pixels with depth."""
         return self.depth > 0
 
-    def xy(self, at: Tensor | tuple[Tensor, ...]) -> Tensor:
-        """(n, 2): ground positions from the camera of pixels, by mask or by row and column."""
-        return torch.stack([self.x[at], self.y[at]], dim=-1)
+    def xy(self, row: I64, column: I64) -> F32:
+        """(n, 2): ground positions from the camera of pixels."""
+        return np.stack([self.x[row, column], self.y[row, column]], axis=-1)
 
-    def in_map(self, xy: Tensor) -> Tensor:
+    def in_map(self, xy: F32) -> F32:
         """Places (..., 2) in the map frame of ground positions from the camera."""
-        x, y, _ = self.camera  # one plane after the other: last axes of two are slow
-        return torch.stack([xy[..., 0] + x, xy[..., 1] + y], dim=-1)
+        places: F32 = xy + self.camera[:2]
+        return places
 
 
 def floor_points(cloud: PointCloud, params: MapParams) -> FloorPoints:
     """The floor and the drops that one depth image shows."""
-    use_compiled = jit.usable(wanted=params.compiled, device=cloud.depth_m.device)
-    image = _Image.of(cloud, by_loops=use_compiled)
-    if use_compiled:
-        arrays = image.depth.numpy(), image.z.numpy(), np.float32(params.occupancy_range_m)
-        floor, edge = map(torch.from_numpy, floor_and_edges(*arrays))
-    else:
-        floor, edge = _floor_and_edges(image, image.valid, params.occupancy_range_m)
-    drops = [floor.new_zeros((0, 2), dtype=torch.float32)]
-    deep = -DROP_MIN_DEPTH_M / 2  # without pixels below there is neither an edge nor a riser
-    if image.z.amin() < deep and (below := image.valid & (image.z < deep)).any():
-        valid = image.valid
-        feet = _riser_feet(image, valid, below)
+    image = _Image.of(cloud)
+    floor, edge = floor_and_edges(image.depth, image.z, np.float32(params.occupancy_range_m))
+    drops = [np.zeros((0, 2), np.float32)]
+    below = image.valid & (image.z < -DROP_MIN_DEPTH_M / 2)
+    if below.any():  # else there is neither an edge nor a riser
+        feet = _riser_feet(image, below)
         floor &= feet == 0
         low = image.z < -(DROP_MIN_DEPTH_M + TILT_ERROR_PER_M * image.depth)
-        before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
+        before = np.concatenate([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
         drops += [
             _crossings(image, edge, before),
-            _crossings(image, valid & low, torch.zeros_like(image.z)),
+            _crossings(image, image.valid & low, np.zeros_like(image.z)),
             _before_risers(image, feet),
         ]
-    if not image.depth.amin() > 0:
-        drops += _missing(image, image.valid, floor, params.cell_size_m)
+    if not image.valid.all():
+        drops += _missing(image, floor, params.cell_size_m)
     count = ceil(FLOOR_GAP_M / params.cell_size_m)
-    shares, narrow = np.arange(1, count) / count, params.cell_size_m
-    if use_compiled:
-        x, y, seen_floor, camera = (
-            each.numpy() for each in (image.x, image.y, floor, image.camera)
-        )
-        ratios = shares.astype(np.float32)
-        places = seen_places(x, y, seen_floor, camera, ratios, np.float32(narrow))
-        seen = torch.from_numpy(places)
-        shares_of_way = _shares(BLIND_SAMPLES, image).numpy()
-        blind = torch.from_numpy(blind_places(x, y, seen_floor, camera, shares_of_way))
-    else:
-        seen = torch.cat([image.in_map(image.xy(floor)), *_between(image, floor, shares, narrow)])
-        blind = _blind(image, floor)
-    return FloorPoints(seen, torch.cat(drops), blind)
+    between = (np.arange(1, count) / count).astype(np.float32)
+    narrow = np.float32(params.cell_size_m)
+    seen = seen_places(image.x, image.y, floor, image.camera, between, narrow)
+    blind = blind_places(image.x, image.y, floor, image.camera, _shares(BLIND_SAMPLES))
+    return FloorPoints(seen, np.concatenate(drops), blind)
 
 
-def _floor_and_edges(image: _Image, valid: Tensor, farthest_m: float) -> tuple[Tensor, Tensor]:
-    slack = HEIGHT_ERROR_PER_M * image.depth
-    fall = DROP_MIN_DEPTH_M + slack
-    edge = _edges(image, valid, fall)
-    floor = valid & (image.z <= FLOOR_TOLERANCE_M + slack) & (image.z >= -fall)
-    return floor & (image.depth <= farthest_m) & ~_behind_edge(image, edge), edge
-
-
-def _edges(image: _Image, valid: Tensor, fall: Tensor) -> Tensor:
-    """Pixels just beyond the edge of a step down: floor in the image below them, and they fall."""
-    near, far = slice(JUMP_ROWS, None), slice(None, -JUMP_ROWS)
-    z = image.z
-    reach = FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * image.depth[near]
-    found = valid[near] & valid[far] & (z[near].abs() <= reach)
-    found &= (z[near] - z[far] > fall[near]) & (z[far] < -DROP_MIN_DEPTH_M / 2)
-    return torch.cat([found, torch.zeros_like(valid[-JUMP_ROWS:])])
-
-
-def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
-    """Pixels above an edge in their column that lie lower than half its height."""
-    none = len(edge) - 1
-    row = torch.arange(len(edge), device=edge.device)[:, None]
-    nearest = torch.where(edge, row, none).flip(0).cummin(dim=0).values.flip(0)
-    before = (nearest + JUMP_ROWS).clamp(max=none)
-    middle = (image.z.gather(0, before) + image.z.gather(0, nearest)) / 2
-    return (nearest < none) & (image.z < middle)
-
-
-def _riser_feet(image: _Image, valid: Tensor, low: Tensor) -> Tensor:
+def _riser_feet(image: _Image, low: Bool) -> I64:
     """(rows, columns): how many rows below a riser's pixel there is one at its foot; 0: no riser.
 
     low: pixels below the floor, at least one.
     A riser is the upper part of a wall below the floor, and the rim above it. What goes on to rise
     is the foot of something that stands on floor which an error of the pitch lowers.
     """
-    window = max(2, len(valid) // RISER_ROWS)
-    feet = torch.zeros_like(image.depth, dtype=torch.int64)
-    if len(valid) <= window:
+    window = max(2, len(low) // RISER_ROWS)
+    feet = np.zeros(low.shape, np.int64)
+    if len(low) <= window:
         return feet
-    columns = torch.nonzero(low.any(dim=0)).squeeze(1)
+    columns = np.flatnonzero(low.any(axis=0))
     depth, x, y, z = (plane[:, columns] for plane in (image.depth, image.x, image.y, image.z))
-    valid, low, found = valid[:, columns], low[:, columns], feet[:, columns]
+    valid, low, found = depth > 0, low[:, columns], feet[:, columns]
     fall = DROP_MIN_DEPTH_M + HEIGHT_ERROR_PER_M * depth
-    top = valid & (z.abs() <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
+    top = valid & (np.abs(z) <= FLOOR_TOLERANCE_M + TILT_ERROR_PER_M * depth)
     top &= depth <= DROP_RANGE_M
     top[:window] = False
     top[window:] &= valid[:-window] & ~_is_steep(x, y, z, window)
@@ -305,113 +259,89 @@ def _riser_feet(image: _Image, valid: Tensor, low: Tensor) -> Tensor:
         upper, lower = slice(None, -k), slice(k, None)
         there = top[upper] & low[lower] & (found[upper] == 0)
         there &= (z[upper] - z[lower] > fall[upper]) & _is_steep(x, y, z, k)
-        found[upper].masked_fill_(there, k)
+        found[upper][there] = k
     feet[:, columns] = found
     return feet
 
 
-def _is_steep(x: Tensor, y: Tensor, z: Tensor, rows: int) -> Tensor:
+def _is_steep(x: F32, y: F32, z: F32, rows: int) -> Bool:
     """Whether it rises steeply from each pixel but the first ``rows`` to the one so far above."""
     dx, dy, rise = (plane[:-rows] - plane[rows:] for plane in (x, y, z))
-    return (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
+    steep: Bool = (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
+    return steep
 
 
-def _before_risers(image: _Image, feet: Tensor) -> Tensor:
+def _before_risers(image: _Image, feet: I64) -> F32:
     """Places (n, 2) before risers: from where the ray to the foot crosses the height of the top."""
-    row, column = torch.nonzero(feet, as_tuple=True)
-    if len(row) == 0:
-        return image.xy((row, column))
+    row, column = np.nonzero(feet)
     foot = row + feet[row, column]
-    scale = image.camera[2] - image.z[row, column]
-    scale = scale / (image.camera[2] - image.z[foot, column]).clamp(min=1e-3)
-    top_xy, foot_xy = image.xy((row, column)), image.xy((foot, column)) * scale[:, None]
-    return _along(image, foot_xy, top_xy, _shares(RISER_SAMPLES, image))
+    scale = _crossing(image, image.z[row, column], image.z[foot, column])
+    foot_xy = image.xy(foot, column) * scale[:, None]
+    return _along(image, foot_xy, image.xy(row, column), _shares(RISER_SAMPLES))
 
 
-def _crossings(image: _Image, chosen: Tensor, height_m: Tensor) -> Tensor:
+def _crossing(image: _Image, height_m: F32, z: F32) -> F32:
+    """At which share (n,) of the way to points of height z (n,) rays cross a height (n,)."""
+    down = np.maximum(image.camera[2] - z, np.float32(1e-3))
+    share: F32 = (image.camera[2] - height_m) / down
+    return share
+
+
+def _crossings(image: _Image, chosen: Bool, height_m: F32) -> F32:
     """Where the rays to chosen pixels cross a height (rows, columns)."""
-    at = torch.nonzero(chosen, as_tuple=True)
-    if len(at[0]) == 0:
-        return image.xy(at)
-    scale = image.camera[2] - height_m[at]
-    scale = scale / (image.camera[2] - image.z[at]).clamp(min=1e-3)
-    near = (scale > 0) & (scale * image.depth[at] <= DROP_RANGE_M)
-    return image.in_map(image.xy(at) * scale[:, None])[near]
+    at = np.nonzero(chosen)
+    share = _crossing(image, height_m[at], image.z[at])
+    near = (share > 0) & (share * image.depth[at] <= DROP_RANGE_M)
+    return image.in_map(image.xy(*at) * share[:, None])[near]
 
 
-def _missing(image: _Image, valid: Tensor, floor: Tensor, cell_size_m: float) -> list[Tensor]:
+def _missing(image: _Image, floor: Bool, cell_size_m: float) -> list[F32]:
     """Places just beyond floor that ends at a large hole without returns, and across the hole.
 
     Beyond it is a cell further, away from the camera or sideways.
     """
-    rows, columns = valid.shape
+    valid, (rows, columns) = image.valid, floor.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
-    count = torch.zeros((rows + 1, columns + 1), dtype=torch.int32, device=valid.device)
-    count[1:, 1:] = (~valid).cumsum(dim=0, dtype=torch.int32).cumsum(dim=1, dtype=torch.int32)
+    count = np.zeros((rows + 1, columns + 1), np.int32)
+    count[1:, 1:] = (~valid).cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)
     near = floor & (image.depth <= MISSING_FLOOR_RANGE_M)
-    beside = torch.stack([valid[:-2, 1:-1], valid[1:-1, :-2], valid[1:-1, 2:]])
-    side, row, column = torch.nonzero(near[1:-1, 1:-1] & ~beside, as_tuple=True)
+    beside = np.stack([valid[:-2, 1:-1], valid[1:-1, :-2], valid[1:-1, 2:]])
+    side, row, column = np.nonzero(near[1:-1, 1:-1] & ~beside)
     row, column, up = row + 1, column + 1, side == 0  # the others: to the left and to the right
-    right = torch.where(up, 0, 2 * side - 3)
-    top = (row - tall).clamp(min=0)
-    left = (column + torch.where(up, -wide // 2, right * wide)).clamp(min=0)
-    left = torch.minimum(left, column + right)
-    bottom, end = (top + tall).clamp(max=rows), (left + wide).clamp(max=columns)
+    right = np.where(up, 0, 2 * side - 3)
+    top = np.maximum(row - tall, 0)
+    left = np.maximum(column + np.where(up, -wide // 2, right * wide), 0)
+    left = np.minimum(left, column + right)
+    bottom, end = np.minimum(top + tall, rows), np.minimum(left + wide, columns)
     missing = count[bottom, end] - count[top, end] - count[bottom, left] + count[top, left]
-    large = missing.double() >= MISSING_SHARE * tall * wide
+    large = missing >= MISSING_SHARE * tall * wide
     row, column, up, right = (each[large] for each in (row, column, up, right))
-    xy = image.xy((row, column))
-    ahead = xy / lengths(xy).clamp(min=1e-3)[:, None]
-    aside = torch.stack([ahead[:, 1], -ahead[:, 0]], dim=1) * right[:, None]
-    beyond = image.in_map(xy + cell_size_m * torch.where(up[:, None], ahead, aside))
-    return [beyond, _across(image, (row[up], column[up]), valid, floor)]
+    xy = image.xy(row, column)
+    distance = np.sqrt(xy[:, 0] * xy[:, 0] + xy[:, 1] * xy[:, 1])
+    ahead = xy / np.maximum(distance, np.float32(1e-3))[:, None]
+    aside = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1) * right[:, None].astype(np.float32)
+    way = np.float32(cell_size_m) * np.where(up[:, None], ahead, aside)
+    return [image.in_map(xy + way), _across(image, row[up], column[up], floor)]
 
 
-def _across(image: _Image, at: tuple[Tensor, Tensor], valid: Tensor, floor: Tensor) -> Tensor:
-    """Places between pixels ``at`` and the next return above them, where that is floor."""
-    row, column = at
-    if len(row) == 0:
-        return image.xy(at)
-    rows = torch.arange(len(valid), device=valid.device)[:, None]
-    far = torch.where(valid, rows, -1).cummax(dim=0).values[row - 1, column]
+def _across(image: _Image, row: I64, column: I64, floor: Bool) -> F32:
+    """Places between pixels and the next return above them, where that is floor."""
+    rows = np.arange(len(floor))[:, None]
+    far = np.maximum.accumulate(np.where(image.valid, rows, -1), axis=0)[row - 1, column]
     there = (far >= 0) & floor[far, column]
     row, column, far = row[there], column[there], far[there]
-    shares = _shares(ACROSS_SAMPLES, image, first=0.5)
-    return _along(image, image.xy((row, column)), image.xy((far, column)), shares)
+    shares = _shares(ACROSS_SAMPLES, first=0.5)
+    return _along(image, image.xy(row, column), image.xy(far, column), shares)
 
 
-def _between(image: _Image, floor: Tensor, shares: F64, narrow_m: float) -> list[Tensor]:
-    """Places between floor pixels that are neighbours in a column but cells apart."""
-    upper = torch.nonzero(floor[:-1] & floor[1:], as_tuple=True)
-    upper_xy, step = image.xy(upper), image.xy((upper[0] + 1, upper[1])) - image.xy(upper)
-    gap_m = torch.hypot(step[:, 0], step[:, 1])
-    wide = (gap_m > narrow_m) & (gap_m <= FLOOR_GAP_M)
-    places, step = image.in_map(upper_xy[wide]), step[wide]
-    return [places + step * share for share in shares.tolist()]
-
-
-def _blind(image: _Image, floor: Tensor) -> Tensor:
-    """Places from the camera's foot to the floor at the lower edge of the image.
-
-    Only where the lower edge shows floor to both sides too: beside a hole there is an edge.
-    """
-    side = floor.shape[1] // BLIND_SIDE
-    others = (~floor[-1:]).float()
-    nearest = torch.nn.functional.max_pool1d(others, 2 * side + 1, 1, side)[0] == 0
-    last_xy = torch.stack([image.x[-1, nearest], image.y[-1, nearest]], dim=-1)
-    return _along(image, torch.zeros_like(last_xy), last_xy, _shares(BLIND_SAMPLES, image))
-
-
-def _along(image: _Image, start: Tensor, end: Tensor, shares: Tensor) -> Tensor:
+def _along(image: _Image, start: F32, end: F32, shares: F32) -> F32:
     """Places (n * k, 2) in the map at shares (k,) of the way, of positions (n, 2)."""
-    x, y = (
-        a[:, None] + (b - a)[:, None] * shares
-        for a, b in zip(start.unbind(1), end.unbind(1), strict=True)
-    )
-    return image.in_map(torch.stack([x.flatten(), y.flatten()], dim=1))
+    places = start[:, None] + (end - start)[:, None] * shares[:, None]
+    return image.in_map(places.reshape(-1, 2))
 
 
-def _shares(count: int, image: _Image, first: float = 0.0) -> Tensor:
+def _shares(count: int, first: float = 0.0) -> F32:
     """first, first + 1, ... (count,) float32, divided by ``count``."""
-    numbers = torch.arange(count, device=image.depth.device, dtype=torch.float32)
-    return divided(numbers + first, count)
+    numbers: F32 = np.arange(count, dtype=np.float32) + np.float32(first)
+    numbers /= np.float32(count)
+    return numbers

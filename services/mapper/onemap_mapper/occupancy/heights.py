@@ -13,15 +13,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import torch
 from scipy import ndimage
-from torch import Tensor
 
-from onemap_mapper import jit
-from onemap_mapper.frame.cloud import PointCloud, cells_of, divided
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
-from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
@@ -84,40 +80,20 @@ def height_sums(
     return sums
 
 
-def cell_heights(cloud: PointCloud, variance: Tensor, cells: Tensor, params: MapParams) -> Tensor:
+def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: MapParams) -> F32:
     """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in distinct cells (n, 2).
 
     variance: of the cloud's pixels, infinity = do not use. A row sums to 1, or is zero where no
-    pixel falls into the cell. The host learns the bounds of the cells.
+    pixel falls into the cell.
     """
-    count, device = len(cells), cells.device
-    if count == 0:
-        return torch.zeros((0, LEVELS), device=device)
-    if jit.usable(wanted=params.compiled, device=device):
-        far_high = map(np.float32, (params.max_feature_range_m, params.max_feature_height_m))
-        limits = HeightLimits(params.cell_size_m, *far_high)
-        found = height_sums(cloud.arrays(), variance.numpy(), cells.numpy(), limits)
-        return _shares(torch.from_numpy(found), torch.from_numpy(found.sum(axis=1, keepdims=True)))
-    low, high = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)])).tolist()
-    nx, ny = (top - bottom + 1 for bottom, top in zip(low, high, strict=True))
-    row_of = torch.full((nx * ny + 1,), count, device=device)
-    row_of[(cells[:, 0] - low[0]) * ny + cells[:, 1] - low[1]] = torch.arange(count, device=device)
-    used = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
-    used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
-    points, confidence = cloud.points(used), variance[used].reciprocal()
-    level = divided(points[:, 2].double() - LOWEST_M, THICKNESS_M).floor().long() + 1
-    place = cells_of(points, params.cell_size_m)
-    x, y = place[:, 0] - low[0], place[:, 1] - low[1]
-    inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
-    row = row_of[torch.where(inside, x * ny + y, nx * ny)]
-    sums = torch.zeros((count + 1, LEVELS), device=device)  # the last one: no cell
-    sums.view(-1).index_add_(0, row * LEVELS + level.clamp(0, LEVELS - 1), confidence)
-    return _shares(sums[:-1], sums[:-1].sum(dim=1, keepdim=True))
-
-
-def _shares(sums: Tensor, total: Tensor) -> Tensor:
-    """Sums (n, LEVELS) by their total (n, 1); zero where that is zero."""
-    return torch.where(total > 0, sums / total, 0.0)
+    if len(cells) == 0:
+        return np.zeros((0, LEVELS), np.float32)
+    far_high = map(np.float32, (params.max_feature_range_m, params.max_feature_height_m))
+    limits = HeightLimits(params.cell_size_m, *far_high)
+    sums = height_sums(cloud.planes, variance, cells, limits)
+    total = sums.sum(axis=1, keepdims=True)
+    shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
+    return shares
 
 
 def surroundings(regions: Bool, cells: I64) -> I64:

@@ -1,4 +1,4 @@
-"""The evidence of one depth image for free and occupied cells, by compiled loops and by torch.
+"""The evidence of one depth image for free and occupied cells.
 
 Flying pixels are left out: stereo and time-of-flight cameras average both surfaces in a pixel at an
 edge, and as obstacles such points close doors. A pixel of a surface has neighbours at about its
@@ -11,19 +11,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from onemap_mapper import jit
-from onemap_mapper.frame.cloud import PointCloud, cells_of, divided, lengths
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.evidence import (
-    DROP_HIT,
-    HIT,
-    LOW_HIT,
-    MIN_HITS,
-    MISS,
-    SINGLE_HIT,
     OccupancyUpdate,
     evidence_of,
 )
@@ -34,7 +25,6 @@ from onemap_mapper.occupancy.floor import (
     floor_points,
 )
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
-from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F32, I32, U8, Bool
 from onemap_shared.grid import GridSpec
 
@@ -45,11 +35,10 @@ RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom c
 CLEARING_RANGE_M = 5.0
 ALIKE = 0.04  # of the depth: 12 cm at 3 m, three times the noise of a stereo camera there
 NEIGHBOURS = 2  # of the eight: as a pixel of a vertical or horizontal line one pixel wide has
-STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns: half of the eight neighbours
 
 
 @compiled
-def few_alike(depth_m: F32) -> Bool:
+def flying_pixels(depth_m: F32) -> Bool:
     """Mask (H, W) of pixels with depth with fewer than ``NEIGHBOURS`` of eight neighbours alike.
 
     ``ALIKE`` is of the depth of whichever of the two comes first, row by row. Pixels at the rim are
@@ -269,33 +258,15 @@ def voxels_and_counts(
 
 
 def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
-    """Evidence of one depth image; the host learns the bounds of what it shows.
-
-    Flying pixels are neither obstacles nor floor.
-    """
-    if jit.usable(wanted=params.compiled, device=cloud.depth_m.device):
-        return _compiled_update(cloud, params)
+    """Evidence of one depth image. Flying pixels are neither obstacles nor floor."""
     cloud = cloud.without(flying_pixels(cloud.depth_m))
-    camera = torch.tensor(cloud.camera_m, device=cloud.depth_m.device)
-    every = cloud.strided(RAY_STRIDE, RAY_STRIDE)
-    rays = camera, every.points(every.depth_m > 0)
-    obstacles, low = _obstacles(cloud, params)
-    floor = floor_points(cloud, params)
-    places = (low, floor.drops, floor.seen, floor.blind)
-    box = _box((*places, obstacles, _reached(*rays)), params.cell_size_m)
-    return _evidence(obstacles, rays, places, box, params)
-
-
-def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
-    cloud = cloud.without(torch.from_numpy(few_alike(cloud.depth_m.numpy())))
-    camera, planes = np.array(cloud.camera_m, np.float32), cloud.arrays()
+    camera, planes = cloud.camera_m, cloud.planes
     rays = every_point(planes, RAY_STRIDE)
     heights = (OBSTACLE_MIN_HEIGHT_M, params.obstacle_max_height_m)
     values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
     obstacles, low = obstacle_points(planes, ObstacleLimits(*map(np.float32, values)))
     floor = floor_points(cloud, params)
-    drops, seen, blind = (each.numpy() for each in (floor.drops, floor.seen, floor.blind))
-    places = obstacles, low, drops, seen, blind
+    places = obstacles, low, floor.drops, floor.seen, floor.blind
     low_x, low_y, high_x, high_y = bounds_of_all(camera, rays, places)
     box = GridSpec.covering(params.cell_size_m, (low_x, low_y), (high_x, high_y))
     lowest_m, thickness_m, highest_m = map(
@@ -310,19 +281,19 @@ def _compiled_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
         thickness_m,
         highest_m,
     )
-    distances_m = ray_distances_m(params)
-    voxels, counts = voxels_and_counts(camera, rays, distances_m, places, grid)
-    near = _near_enough(box, torch.from_numpy(camera)).numpy()
-    return OccupancyUpdate.of_arrays(*evidence_of(voxels, counts, near, box.origin_cell))
+    voxels, counts = voxels_and_counts(camera, rays, ray_distances_m(params), places, grid)
+    near = _near_enough(box, camera)
+    return OccupancyUpdate(*evidence_of(voxels, counts, near, box.origin_cell))
 
 
-def _near_enough(box: GridSpec, camera: Tensor) -> Tensor:
+def _near_enough(box: GridSpec, camera: F32) -> Bool:
     """Mask (nx, ny) of the cells in which the camera (3,) would see that floor is missing."""
+    size_m = np.float32(box.cell_size_m)
     x, y = (
-        (torch.arange(count, device=camera.device) + (first + 0.5)) * box.cell_size_m - at
+        (np.arange(count, dtype=np.float32) + np.float32(first + 0.5)) * size_m - at
         for count, first, at in zip(box.shape, box.origin_cell, camera[:2], strict=True)
     )
-    near: Tensor = (x * x)[:, None] + y * y <= NO_DROP_RANGE_M**2
+    near: Bool = (x * x)[:, None] + y * y <= NO_DROP_RANGE_M**2
     return near
 
 
@@ -334,108 +305,3 @@ def ray_distances_m(params: MapParams) -> F32:
     step = RAY_STEP * params.cell_size_m
     range_m = min(CLEARING_RANGE_M, params.obstacle_range_m)
     return np.arange(step, range_m, step, dtype=np.float32)
-
-
-def flying_pixels(depth_m: Tensor) -> Tensor:
-    """Mask (H, W), as ``few_alike``."""
-    alike = torch.full_like(depth_m, NEIGHBOURS, dtype=torch.uint8)
-    alike[1:-1, 1:-1] = 0
-    limit = ALIKE * depth_m
-    rows, columns = depth_m.shape
-    for down, right in STEPS:
-        here = (slice(0, rows - down), slice(max(-right, 0), columns - max(right, 0)))
-        there = (slice(down, rows), slice(max(right, 0), columns + min(right, 0)))
-        close = (depth_m[here] - depth_m[there]).abs() <= limit[here]
-        alike[here] += close
-        alike[there] += close
-    return (alike < NEIGHBOURS) & (depth_m > 0)
-
-
-def _obstacles(cloud: PointCloud, params: MapParams) -> tuple[Tensor, Tensor]:
-    depth_m, z = cloud.depth_m, cloud.z_m
-    error = HEIGHT_ERROR_PER_M * depth_m
-    slack = torch.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
-    least = OBSTACLE_MIN_HEIGHT_M + slack
-    usable = (depth_m > 0) & (depth_m <= params.obstacle_range_m)
-    high = usable & (z >= least) & (z < params.obstacle_max_height_m)
-    low = usable & (z > FLOOR_TOLERANCE_M + error) & (z < least)
-    return cloud.points(high), cloud.points(low)
-
-
-def _reached(camera: Tensor, ends: Tensor) -> Tensor:
-    """Camera, and ends of rays no further than the clearing range: (m + 1, 3)."""
-    rays = ends - camera
-    length_m = lengths(rays)
-    range_m = torch.full_like(length_m, CLEARING_RANGE_M)
-    share = (range_m / length_m.clamp(min=1e-6)).clamp(max=1.0)
-    return torch.cat([camera[None], camera + rays * share[:, None]])
-
-
-def _evidence(
-    obstacles: Tensor,
-    rays: tuple[Tensor, Tensor],
-    places: tuple[Tensor, Tensor, Tensor, Tensor],
-    box: GridSpec,
-    params: MapParams,
-) -> OccupancyUpdate:
-    """As ``evidence_of``; places: low points, drops, floor, blind."""
-    low, drops, seen, hidden = (_scattered(_flat(each, box), box.shape) for each in places)
-    clear, blind = seen > 0, hidden > 0
-    shape = (*box.shape, params.levels)
-    hits = _scattered(_voxels(obstacles, box, params), shape)
-    crossed = _scattered(_voxels(_ray_samples(*rays, params), box, params), shape) > 0
-    voxels = (crossed * -MISS).to(torch.int8)
-    voxels.masked_fill_(hits > 0, SINGLE_HIT).masked_fill_(hits >= MIN_HITS, HIT)
-    lowest = voxels[..., 0]
-    lowest.masked_fill_((low >= MIN_HITS) & (lowest < LOW_HIT), LOW_HIT)
-    there = drops >= MIN_HITS
-    beside = torch.nn.functional.max_pool2d(there[None].float(), 3, stride=1, padding=1)[0] > 0
-    no_drop = clear & ~beside & _near_enough(box, rays[0])
-    drop = (no_drop * -MISS).to(torch.int8).masked_fill_(there, DROP_HIT)
-    evidence = torch.cat([voxels, drop[..., None]], dim=2)
-    place = torch.nonzero(clear | blind | evidence.any(dim=2), as_tuple=True)
-    (i, j), (x, y) = place, box.origin_cell
-    cells = torch.stack([i + x, j + y], dim=1)
-    return OccupancyUpdate(cells, evidence[place], clear[place], blind[place])
-
-
-def _ray_samples(camera: Tensor, ends: Tensor, params: MapParams) -> Tensor:
-    """Points (n, 3) in free space along rays, as ``_mark_rays``."""
-    rays = ends - camera
-    length_m = lengths(rays)
-    distances_m = torch.from_numpy(ray_distances_m(params)).to(camera.device)
-    rays = rays / length_m.clamp(min=1e-6)[:, None]
-    z = camera[2] + rays[:, 2, None] * distances_m
-    inside = distances_m <= (length_m - params.cell_size_m)[:, None]
-    inside &= (z < params.obstacle_max_height_m) & (z >= OBSTACLE_MIN_HEIGHT_M)
-    ray, sample = torch.nonzero(inside, as_tuple=True)
-    return camera + rays[ray] * distances_m[sample, None]
-
-
-def _voxels(points: Tensor, box: GridSpec, params: MapParams) -> Tensor:
-    """Flat voxel indices (n,) in (nx, ny, levels), as of ``VoxelGrid``."""
-    height_m = points[:, 2] - OBSTACLE_MIN_HEIGHT_M
-    level = divided(height_m, params.voxel_height_m).long()
-    return _flat(points, box) * params.levels + level.clamp(max=params.levels - 1)
-
-
-def _flat(places: Tensor, box: GridSpec) -> Tensor:
-    """Flat indices (n,) in (nx, ny) of places (n, 2 or 3) inside the box."""
-    cells = cells_of(places, box.cell_size_m)
-    (low_x, low_y), (_, depth) = box.origin_cell, box.shape
-    return (cells[:, 0] - low_x) * depth + cells[:, 1] - low_y
-
-
-def _scattered(flat: Tensor, shape: tuple[int, ...]) -> Tensor:
-    """How often each element of an array of this shape is among flat indices (n,), int32."""
-    counts = torch.zeros(shape, dtype=torch.int32, device=flat.device)
-    counts.view(-1).index_add_(0, flat, torch.ones_like(flat, dtype=torch.int32))
-    return counts
-
-
-def _box(clouds: tuple[Tensor, ...], cell_size_m: float) -> GridSpec:
-    sides = [torch.aminmax(torch.cat([cloud[:, k] for cloud in clouds])) for k in (0, 1)]
-    (low_x, high_x), (low_y, high_y) = to_host(
-        torch.stack([torch.stack(side) for side in sides])
-    ).tolist()
-    return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))

@@ -8,9 +8,10 @@ map knows nothing yet does not count: a new wall would match the known one besid
 
 from __future__ import annotations
 
-import torch
-from torch import Tensor
+import numpy as np
+from scipy import ndimage
 
+from onemap_shared.geometry import I64, U8
 from onemap_shared.messages import Occupancy
 
 REACH_CELLS = 6  # of the shifts, to each side
@@ -22,30 +23,25 @@ GAIN = 0.1  # more of them, where the map is known, stand on it when shifted
 MIN_ON_FREE = 5
 
 
-def offset_cells(cells: Tensor, lasting: Tensor) -> float:
+def offset_cells(cells: I64, lasting: U8) -> float:
     """How far beside the map obstacle cells (n, 2) of a frame stand, in cells; 0 if they do not.
 
     lasting (nx, ny): values of ``Occupancy`` that lasted; the cells are indices in it,
     ``REACH_CELLS`` and more from its rim. A neighbour of what stands on the map counts as well.
-    Both lie on one device; one number leaves it.
     """
     if len(cells) < MIN_CELLS:
         return 0.0
-    steps = torch.arange(-REACH_CELLS, REACH_CELLS + 1, device=cells.device)
-    shifts = torch.cartesian_prod(steps, steps)
-    lengths = shifts.float().square().sum(dim=1).sqrt()
-    standing = _grown(lasting == int(Occupancy.OCCUPIED))
+    steps = np.arange(-REACH_CELLS, REACH_CELLS + 1)
+    shifts = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    lengths = np.hypot(*shifts.T)
+    standing = ndimage.binary_dilation(lasting == Occupancy.OCCUPIED, np.ones((3, 3), bool))
     x, y = cells.T
-    here, free = standing[x, y], lasting[x, y] == int(Occupancy.FREE)
+    here, free = standing[x, y], lasting[x, y] == Occupancy.FREE
     shifted = standing[x[:, None] + shifts[:, 0], y[:, None] + shifts[:, 1]]
     shifted &= (here | free)[:, None]
-    best = shifted.sum(dim=0).masked_fill(lengths < LEAST_CELLS, -1).argmax()
-    there = shifted.index_select(1, best[None])[:, 0]
-    gained = (there.sum() - here.sum()) / len(cells)
-    told = (gained >= GAIN) & ((there & ~here).sum() >= MIN_ON_FREE)
-    return float(lengths[best] * told)
-
-
-def _grown(cells: Tensor) -> Tensor:
-    """The cells (nx, ny) and their eight neighbours."""
-    return torch.nn.functional.max_pool2d(cells[None].float(), 3, stride=1, padding=1)[0] > 0
+    best = np.where(lengths < LEAST_CELLS, -1, shifted.sum(axis=0)).argmax()
+    there = shifted[:, best]
+    gained = (int(there.sum()) - int(here.sum())) / len(cells)
+    if gained < GAIN or (there & ~here).sum() < MIN_ON_FREE:
+        return 0.0
+    return float(lengths[best])

@@ -216,5 +216,5 @@ def _shares(version: MapVersion, cells: I64) -> F32:
     rows = version.tiles.rows(cells + version.grid.origin_cell)
     slots = np.where(rows >= 0, version.slots[rows], NO_SLOT)
     shares: F32 = np.zeros((len(cells), version.heights.shape[1]), np.float32)
-    shares[slots != NO_SLOT] = version.heights_of(slots[slots != NO_SLOT])
+    shares[slots != NO_SLOT] = version.heights[slots[slots != NO_SLOT]]
     return shares

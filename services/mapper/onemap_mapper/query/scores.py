@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.version import NO_SLOT, MapVersion, floor_bits, observed_bits
@@ -29,7 +27,6 @@ from onemap_mapper.query.similarity import (
     guiding,
     rank_limits,
 )
-from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F32, I32, I64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -67,16 +64,13 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         since, rows = None, _known_rows(belief)
     else:
         rows = belief.changes.rows_since(since)
-    slots = belief.slots.values[rows]
-    observed = slots[slots != NO_SLOT].long()
-    driving = belief.occupancy
-    floor = (driving.assumed.values[rows], driving.clear.values[rows], driving.drops(rows))
-    layers = floor_bits(*to_host(torch.stack(floor)))
-    slots_of_rows: I32 = to_host(slots)
-    confidences = to_host(belief.store.confidences(observed))
-    layers[slots_of_rows != NO_SLOT] |= observed_bits(
-        confidences, belief.params.explored_variance, robot
+    slots, driving = belief.slots.values[rows], belief.occupancy
+    observed = slots != NO_SLOT
+    layers = floor_bits(
+        driving.assumed.values[rows], driving.clear.values[rows], driving.drops(rows)
     )
+    confidences = belief.store.confidences(slots[observed])
+    layers[observed] |= observed_bits(confidences, belief.params.explored_variance, robot)
     history = belief.history(robot)
     return ChangedCells(
         revision=belief.revision,
@@ -86,18 +80,18 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         since=since,
         number=belief.changes.number,
         places=belief.tiles.places(),
-        rows=to_host(rows),
-        slots=slots_of_rows,
-        occupancy=to_host(belief.occupancy.states.values[rows]),
+        rows=rows,
+        slots=slots,
+        occupancy=driving.states.values[rows],
         layers=layers,
     )
 
 
-def _known_rows(belief: BeliefMap) -> Tensor:
+def _known_rows(belief: BeliefMap) -> I64:
     known = belief.occupancy.states.values != Occupancy.UNKNOWN
     known |= belief.slots.values != NO_SLOT
     known |= belief.occupancy.assumed.values
-    return torch.nonzero(known).squeeze(1)
+    return np.flatnonzero(known)
 
 
 T = TypeVar("T")

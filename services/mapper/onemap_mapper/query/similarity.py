@@ -81,8 +81,7 @@ class CellSums:
         if len(stale) > CANDIDATES:
             first = np.searchsorted(stale, self._next)
             stale = stale[first : first + CANDIDATES]
-        changed_at = store.changed_at[torch.from_numpy(stale).to(store.device)]
-        found: I64 = stale[to_host(changed_at <= revision - SETTLED)][:most]
+        found: I64 = stale[store.changed_at[stale] <= revision - SETTLED][:most]
         self._next = (
             int(found[-1]) + 1 if 0 < most == len(found) else int(stale.max(initial=-1)) + 1
         )
@@ -140,12 +139,11 @@ class CellSums:
         return total
 
     def _follow(self, store: CellFeatures, revision: int) -> None:
-        """Grow or shrink with the map, and note what changed."""
+        """Grow with the map, and note what changed."""
         if (revision, store.count) == self._held.known:
             return
         changed = store.changed_since(*self._held.known)
-        added = np.ones(max(store.count - len(self._stale), 0), bool)
-        self._stale = np.append(self._stale[: store.count], added)
+        self._stale = np.append(self._stale, np.ones(store.count - len(self._stale), bool))
         self._stale[changed] = True
         self._held.resize(store.count)
         self._held.revision = revision

@@ -506,7 +506,7 @@ class LiveMap:
                     raise MapReplaced
                 for rows, features in store.chunks(np.arange(part.start, part.stop)):
                     buffer[rows] = to_host(features)
-                confidences = to_host(store.confidences(part))
+                confidences = store.confidences(part)
             copies = (content.confidence, content.searched, content.explored)
             for copy, values in zip(copies, confidences[: len(copies)], strict=True):
                 if copy is not None:

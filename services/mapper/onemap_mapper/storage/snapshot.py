@@ -21,7 +21,7 @@ from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_cells
-from onemap_mapper.transfers import to_device, to_host
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import I64
 from onemap_shared.messages import MapDigest, Place
 
@@ -126,10 +126,7 @@ def outline(belief: BeliefMap) -> MapSnapshot:
     """A copy of the map's content without its features (0, D), which are nearly all of it."""
     store, params = belief.store, belief.params
     rows = belief.occupancy.known_rows
-    clear, assumed = (
-        to_host(belief.occupancy.clear.values[rows]),
-        to_host(belief.occupancy.assumed.values[rows]),
-    )
+    clear, assumed = belief.occupancy.clear.values[rows], belief.occupancy.assumed.values[rows]
     header = MapHeader(
         format=FORMAT,
         version=VERSION,
@@ -147,13 +144,13 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         header=header,
         cells=store.cells.astype(np.int32),
         features=np.zeros((0, belief.dimension), feature_dtype(belief)),
-        confidence=to_host(store.confidence),
-        searched=to_host(store.searched_confidence),
-        driving_cells=belief.tiles.cells(to_host(rows)).astype(np.int32),
-        evidence=to_host(belief.occupancy.evidence.values[rows]),
+        confidence=store.confidence,
+        searched=store.searched_confidence,
+        driving_cells=belief.tiles.cells(rows).astype(np.int32),
+        evidence=belief.occupancy.evidence.values[rows],
         clear=clear * np.uint8(1) + assumed,
-        explored=to_host(store.explored_confidence),
-        heights=to_host(store.heights(slice(0, store.count))),
+        explored=store.explored_confidence,
+        heights=store.heights.copy(),
         seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
     )
 
@@ -172,7 +169,7 @@ def restore(
     _put_in(belief, replace(snapshot, evidence=_evidence(snapshot, params)), NO_MOTION)
     belief.revision = first_revision
     if header.dimension > 0:
-        belief.store.set_confidence(SEARCHED, torch.from_numpy(snapshot.searched))
+        belief.store.set_confidence(SEARCHED, snapshot.searched)
     belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
     return belief
 
@@ -193,10 +190,9 @@ def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarMotion) -> None:
     header = taken.header
     cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
     share = _share(taken, cells, source, moved)
-    device = belief.params.torch_device
-    occupancy = _occupancy(taken, moved, device)
+    occupancy = _occupancy(taken, moved)
     try:
-        every = torch.cat([to_device(share.cells, device), occupancy.cells])
+        every = np.concatenate([share.cells, occupancy.cells])
         driving = belief.grow(every)[len(share.cells) :]
     except MapTooLarge as problem:
         raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
@@ -236,8 +232,7 @@ def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarMotion) -> 
     """The features of world cells (n, 2), each from the cell of this index (n,)."""
     explored = taken.confidence if taken.explored is None else taken.explored
     confidence, seen = (
-        torch.from_numpy(values[source].astype(np.float64))
-        for values in (taken.confidence, explored)
+        values[source].astype(np.float64) for values in (taken.confidence, explored)
     )
     features = np.asarray(taken.features)
     if moved != NO_MOTION:  # else as they lie there: a copy takes the memory of a map
@@ -254,13 +249,13 @@ def _seen(seen: SeenFrom, moved: PlanarMotion) -> SeenFrom:
     return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
 
 
-def _occupancy(taken: MapSnapshot, moved: PlanarMotion, device: torch.device) -> OccupancyUpdate:
+def _occupancy(taken: MapSnapshot, moved: PlanarMotion) -> OccupancyUpdate:
     driving_cells = taken.driving_cells.astype(np.int64)
     cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
     assumed = taken.clear[source] == ASSUMED
     clear = (taken.clear[source] > 0) & ~assumed
     evidence = taken.evidence[source]
-    return OccupancyUpdate.of_arrays(cells, evidence, clear, assumed, device=device)
+    return OccupancyUpdate(cells, evidence, clear, assumed)
 
 
 def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None:
