@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from onemap_planner.policy.step import PlannerParams
+from onemap_planner.policy.params import PlannerParams
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.topic_list import missing, needs
 from onemap_shared.config import read, section

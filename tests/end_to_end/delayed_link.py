@@ -20,7 +20,7 @@ from onemap_planner.inputs import LatestInputs, with_odometry, with_revision, wi
 from onemap_planner.motion.motions import Drive
 from onemap_planner.motion.staleness import LoopMonitor, SentCommand, StalenessParams
 from onemap_planner.motion.velocity_controller import Plan, VelocityController
-from onemap_planner.policy.step import PlannerParams
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import Velocity2d

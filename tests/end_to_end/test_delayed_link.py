@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from onemap_planner.motion.staleness import StalenessParams
-from onemap_planner.policy.step import PlannerParams
+from onemap_planner.policy.params import PlannerParams
 from tests.end_to_end.delayed_link import drive
 
 LIMIT_S = PlannerParams().staleness.max_loop_s

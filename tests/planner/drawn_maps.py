@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from onemap_planner.policy.step import PlannerParams
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.world.costmap import BesideMap, Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64

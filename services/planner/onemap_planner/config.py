@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from onemap_planner.policy.step import PlannerParams
+from onemap_planner.policy.params import PlannerParams
 
 
 class PlannerConfig(PlannerParams):

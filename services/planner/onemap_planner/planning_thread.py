@@ -23,8 +23,9 @@ from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
 from onemap_planner.policy.outcome import Decision, Observation
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.policy.step import PlannerParams, step
+from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import (
     Approaching,
     Confirming,
@@ -35,7 +36,6 @@ from onemap_planner.search.state_machine import (
     Search,
     Starting,
     told,
-    transition,
 )
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.sentences import waiting_for
@@ -423,10 +423,8 @@ class PlanningThread:
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
-        search = transition(state.search, Ending(SearchState.FAILED, reason, code), stamp)
         next_state = state.copy()
-        next_state.begin_object()
-        next_state.search = search
+        next_state.apply(Ending(SearchState.FAILED, reason, code), stamp)
         self._registry.compare_and_swap(state, next_state)
 
     def _new_detections(self) -> tuple[Detections, ...]:

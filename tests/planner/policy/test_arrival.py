@@ -10,8 +10,8 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.policy.arrival import IN_VIEW_RAD, ArrivalState, arrive, stands_at
-from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalKind
+from onemap_planner.policy.move import explore
 from onemap_shared.geometry import wrap_angle
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import context_of, planner_state, standing

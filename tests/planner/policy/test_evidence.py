@@ -9,8 +9,8 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.limits import handle_stuck
 from onemap_planner.policy.state import Evidence, FoundObject, PlannerState
-from onemap_planner.policy.step import handle_stuck
 from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy

@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
+from onemap_planner.policy.tell import explain
 from onemap_planner.search.state_machine import EventStamp, Exploring, status, told
 from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
 from onemap_shared.messages import CameraView

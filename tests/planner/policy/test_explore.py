@@ -10,9 +10,9 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
-from onemap_planner.policy import explore as module
+from onemap_planner.policy import last_resorts as module
+from onemap_planner.policy.choose import select_candidate
 from onemap_planner.policy.context import PlanningContext, across_gaps
-from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
-from onemap_planner.policy import explore as module
+from onemap_planner.policy import choose as module
+from onemap_planner.policy.choose import can_follow, follow_window
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
+from onemap_planner.policy.move import follow_goal
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import ActiveGoal
 from onemap_planner.search.state_machine import Exploring

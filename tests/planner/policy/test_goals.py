@@ -10,14 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.policy import goals as goals_module
-from onemap_planner.policy.goals import (
-    Goal,
-    GoalKind,
-    GoalUtility,
-    frontier_goals,
-    select_goal,
-    successor,
-)
+from onemap_planner.policy.choose import choose
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, frontier_goals, successor
 from onemap_planner.world.frontiers import find_frontiers
 from tests.planner.drawn_maps import drawn_map
 from tests.planner.one_room import standing
@@ -31,9 +25,9 @@ def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Go
 def test_the_current_goal_is_kept_unless_another_is_clearly_better() -> None:
     current = goal(0.3, 1.0)
     today = goal(0.3, 1.2)
-    assert select_goal([today, goal(0.38, 5.0)], current) == today
-    assert select_goal([today, goal(0.45, 5.0)], current) == goal(0.45, 5.0)
-    assert select_goal([goal(0.1, 5.0)], current) == goal(0.1, 5.0)  # it is gone
+    assert choose([today, goal(0.38, 5.0)], current) == today
+    assert choose([today, goal(0.45, 5.0)], current) == goal(0.45, 5.0)
+    assert choose([goal(0.1, 5.0)], current) == goal(0.1, 5.0)  # it is gone
 
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(-9, 9)), min_size=1, max_size=8), st.data())
@@ -42,7 +36,7 @@ def test_the_choice_does_not_depend_on_the_order(
 ) -> None:
     goals = [goal(u, x) for u, x in values]
     shuffled = data.draw(st.permutations(goals))
-    assert select_goal(goals, None) == select_goal(shuffled, None)
+    assert choose(goals, None) == choose(shuffled, None)
 
 
 @given(st.floats(0.1, 10.0), st.lists(st.tuples(st.floats(0.01, 1), st.floats(0, 30)), min_size=2))
@@ -56,7 +50,7 @@ def test_the_choice_does_not_depend_on_the_scale_of_the_scores(
             replace(goal(0.0, float(i)), utility=GoalUtility.of(factor * s, way_m))
             for i, (s, way_m) in enumerate(values)
         ]
-        return select_goal(goals, None)
+        return choose(goals, None)
 
     plain, scaled = chosen(1.0), chosen(scale)
     assert plain is not None
@@ -75,7 +69,7 @@ def test_a_border_is_recognised_by_its_cells_though_its_middle_jumps() -> None:
     rest = border(11, 18, 25, look_x=2.15)  # most of it was seen
     other = border(14, 0, 8, total=0.35, look_x=1.0)  # nearer to the middle it had
     assert successor([other, rest], earlier) == rest
-    assert select_goal([other, rest], earlier) == rest
+    assert choose([other, rest], earlier) == rest
 
 
 def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:

@@ -9,9 +9,10 @@ import pytest
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.limits import handle_stuck, is_trapped, limit_reached
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import ActiveGoal, PlannerState
-from onemap_planner.policy.step import handle_stuck, is_trapped, limit_reached, step
+from onemap_planner.policy.step import step
 from onemap_planner.search import state_machine as sm
 from onemap_planner.search.state_machine import (
     Approaching,

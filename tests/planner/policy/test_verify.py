@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
+from onemap_planner.policy.choose import select_candidate
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.ledger import MAX_LOOKS, MAX_RETURNS
-from onemap_planner.policy.state import (
-    SETTLE_S,
-    Evidence,
-    PlannerState,
-)
+from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState
 from onemap_planner.policy.verify import CONFIRM_S, approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search import state_machine as sm

@@ -11,8 +11,8 @@ from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_table
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.move import explore
 from onemap_planner.policy.state import LINGER_S, SETTLE_S, PlannerState
 from onemap_planner.search.state_machine import Ending
 from onemap_shared.camera import Intrinsics

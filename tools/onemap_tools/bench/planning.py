@@ -15,8 +15,9 @@ from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import frontier_goals
 from onemap_planner.policy.outcome import Observation
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.policy.step import PlannerParams, step
+from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Exploring, new_search
 from onemap_planner.world.costmap import BesideMap, build_costmap
 from onemap_planner.world.frontiers import find_frontiers

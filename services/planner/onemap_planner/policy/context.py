@@ -10,7 +10,6 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.sentences import CREEPS_CLOSE_BY, creeps_unseen
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import (
     MAP_ALONE,
@@ -26,7 +25,7 @@ from onemap_planner.world.costmap import (
 from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import CameraView, Coverage, Occupancy
+from onemap_shared.messages import CameraView, Occupancy
 from onemap_shared.places import NO_ZONES, Zones
 
 APPROACH_NEAREST_M = 0.7  # metres from the object's surface; nearer, it fills the image
@@ -192,35 +191,3 @@ def across_gaps(context: PlanningContext) -> PlanningContext:
 def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:
     x, y = costmap.grid.cells(np.asarray(pose.xy)).tolist()
     return cost_to_go_from(costmap.cost, (x, y), cell_size_m=costmap.grid.cell_size_m)
-
-
-CREEPS_WITHIN_M = 0.3  # of the robot's front: reaction and braking at its slow speeds
-
-
-def creeping_reason(context: PlanningContext) -> str:
-    """Why a robot creeps here, and what helps if it is its camera, in words."""
-    costmap, grid = context.costmap, context.costmap.grid
-    away_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
-    near = away_m <= context.params.radius_m + CREEPS_WITHIN_M
-    if not (costmap.unseen & ~costmap.blind & near).any():
-        return CREEPS_CLOSE_BY
-    camera = context.bands.camera
-    tilted = camera.down_deg > 0
-    return creeps_unseen(camera.height_m / tan(radians(camera.down_deg)) if tilted else inf)
-
-
-def coverage_of(context: PlanningContext) -> Coverage:
-    """The coverage of the map as it is now."""
-    map_view = context.map_view
-    free = map_view.occupancy == Occupancy.FREE
-    similarity = np.nan_to_num(map_view.similarity, nan=-1.0)
-    best = np.unravel_index(int(np.argmax(similarity)), similarity.shape)
-    score = float(similarity[best])
-    x, y = map_view.grid.centres(np.array(best))
-    return Coverage(
-        explored_m2=float((free & map_view.explored).sum()) * map_view.cell_area_m2,
-        free_m2=float(free.sum()) * map_view.cell_area_m2,
-        unreachable_m2=context.unreachable_m2(),
-        best_match_m=(float(x), float(y)) if score >= 0 else (),
-        best_score=max(score, 0.0),
-    )

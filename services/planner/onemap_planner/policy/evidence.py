@@ -16,17 +16,12 @@ from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import VIEW_FARTHEST_M
 from onemap_planner.policy.ledger import MAX_LOOKS
-from onemap_planner.policy.state import (
-    NO_SYNONYMS,
-    Evidence,
-    FoundObject,
-    PlannerState,
-    Synonyms,
-)
+from onemap_planner.policy.state import NO_SYNONYMS, Evidence, FoundObject, PlannerState, Synonyms
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
 from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
 from onemap_planner.world.candidates import (
     CERTAIN,
+    MIN_SIGHTINGS,
     ObjectCandidate,
     Sighting,
     is_same_object,
@@ -83,6 +78,28 @@ def likely_unsupported(
     """Those without the map's support that are not certainly something else, with probability."""
     weighed = [(candidate, object_probability(candidate, context)) for candidate in candidates]
     return [(candidate, probable) for candidate, probable in weighed if probable > 1 - CERTAIN]
+
+
+MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
+
+
+def agreed(state: PlannerState) -> list[ObjectCandidate]:
+    """What was detected often enough where the map agrees."""
+    often = [c for c in state.evidence.candidates if c.sightings >= MIN_SIGHTINGS]
+    return often[:MAX_CANDIDATES_TRIED]
+
+
+def doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:
+    """What was detected, but not accepted because the map did not agree, the most probable first.
+
+    Each with its probability; what is certainly something else is left out.
+    """
+    unsupported = [
+        candidate
+        for candidate in (*state.evidence.unsupported, *state.evidence.rejected)
+        if not candidate.supported and candidate.sightings >= MIN_SIGHTINGS
+    ]
+    return sorted(likely_unsupported(unsupported, context), key=lambda pair: -pair[1])
 
 
 def map_rank(candidate: ObjectCandidate, context: PlanningContext) -> float:

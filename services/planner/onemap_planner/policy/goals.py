@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
-from math import isfinite
 
 import numpy as np
 
@@ -17,27 +16,12 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.search.state_machine import Search
-from onemap_planner.sentences import (
-    AFAR,
-    ALIKE,
-    DOUBTED,
-    KEPT,
-    ONLY,
-    SEEN,
-    UNEXPLORED,
-    Gain,
-    Landmarks,
-    approaching,
-    gained,
-    goal_sentence,
-)
+from onemap_planner.sentences import AFAR, ALIKE, DOUBTED, SEEN, UNEXPLORED
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
 
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 
@@ -58,9 +42,6 @@ class GoalKind(str, Enum):
 # Metres of path at which a goal is worth half as much as here: a room. Far goals go by likeness per
 # metre, whatever the encoder's scores are.
 HALF_VALUE_M = 4.0
-# Part of the current goal's utility by which another must exceed it to replace it: what turning
-# round costs, and borders change with every view.
-HYSTERESIS = 0.3
 GIVEN_UP_RADIUS_M = 0.5  # metres around a goal viewed without result in which no other is taken
 SAME_GOAL_M = 0.8  # metres a goal may shift between two maps and still be the same
 VIEWPOINT_WITHIN_M = 0.8  # metres from which a frontier counts as reached
@@ -130,20 +111,6 @@ class GoalCandidates:
 
 
 NO_CANDIDATES = GoalCandidates()
-
-
-def select_goal(options: Iterable[Goal], current: Goal | None) -> Goal | None:
-    """The best option; the current goal's new version unless the best exceeds it by hysteresis."""
-    ranked = sorted(options, key=lambda goal: (-goal.utility.total, goal.look_xy))
-    if not ranked:
-        return None
-    best = ranked[0]
-    if current is None:
-        return best
-    same = successor(ranked, current)
-    if same is not None and best.utility.total < same.utility.total * (1 + HYSTERESIS):
-        return same
-    return best
 
 
 def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:
@@ -283,91 +250,3 @@ def _travel_m(cell: I64, context: PlanningContext) -> float:
 
 def _pair(xy: F64) -> tuple[float, float]:
     return float(xy[0]), float(xy[1])
-
-
-LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
-
-
-def explain_goal(
-    search: Search, goal: Goal, options: Sequence[Goal], around: Landmarks, *, new: bool
-) -> Search:
-    """The search with the reasons for the goal among the options; new: it was chosen anew."""
-    return _explained(search, explain(goal, options, around, search.target), new=new)
-
-
-def explain_candidate(search: Search, goal: Goal, sightings: int, around: Landmarks) -> Search:
-    """The search with the reasons for walking up to a candidate."""
-    sentence = approaching(search.target, sightings, around.where(goal.look_xy))
-    return _explained(search, GoalChoice(0, sentence, _options([goal], goal)), new=False)
-
-
-def explain(goal: Goal, options: Sequence[Goal], around: Landmarks, name: str) -> GoalChoice:
-    """The choice of ``goal`` among these options, numbered 0; of those at one place the best.
-
-    name: of what is sought, empty for a drive to a place.
-    """
-    finite = [option for option in options if isfinite(option.utility.travel_m)]
-    ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
-    places: dict[tuple[float, float], Goal] = {}
-    for each in (goal, *ranked) if goal in ranked else ranked:
-        places.setdefault(each.viewpoint_xy, each)
-    ranked = [option for option in ranked if places[option.viewpoint_xy] is option]
-    shown = ranked[:MAX_GOAL_OPTIONS]
-    if goal in ranked and goal not in shown:
-        shown[-1] = goal
-    others = [option for option in ranked if option != goal]
-    why = _why(goal, others) if name and goal.kind is not GoalKind.LOOK_AT else ""
-    sentence = goal_sentence(goal.doing, around.where(goal.look_xy), name, why)
-    return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
-
-
-def _explained(search: Search, choice: GoalChoice, *, new: bool) -> Search:
-    """The search with this choice; another number if it is new, none if the place is the same."""
-    before = search.choice
-    if not new and before.chosen_xy == choice.chosen_xy:
-        return search
-    number = before.number + (new or not before.options)
-    return replace(search, choice=replace(choice, number=number))
-
-
-def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
-    return tuple(
-        GoalOption(
-            kind=str(goal.kind),
-            xy_m=(float(goal.viewpoint_xy[0]), float(goal.viewpoint_xy[1])),
-            score=float(goal.utility.score),
-            travel_m=float(goal.utility.travel_m),
-            utility=float(goal.utility.total),
-            chosen=goal == chosen,
-        )
-        for goal in goals
-    )
-
-
-def _why(goal: Goal, others: Sequence[Goal]) -> str:
-    """Why the goal won against the others, of which the first is the best."""
-    if not others:
-        return ONLY
-    if goal.utility.total < others[0].utility.total:
-        return KEPT
-    return gained(_gains(goal, others), like=goal.kind is GoalKind.REGION)
-
-
-def _gains(goal: Goal, others: Sequence[Goal]) -> list[tuple[Gain, bool]]:
-    """What speaks for a goal against the first of the others, the weightiest first.
-
-    With each, whether no other goal has more of it.
-    """
-    ours, rest = goal.utility, [other.utility for other in others]
-    theirs = rest[0]
-    share = (ours.travel_share + theirs.travel_share) / 2
-    value = (ours.score + theirs.score) / 2
-    like = Gain.PROMISE if goal.kind is GoalKind.FRONTIER else Gain.LIKENESS
-    most_alike = ours.score >= max(each.score for each in rest)
-    nearest = ours.travel_m <= min(each.travel_m for each in rest)
-    parts = (
-        ((ours.score - theirs.score) * share, like, most_alike),
-        ((ours.travel_share - theirs.travel_share) * value, Gain.WAY, nearest),
-    )
-    ranked = sorted((part for part in parts if part[0] >= LEAST_GAIN), key=lambda p: -p[0])
-    return [(gain, most) for _, gain, most in ranked]

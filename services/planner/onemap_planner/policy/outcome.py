@@ -8,7 +8,7 @@ from onemap_planner.motion.motions import Motion, Pose2d, Rest
 from onemap_planner.policy.context import USUAL_CAMERA
 from onemap_planner.policy.goals import NO_CANDIDATES, Goal, GoalCandidates
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.search.state_machine import Event
+from onemap_planner.search.state_machine import Event, EventStamp
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import Velocity2d
@@ -51,6 +51,11 @@ class Observation:
     anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces = NOWHERE
     offset_m: float = 0.0
+
+    def stamp(self, active_time_s: float) -> EventStamp:
+        """When and where it was made; active_time_s: of the search."""
+        xy = self.pose.xy if self.pose else None
+        return EventStamp(self.now_s, active_time_s, xy, self.odometer_m)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,14 @@ from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalCandidates, successor
 from onemap_planner.policy.ledger import Ledger, Xy
-from onemap_planner.search.state_machine import Search
+from onemap_planner.search.state_machine import (
+    Confirmed,
+    Ending,
+    Event,
+    EventStamp,
+    Search,
+    transition,
+)
 from onemap_planner.sentences import Landmarks
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.costmap import NOTHING, Appeared
@@ -212,6 +219,15 @@ class PlannerState:
     def obstacles_xy(self) -> F64:
         """Virtual obstacles (B, 2), metres."""
         return self.progress.obstacles_xy if self.progress else np.zeros((0, 2))
+
+    def apply(self, event: Event, stamp: EventStamp) -> None:
+        """Take in the event; the next object begins without evidence."""
+        if isinstance(event, Confirmed | Ending) and event.candidate is not None:
+            self.find(event.candidate)
+        search = transition(self.search, event, stamp)
+        if search.index != self.search.index:
+            self.begin_object()
+        self.search = search
 
     def move_to(self, pose: Pose2d) -> None:
         """The robot is here: its trail grows."""

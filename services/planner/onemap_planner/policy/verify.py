@@ -9,20 +9,14 @@ import numpy as np
 from onemap_planner.motion.motions import Drive
 from onemap_planner.motion.pure_pursuit import ARRIVE_M
 from onemap_planner.policy.arrival import ArrivalState, arrive, comes_no_nearer, stands_at
-from onemap_planner.policy.context import (
-    APPROACH_LAST_RESORT_M,
-    APPROACH_LIMIT_M,
-    PlanningContext,
-)
+from onemap_planner.policy.context import APPROACH_LAST_RESORT_M, APPROACH_LIMIT_M, PlanningContext
 from onemap_planner.policy.evidence import object_probability
-from onemap_planner.policy.find_check import FindCheck, check_find
-from onemap_planner.policy.goals import detection_goals, explain_candidate
+from onemap_planner.policy.find_check import check_find
+from onemap_planner.policy.goals import detection_goals
 from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.outcome import Move
-from onemap_planner.policy.state import (
-    SETTLE_S,
-    PlannerState,
-)
+from onemap_planner.policy.state import SETTLE_S, PlannerState
+from onemap_planner.policy.tell import explain_candidate, other_object
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.state_machine import (
     Approaching,
@@ -30,18 +24,11 @@ from onemap_planner.search.state_machine import (
     CandidateSelected,
     Confirmed,
     Confirming,
-    Ending,
     Event,
     Rejected,
 )
-from onemap_planner.sentences import found_other
-from onemap_planner.world.candidates import (
-    CERTAIN,
-    VIEWS_PER_VIEWPOINT,
-    ObjectCandidate,
-)
+from onemap_planner.world.candidates import CERTAIN, VIEWS_PER_VIEWPOINT, ObjectCandidate
 from onemap_planner.world.regions import SIMILAR
-from onemap_shared.messages import SearchState
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
@@ -101,12 +88,6 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
     else:
         state.reject(candidate)
     return Rejected()
-
-
-def other_object(state: PlannerState, candidate: ObjectCandidate, check: FindCheck) -> Ending:
-    """The end of a search that found another object of the name than the one described."""
-    reason = found_other(state.search.target, check.wrong)
-    return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=check.told)
 
 
 def sort_out(state: PlannerState, context: PlanningContext) -> None:

@@ -13,9 +13,10 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility, explain_goal
+from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, ActiveGoal, PlannerState
+from onemap_planner.policy.tell import explain_goal
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     NO_CELLS,

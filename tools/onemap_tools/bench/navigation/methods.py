@@ -32,16 +32,10 @@ from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
+from onemap_planner.policy.move import Exploration, explore
 from onemap_planner.policy.outcome import Move
-from onemap_planner.policy.state import (
-    LINGER_S,
-    SETTLE_S,
-    ActiveGoal,
-    PlannerState,
-)
-from onemap_planner.policy.step import Exploration
+from onemap_planner.policy.state import LINGER_S, SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.search.state_machine import Ending, Event
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import distance_cells

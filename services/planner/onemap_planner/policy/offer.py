@@ -1,0 +1,166 @@
+"""The goals to choose from: borders, regions, uncertain candidates, ways to what is far off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from heapq import nlargest
+
+import numpy as np
+
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.evidence import MAX_CANDIDATES_TRIED, agreed, likely_unsupported
+from onemap_planner.policy.find_check import check_find
+from onemap_planner.policy.goals import (
+    SAME_GOAL_M,
+    Goal,
+    GoalCandidates,
+    GoalKind,
+    detection_goals,
+    frontier_goals,
+    grown,
+    most_worth,
+    region_goal,
+)
+from onemap_planner.policy.state import Evidence, PlannerState
+from onemap_planner.policy.ways import (
+    UnreachedPlace,
+    frontier_goal,
+    looks_at_closed_ways,
+    visit_counts,
+    ways_to_unreached,
+)
+from onemap_planner.search.state_machine import Destination
+from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
+from onemap_planner.world.map_view import components
+from onemap_planner.world.regions import SimilarRegion, remaining_regions
+from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
+
+LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
+
+
+def offer(
+    state: PlannerState, context: PlanningContext, candidates: GoalCandidates, ways: list[Goal]
+) -> list[Goal]:
+    """The goals to choose from; ways: those on the ways to candidates without a viewpoint.
+
+    Without any, a look at what may close a way, at the largest part of the floor that no path
+    leads to, and at what looks a little like the object.
+    """
+    goals = frontier_goals(candidates.frontiers, context)
+    goals += _detection_goals(_unconfirmed(state, context), state, context)
+    worthwhile = ways + _not_given_up(state, goals)
+    worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
+    if worthwhile:
+        return worthwhile
+    for look in looks_at_closed_ways(context, state.ledger.tried_xy(GoalKind.LOOK_AT)):
+        if not state.ledger.is_given_up(look):
+            return [look]
+    way_out = _way_to_cut_off(state, context)
+    if way_out is not None:
+        return [way_out]
+    left = remaining_regions(context.believed(context.map_view))
+    return _region_goals(state, context, left, [])
+
+
+def ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[Goal]:
+    """The ways to candidates without a viewpoint: seen through a door, or over a table."""
+    often = [(candidate, candidate.similarity) for candidate in agreed(state)]
+    places = [
+        UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
+        for candidate, score in often + _unconfirmed(state, context)
+        if state.ledger.next_viewpoint(candidate, context) is None
+    ]
+    if not places:
+        return []
+    visits = visit_counts(context, state.ledger.visited_frontiers)
+    return _not_given_up(state, ways_to_unreached(places, context, visits))
+
+
+def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
+    return [goal for goal in goals if not state.ledger.is_given_up(goal)]
+
+
+def _region_goals(
+    state: PlannerState,
+    context: PlanningContext,
+    regions: tuple[SimilarRegion, ...],
+    others: Sequence[Goal],
+) -> list[Goal]:
+    """The goals of the regions that may be among the best of these and others, and the present
+    one: viewpoints of all of them took most of the time of planning."""
+    active, tried_xy = state.active_goal, state.ledger.tried_xy(GoalKind.REGION)
+    present = grown(active.goal.cells) if active else frozenset()
+    best = nlargest(MAX_GOAL_OPTIONS, (goal.utility.total for goal in others))
+    goals = []
+    worth = [(most_worth(region, context), region) for region in regions]
+    for most, region in sorted(worth, key=lambda pair: -pair[0]):
+        if len(best) == MAX_GOAL_OPTIONS and most < best[-1]:
+            x, y = region.peak_xy.tolist()
+            near = active is not None and active.goal.looks_at((x, y), SAME_GOAL_M)
+            if not near and present.isdisjoint(context.map_view.world_cells(region.cells)):
+                continue
+        goal = region_goal(region, context, tried_xy=tried_xy)
+        if goal is not None and not state.ledger.is_given_up(goal):
+            goals.append(goal)
+            best = nlargest(MAX_GOAL_OPTIONS, [*best, goal.utility.total])
+    return goals
+
+
+def _detection_goals(
+    scored: list[tuple[ObjectCandidate, float]], state: PlannerState, context: PlanningContext
+) -> list[Goal]:
+    def viewpoint_of(candidate: ObjectCandidate) -> tuple[float, float] | None:
+        return state.ledger.next_viewpoint(candidate, context)
+
+    return detection_goals(scored, context, viewpoint_of=viewpoint_of)
+
+
+def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | None:
+    """A look into the unknown gap before the largest part of the floor that no path leads to.
+
+    The gap may be too narrow for a frontier, such as floor that the camera missed in a doorway.
+    """
+    largest = max(components(context.cut_off()), key=len, default=None)
+    if largest is None or len(largest) * context.map_view.cell_area_m2 < LEAST_CUT_OFF_M2:
+        return None
+    away = np.hypot(*(largest - context.cell_at(context.pose.xy)).T)
+    there = Destination(SearchKind.GO_TO, context.xy_of(largest[away.argmin()]))
+    return frontier_goal(there, context, visit_counts(context, state.ledger.visited_frontiers))
+
+
+def _unconfirmed(
+    state: PlannerState, context: PlanningContext
+) -> list[tuple[ObjectCandidate, float]]:
+    """Candidates worth a closer look, with their scores.
+
+    Those seen, but not often enough to be approached, or of which it cannot be told whether they
+    are as described; and those that the map does not support, while they are not certainly
+    something else, or another one.
+    """
+    seldom = [(c, c.similarity) for c in state.evidence.candidates if c.sightings < MIN_SIGHTINGS]
+    seldom += _unclear(state.evidence, context)
+    often = [
+        candidate
+        for candidate in state.evidence.unsupported
+        if candidate.sightings >= MIN_SIGHTINGS and _may_fit(candidate, state, context)
+    ]
+    unsupported = likely_unsupported(often[:MAX_CANDIDATES_TRIED], context)
+    return seldom[:MAX_CANDIDATES_TRIED] + unsupported
+
+
+def _may_fit(candidate: ObjectCandidate, state: PlannerState, context: PlanningContext) -> bool:
+    """Whether it may be as described, or the search takes any object of the name."""
+    evidence = state.evidence
+    if context.description is None or evidence.takes_any:
+        return True
+    return check_find(candidate, context, evidence, state.found_objects).holds is not False
+
+
+def _unclear(evidence: Evidence, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:
+    """The candidates that may be as described, with the joint belief in each."""
+    believed = context.believed(context.map_view) if evidence.unclear else context.map_view
+    scored = []
+    for candidate in evidence.unclear:
+        x, y = believed.indices_of(candidate.surface).T
+        scored.append((candidate, float(np.nan_to_num(believed.similarity[x, y]).max(initial=0.0))))
+    return scored
