@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.planning_thread import ViewRequests
-from onemap_planner.world.map_view import AssembledView, ChangesDoNotFit, after, map_view_around
+from onemap_planner.world.map_view import AssembledView, after, map_view_around
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
@@ -129,20 +129,6 @@ def test_a_mapper_that_comes_back_procedure_by_procedure_sends_what_changed() ->
     bus.serve(keys.MAP_VIEW_CHANGES, mapper.reply)
     mapper.requests.view(SOFA)
     assert (mapper.requests.whole, mapper.requests.changed) == (1, 1)
-
-
-def test_changes_have_to_fit_the_view() -> None:
-    request = ViewChangesRequest("sofa", ("bed",))
-    view = after(None, changes(request, ViewKey("m", "1.2", 1)))
-    fitting = changes(request, ViewKey("m", "1.2", 2), base=view.key)
-    assert np.count_nonzero(after(view, fitting).occupancy) == 1
-    with pytest.raises(ChangesDoNotFit, match="another view"):
-        after(None, fitting)
-    with pytest.raises(ChangesDoNotFit, match="another view"):
-        after(after(view, fitting), fitting)
-    text = changes(ViewChangesRequest("bed"), ViewKey("m", "1.2", 2), base=view.key)
-    with pytest.raises(ChangesDoNotFit, match="another view"):
-        after(view, text)
 
 
 def test_a_window_of_an_assembled_view_is_that_of_the_whole_one() -> None:

@@ -10,7 +10,7 @@ from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.limits import handle_stuck
-from onemap_planner.policy.state import Evidence, FoundObject, PlannerState
+from onemap_planner.policy.state import Evidence, PlannerState
 from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
@@ -78,16 +78,6 @@ def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewh
     seen = replace(seen, pose=Pose2d(*seen_from, 0.0))
     after = having_seen(state, (frame(),), seen)
     assert bool(after.evidence.candidates) == back
-
-
-@pytest.mark.parametrize(("rival", "kept"), [(0.9, 0), (0.7, 1)])
-def test_a_found_object_is_not_a_candidate_where_its_name_fits_better(
-    rival: float, kept: int
-) -> None:
-    state = having_seen(PlannerState(SEARCH), (frame(),), similar_to_sofa())
-    state = replace(state, found_objects=(FoundObject("bed", SOFA),))
-    after = having_seen(state, (), similar_to_sofa(rival))
-    assert len(after.evidence.candidates) == kept
 
 
 def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Drive, Pose2d, Rest
+from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
 from onemap_planner.policy import last_resorts as module
 from onemap_planner.policy.choose import select_candidate
@@ -17,7 +17,6 @@ from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.policy.ways import PLACE_FARTHEST_M, looks_at_closed_ways
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
 from onemap_planner.sentences import DOUBTED, ONWARD
 from onemap_planner.world.candidates import ViewpointTally
@@ -25,7 +24,7 @@ from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
-from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
     candidate,
@@ -136,21 +135,6 @@ def facing(goal: Goal) -> float:
     return math.atan2(look_y - y, look_x - x)
 
 
-def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
-    first, motion, event, candidates = explored(PlannerState(SEARCH), HALF_KNOWN)
-    assert isinstance(motion, Drive)
-    assert event is None
-    assert candidates.frontiers
-    goal = first.active_goal
-    assert goal is not None
-    second, *_ = explored(replace(first, active_time_s=1.0), HALF_KNOWN)
-    kept = second.active_goal
-    assert kept is not None
-    assert kept.comparison is not None
-    assert kept.comparison.at_s == 1.0
-    assert replace(kept, comparison=goal.comparison) == goal
-
-
 @pytest.mark.parametrize(("views", "kind"), [(0, GoalKind.REGION), (4, GoalKind.FRONTIER)])
 def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     views: int, kind: GoalKind
@@ -200,23 +184,6 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     assert since_s[1] == 0.0
     assert len(set(since_s)) >= 3
     assert not state.ledger.visited_frontiers
-
-
-def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (
-    None
-):
-    room = context()
-    state = planner_state()
-    state = replace(state, evidence=replace(state.evidence, rejected=(candidate(2.5, 2.5),)))
-    state, motion, event, _ = explored(state, room)
-    assert (motion, event) == (Rest(), None)
-    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), room)
-    assert event is None
-    assert state.reconsidered
-    state, *_ = explored(state, room)
-    _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), room)
-    assert isinstance(event, Ending)
-    assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
 
 @pytest.mark.parametrize(("since_s", "again"), [(100.0, True), (0.0, False)])
@@ -310,9 +277,6 @@ def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
     assert across_gaps(halves).unreachable_m2() < 0.1
 
 
-NOWHERE = np.zeros((0, 2))
-
-
 def two_rooms(door: str, far: str = ".") -> PlanningContext:
     """Two rooms of 4 x 4 m, the robot in the first; the door of 1 m shows this character."""
     wall = "#" * 9
@@ -324,17 +288,6 @@ def two_rooms(door: str, far: str = ".") -> PlanningContext:
         wall,
     ]
     return context_of(search_view_of(drawn_map(*rows, scale=5)), Pose2d(1.5, 2.0, 0.0))
-
-
-def test_somebody_in_the_only_door_is_looked_at() -> None:
-    here = two_rooms("g")
-    (goal,) = looks_at_closed_ways(here, NOWHERE)
-    assert goal.kind is GoalKind.LOOK_AT
-    assert goal.look_xy == pytest.approx((4.25, 2.0), abs=0.3)
-    away_m = np.hypot(*np.subtract(goal.viewpoint_xy, goal.look_xy))
-    assert PARAMS.costmap.escape_radius_m <= away_m <= PLACE_FARTHEST_M + 0.5
-    cell = here.costmap.grid.cells(np.array(goal.viewpoint_xy))
-    assert np.isfinite(here.cost_to_go.cost_m[tuple(cell)])
 
 
 def test_a_search_looks_there_before_it_gives_up() -> None:

@@ -30,15 +30,6 @@ def test_the_current_goal_is_kept_unless_another_is_clearly_better() -> None:
     assert choose([goal(0.1, 5.0)], current) == goal(0.1, 5.0)  # it is gone
 
 
-@given(st.lists(st.tuples(st.floats(0, 1), st.floats(-9, 9)), min_size=1, max_size=8), st.data())
-def test_the_choice_does_not_depend_on_the_order(
-    values: list[tuple[float, float]], data: st.DataObject
-) -> None:
-    goals = [goal(u, x) for u, x in values]
-    shuffled = data.draw(st.permutations(goals))
-    assert choose(goals, None) == choose(shuffled, None)
-
-
 @given(st.floats(0.1, 10.0), st.lists(st.tuples(st.floats(0.01, 1), st.floats(0, 30)), min_size=2))
 def test_the_choice_does_not_depend_on_the_scale_of_the_scores(
     scale: float, values: list[tuple[float, float]]

@@ -34,30 +34,6 @@ def observed(now_s: float, odometer_m: float) -> Observation:
     return Observation(now_s, POSE, odometer_m, STOP, False, None, (), "")
 
 
-def with_budget(distance_m: float = 0.0, time_s: float = 0.0) -> PlannerState:
-    return PlannerState(replace(SEARCH, budget=sm.Budget(distance_m, time_s)))
-
-
-def test_without_a_budget_only_the_time_for_an_object_counts() -> None:
-    state = with_budget()
-    assert limit_reached(state, observed(1e4, 1e4), LIMIT_S) is None
-    event = limit_reached(replace(state, active_time_s=LIMIT_S + 1), observed(0.0, 0.0), LIMIT_S)
-    assert isinstance(event, sm.Ending)
-    assert not event.whole
-    assert event.code is FailureCode.TIME_LIMIT
-
-
-def test_the_distance_is_that_of_the_search() -> None:
-    assert limit_reached(with_budget(5.0), observed(9.0, 4.9), LIMIT_S) is None
-    event = limit_reached(with_budget(5.0), observed(9.0, 5.0), LIMIT_S)
-    assert event == sm.Ending(
-        SearchState.FAILED,
-        "drove 5.0 m, and this search may drive 5 m",
-        FailureCode.DISTANCE_LIMIT,
-        whole=True,
-    )
-
-
 def test_the_time_is_that_of_all_objects() -> None:
     search = replace(
         SEARCH, objects=("sofa", "bed"), phase=sm.Exploring(), budget=sm.Budget(0.0, 12.0)

@@ -91,13 +91,6 @@ def test_what_was_seen_over_the_unknown_is_not_looked_at_through_a_wall(
     assert bool(len(around.cells)) is behind
 
 
-def test_the_viewpoint_is_within_the_band_around_the_surface() -> None:
-    viewpoint = viewpoints.find_viewpoint(one_room.candidate(2.5, 2.5), one_room.context())
-    assert viewpoint is not None
-    away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
-    assert context.APPROACH_NEAREST_M <= away <= PARAMS.explore.approach_farthest_m
-
-
 def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> None:
     seen = one_room.candidate(2.5, 2.5)
     first = viewpoints.find_viewpoint(seen, one_room.context())
@@ -183,17 +176,6 @@ def test_the_height_of_an_object_decides_from_how_near_it_is_looked_at(
     assert first[0] == pytest.approx(nearest_m, abs=1e-3)
     assert last_resort[0] >= first[0]
     assert (first[1], last_resort[1]) == (1.1, 1.25)
-
-
-def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
-    away = []
-    for height_m in (0.7, 0.0):
-        near = replace(one_room.candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
-        viewpoint = viewpoints.find_viewpoint(near, replace(one_room.context(), bands=BANDS))
-        assert viewpoint is not None
-        away.append(np.hypot(viewpoint[0] - 1.55, viewpoint[1] - 1.55))
-    assert away[0] < 0.85
-    assert away[1] > 0.89
 
 
 def metres_before_it(height_m: float, camera: tuple[CameraView, ...]) -> float:

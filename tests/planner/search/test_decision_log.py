@@ -37,10 +37,6 @@ def test_a_line_is_a_reply_of_the_gateway_with_the_robots_place(tmp_path: Path) 
     assert SearchSnapshot.of(second).state == "found"
 
 
-def test_files_are_named_by_time_and_search() -> None:
-    assert file_name(STATUS) == "20010909T014640Z-s1.jsonl"
-
-
 def test_a_line_that_was_cut_off_is_removed_before_the_next(tmp_path: Path) -> None:
     record(tmp_path, STATUS, None)
     path = tmp_path / FOLDER / file_name(STATUS)

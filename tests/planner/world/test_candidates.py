@@ -137,15 +137,6 @@ def test_background_in_the_box_is_tolerated_and_left_out() -> None:
     assert found.xyz == pytest.approx((0.6, 0.55, 0.5))
 
 
-def test_sightings_in_one_place_become_one_candidate() -> None:
-    found: tuple[ObjectCandidate, ...] = ()
-    for x in (1.0, 1.2, 1.1):
-        found = merge_sightings(found, [sighting(x)])
-    (candidate,) = found
-    assert candidate.sightings == 3
-    assert candidate.xyz[0] == pytest.approx(1.1, abs=0.02)
-
-
 def test_a_sighting_from_near_outweighs_those_from_afar() -> None:
     far = [replace(sighting(1.0), seen_from=(5.0, 0.0)) for _ in range(8)]
     near = replace(sighting(1.4), seen_from=(2.4, 0.0))

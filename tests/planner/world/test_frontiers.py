@@ -49,15 +49,6 @@ def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() 
     assert found.score == pytest.approx(0.7 - DECAY_PER_M * 1.3, abs=0.05)
 
 
-def test_similarity_beyond_counts_less_the_farther_the_way_to_it() -> None:
-    rows = ("#" * 16, "#.." + "," * 12 + "#", "#.." + "," * 12 + "#", "#" * 16)
-    similarity = np.zeros((20, 80), np.float32)
-    similarity[7, 15 + 10] = 0.9  # 1 m beyond the border
-    similarity[7, 15 + 50] = 1.0  # 5 m beyond
-    (found,) = frontiers_of(*rows, similarity=similarity)
-    assert found.score == pytest.approx(0.9 - DECAY_PER_M * 1.0, abs=0.02)
-
-
 @settings(deadline=None)
 @given(
     arrays(bool, (8, 9)),
@@ -94,15 +85,6 @@ def test_the_area_in_view_is_that_of_the_slow_twin(
     occupied = occupancy == Occupancy.OCCUPIED
     expected = reference.area_in_view(occupied, wanted, np.array(cell), frontiers.RAYS, 5)
     assert found == pytest.approx(expected * view.cell_area_m2)
-
-
-def test_the_way_to_what_is_similar_does_not_lead_through_walls() -> None:
-    rows = ("#######", "#,,,,,#", "#,#####", "#..,,,#", "#######")
-    similarity = np.zeros((25, 35), np.float32)
-    similarity[7, 27] = 1.0  # beside the border, but around the wall
-    found = frontiers_of(*rows, similarity=similarity)
-    assert found
-    assert all(f.score < 0.5 for f in found if not f.unknown)
 
 
 def test_small_gaps_and_spots_are_noise() -> None:
