@@ -157,13 +157,22 @@ class Corner:
 
 
 def entries(group: str) -> list[EntryPoint]:
-    assert group == "onemap.detectors"
     place = "tests.perception.test_factory"
+    if group == "onemap.encoders":
+        return [EntryPoint("colours", "tests.perception.toy:ColourEncoder", group)]
+    assert group == "onemap.detectors"
     return [
         EntryPoint("corner", f"{place}:Corner", group),
         EntryPoint("broken", f"{place}:entries", group),
         EntryPoint("dict", "builtins:dict", group),
     ]
+
+
+def test_a_users_own_encoder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(factory, "entry_points", entries)
+    document = {"backend": "plugin", "name": "colours"}
+    encoder = make_encoder(configured({"encoder": document}).encoder)
+    assert encoder.embed_text(["red"]).encoder_id == ColourEncoder.encoder_id
 
 
 def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,7 +189,10 @@ def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("yolo", r"no installed package has a detector 'yolo' \(there is: broken, corner, dict\)"),
+        (
+            "yolo",
+            r"no installed package has the detector 'yolo' \(there is: broken, corner, dict\)",
+        ),
         ("broken", "the detector 'broken' cannot be loaded"),
         ("dict", "the detector 'dict' lacks detector_id, reads_features, detect"),
     ],
@@ -190,7 +202,7 @@ def test_a_bad_plugin_is_one_sentence(
 ) -> None:
     monkeypatch.setattr(factory, "entry_points", entries)
     with pytest.raises(BackendError, match=sentence):
-        factory.load_plugin(name, {})
+        factory.load_plugin("detector", name, {})
 
 
 ENCODE = """

@@ -151,9 +151,10 @@ def test_what_is_fetched_is_what_was_shown(hub: LocalHub, source: Path) -> None:
     assert (folder / WEIGHTS).read_bytes() == weights
     newer = Path(model_store.client().snapshot_download(REPO, allow_patterns=list(NEEDED)))
     assert newer != folder
-    assert model_store.locate(REPO) == model_store.locate(REPO, runs_code=True) == folder
+    assert model_store.locate(REPO, NEEDED) == folder
+    assert model_store.locate(REPO, NEEDED, runs_code=True) == folder
     again = model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED)
-    assert model_store.locate(REPO, runs_code=True) == again == newer
+    assert model_store.locate(REPO, NEEDED, runs_code=True) == again == newer
 
 
 def test_code_that_nobody_was_shown_is_not_located(cache: Path) -> None:

@@ -5,24 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib.metadata import entry_points
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from onemap_perception.config import (
     SHIPPED,
     BoxParams,
-    CocoParams,
     DetectorParams,
     EncoderParams,
     MiniParams,
-    OpenClipConvNextParams,
-    OpenVocabularyParams,
     PatchesParams,
+    PluginEncoderParams,
     PluginParams,
-    RadioParams,
     RoutedParams,
-    Tipsv2Params,
-    TorchParams,
 )
 from onemap_perception.detectors.boxes import BoxDetector, RoutedDetector
 from onemap_perception.detectors.patches import PatchDetector
@@ -34,13 +28,11 @@ from onemap_perception.errors import BackendError
 from onemap_perception.model_store import locate
 from onemap_perception.text.vocabulary import load_vocabulary
 
-if TYPE_CHECKING:
-    import torch
-
-    from onemap_perception.encoders.torch_encoder import VisionLanguageModel
-
-PLUGIN_GROUP = "onemap.detectors"  # of entry points
-PLUGIN_MEMBERS = ("detector_id", "reads_features", "detect")
+# By kind: the members that what an entry point of the group ``onemap.<kind>s`` returns must have.
+PLUGIN_MEMBERS = {
+    "encoder": ("encoder_id", "text_space", "encode", "embed_text", "embed_image"),
+    "detector": ("detector_id", "reads_features", "detect"),
+}
 
 
 def make_encoder(params: EncoderParams) -> ImageEncoder:
@@ -65,27 +57,14 @@ def with_channels(encoder: ImageEncoder, channels: int, words_by: Encoder) -> Im
 def _make_encoder(params: EncoderParams) -> ImageEncoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
-    path = locate(params.model, runs_code=isinstance(params, RadioParams))
+    if isinstance(params, PluginEncoderParams):
+        plugin: ImageEncoder = load_plugin("encoder", params.name, params.options)
+        return plugin
+    path = locate(params.model, params.files, runs_code=params.runs_code)
     from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
 
-    return TorchEncoder(_load_model(params, path, open_device(params.device)), params)
-
-
-def _load_model(params: TorchParams, path: Path, device: torch.device) -> VisionLanguageModel:
-    match params:
-        case OpenClipConvNextParams():
-            from onemap_perception.encoders.openclip_convnext import load_openclip_convnext
-
-            return load_openclip_convnext(path, device)
-        case Tipsv2Params():
-            from onemap_perception.encoders.tipsv2 import load_tipsv2
-
-            return load_tipsv2(path, device)
-        case RadioParams():
-            from onemap_perception.encoders.radio import load_radio
-
-            return load_radio(params, path, device)
+    return TorchEncoder(params.load(path, open_device(params.device)), params)
 
 
 def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
@@ -93,12 +72,13 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
     match params:
         case PatchesParams():
             return _patch_detector(encoder)
-        case CocoParams() | OpenVocabularyParams():
-            return _box_detector(params)
         case RoutedParams():
             return RoutedDetector(_box_detector(params.coco), _box_detector(params.open_vocabulary))
         case PluginParams():
-            return load_plugin(params.name, params.options)
+            plugin: Detector = load_plugin("detector", params.name, params.options)
+            return plugin
+        case _:
+            return _box_detector(params)
 
 
 def _patch_detector(encoder: Encoder) -> Detector:
@@ -112,25 +92,26 @@ def _patch_detector(encoder: Encoder) -> Detector:
 
 
 def _box_detector(params: BoxParams) -> BoxDetector:
-    path = locate(params.model)
-    from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
+    path = locate(params.model, params.files)
     from onemap_perception.encoders.checkpoint import open_device
 
-    network = CocoNetwork if isinstance(params, CocoParams) else GroundingNetwork
-    return BoxDetector(network(path, open_device(params.device)), params)
+    return BoxDetector(params.load(path, open_device(params.device)), params)
 
 
-def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
-    """What the entry point returns when it is called with the options; raises BackendError."""
-    installed = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
+def load_plugin(kind: str, name: str, options: Mapping[str, Any]) -> Any:
+    """What the entry point returns when it is called with the options; raises BackendError.
+
+    kind: encoder or detector.
+    """
+    installed = {entry.name: entry for entry in entry_points(group=f"onemap.{kind}s")}
     if name not in installed:
         there = ", ".join(sorted(installed)) or "none"
-        raise BackendError(f"no installed package has a detector {name!r} (there is: {there})")
+        raise BackendError(f"no installed package has the {kind} {name!r} (there is: {there})")
     try:
-        detector: Detector = installed[name].load()(**options)
+        plugin = installed[name].load()(**options)
     except Exception as problem:  # of another package's code
-        raise BackendError(f"the detector {name!r} cannot be loaded: {problem!r}") from problem
-    missing = [member for member in PLUGIN_MEMBERS if not hasattr(detector, member)]
+        raise BackendError(f"the {kind} {name!r} cannot be loaded: {problem!r}") from problem
+    missing = [member for member in PLUGIN_MEMBERS[kind] if not hasattr(plugin, member)]
     if missing:
-        raise BackendError(f"the detector {name!r} lacks {', '.join(missing)}")
-    return detector
+        raise BackendError(f"the {kind} {name!r} lacks {', '.join(missing)}")
+    return plugin

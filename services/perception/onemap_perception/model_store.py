@@ -162,51 +162,11 @@ def blobs_folder(repo: str) -> Path:
 CHUNK_BYTES = 1 << 22
 
 
-@dataclass(frozen=True, slots=True)
-class KnownModel:
-    """A tested model. files: patterns of those needed; about_mb: computed from the number of
-    parameters, None if unknown; licence: of the weights."""
-
-    repo: str
-    backend: str
-    licence: str
-    about_mb: int | None
-    files: tuple[str, ...]
-
-
-OPEN_CLIP = ("open_clip_config.json", "open_clip_model.safetensors")
-TRANSFORMERS = ("*.json", "*.txt", "*.model", "*.safetensors")
-KNOWN_MODELS = (
-    KnownModel(
-        "laion/CLIP-convnext_large_d_320.laion2B-s29B-b131K-ft-soup",
-        "openclip_convnext",
-        "MIT",
-        1410,
-        OPEN_CLIP,
-    ),
-    KnownModel(
-        "laion/CLIP-convnext_base_w-laion2B-s13B-b82K-augreg",
-        "openclip_convnext",
-        "see its page",
-        720,
-        OPEN_CLIP,
-    ),
-    KnownModel("google/tipsv2-b14", "tipsv2", "Apache-2.0", None, TRANSFORMERS),
-    KnownModel("google/tipsv2-l14", "tipsv2", "Apache-2.0", None, TRANSFORMERS),
-    KnownModel("nvidia/C-RADIOv3-B", "radio", "NVIDIA Open Model", None, (*TRANSFORMERS, "*.py")),
-    KnownModel("PekingU/rtdetr_v2_r18vd", "coco", "Apache-2.0", 81, TRANSFORMERS),
-    KnownModel("iSEE-Laboratory/llmdet_tiny", "open_vocabulary", "Apache-2.0", None, TRANSFORMERS),
-    KnownModel(
-        "omlab/omdet-turbo-swin-tiny-hf", "open_vocabulary", "Apache-2.0", None, TRANSFORMERS
-    ),
-)
-
-
-def locate(model: str, *, runs_code: bool = False) -> Path:
+def locate(model: str, files: tuple[str, ...] = ("*",), *, runs_code: bool = False) -> Path:
     """The folder or file of a path or a hub id; raises BackendError with the command to run.
 
-    runs_code: of the hub only the version that 'onemap models use' showed: another program that
-    uses the cache may have fetched a newer one.
+    files: patterns of those that are needed. runs_code: of the hub only the version that
+    'onemap models use' showed: another program that uses the cache may have fetched a newer one.
     """
     try:
         place = Path(model).expanduser()
@@ -216,7 +176,6 @@ def locate(model: str, *, runs_code: bool = False) -> Path:
         raise BackendError(f"the model {model} cannot be looked for: {first_line(problem)}") from (
             problem
         )
-    files = next((entry.files for entry in KNOWN_MODELS if entry.repo == model), ("*",))
     try:
         if not HUB_ID.fullmatch(model):
             raise ValueError("it is no hub id either")

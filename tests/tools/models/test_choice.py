@@ -7,14 +7,10 @@ from typing import Any
 
 import pytest
 
-from onemap_perception.config import PerceptionConfig
+from onemap_perception.config import ENCODER_NETWORKS, KNOWN_MODELS, PerceptionConfig
 from onemap_perception.errors import BackendError
-from onemap_perception.model_store import KNOWN_MODELS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import (
-    DETECTORS,
-    ENCODERS,
-    PACKAGES,
     ModelChoice,
     check_packages,
     choose,
@@ -34,7 +30,7 @@ def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[st
     return after
 
 
-@pytest.mark.parametrize("name", ENCODERS)
+@pytest.mark.parametrize("name", ENCODER_NETWORKS)
 def test_an_encoder_has_a_default_model(name: str) -> None:
     choice = choose([name])
     assert (choice.encoder, choice.detectors) == (name, None)
@@ -143,7 +139,3 @@ def test_a_missing_package_is_named(
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(BackendError, match=sentence):
         check_packages(PerceptionConfig.model_validate(document))
-
-
-def test_every_network_names_its_package() -> None:
-    assert set(PACKAGES) == {*ENCODERS, *DETECTORS}

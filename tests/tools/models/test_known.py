@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_perception import model_store
+from onemap_perception.config import KNOWN_MODELS
 from onemap_perception.errors import BackendError
 from onemap_tools.cli.app import app
 from onemap_tools.errors import CliError
@@ -42,7 +43,7 @@ def listed() -> dict[str, Any]:
 
 def test_the_list_has_every_known_model(cache: Path) -> None:
     entries = listed()
-    assert set(entries) == {model.repo for model in model_store.KNOWN_MODELS}
+    assert set(entries) == {model.repo for model in KNOWN_MODELS}
     assert {entry["folder"] for entry in entries.values()} == {""}
     folder = put_in_cache(cache)
     here = listed()[REPO]
@@ -64,7 +65,7 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
 
 
 def downloaded() -> Path:
-    (model,) = (each for each in model_store.KNOWN_MODELS if each.repo == REPO)
+    (model,) = (each for each in KNOWN_MODELS if each.repo == REPO)
     return known.download(model, model_store.look_up(model.repo, model.files))
 
 

@@ -6,49 +6,34 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, TypeAlias
+from typing import Any
 
 from onemap_perception.config import (
-    BoxParams,
-    CocoParams,
-    OpenClipConvNextParams,
-    OpenVocabularyParams,
+    DETECTOR_NETWORKS,
+    ENCODER_NETWORKS,
+    KNOWN_MODELS,
+    NetworkParams,
     PerceptionConfig,
-    RadioParams,
     RoutedParams,
-    Tipsv2Params,
-    TorchParams,
 )
-from onemap_perception.errors import OPEN_CLIP, TRANSFORMERS, optional_import
-from onemap_perception.model_store import KNOWN_MODELS
+from onemap_perception.errors import optional_import
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
-ENCODERS: Mapping[str, type[TorchParams]] = {
-    "openclip_convnext": OpenClipConvNextParams,
-    "tipsv2": Tipsv2Params,
-    "radio": RadioParams,
-}
-DETECTORS: Mapping[str, type[BoxParams]] = {
-    "coco": CocoParams,
-    "open_vocabulary": OpenVocabularyParams,
-}
 ROUTED = "routed"  # COCO's names to one detector, all others to the other
-RUNS_ITS_OWN_CODE = "radio"
-NAMES = (*ENCODERS, *DETECTORS, ROUTED)
+NAMES = (*ENCODER_NETWORKS, *DETECTOR_NETWORKS, ROUTED)
 # Settings of an encoder that stay when another network takes its place; all others were chosen
 # for the former one: its exported file, floor, image size.
 LASTING_ENCODER_KEYS = ("channels",)
 SHORT = {"mini": "encoder", "patches": "detector"}  # sections that stand for a backend
 
 Section = Mapping[str, Any]
-NetworkParams: TypeAlias = TorchParams | BoxParams
 
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
     """Backends with the hub id of each. encoder: empty to keep the one of the file.
 
-    detectors: none to keep the file's; both of DETECTORS make a routed one.
+    detectors: none to keep the file's; both of DETECTOR_NETWORKS make a routed one.
     """
 
     encoder: str = ""
@@ -65,7 +50,7 @@ def choose(names: Sequence[str]) -> ModelChoice:
     detectors: dict[str, str] = {}
     for name in names:
         for backend, repo in _models_of(name).items():
-            (encoders if backend in ENCODERS else detectors)[backend] = repo
+            (encoders if backend in ENCODER_NETWORKS else detectors)[backend] = repo
     if len(encoders) > 1:
         raise CliError(f"{' and '.join(encoders)} are both encoders: name one", EXIT_USAGE_ERROR)
     if len(detectors) > 1 and ROUTED not in names:
@@ -80,7 +65,10 @@ def choose(names: Sequence[str]) -> ModelChoice:
 def _models_of(name: str) -> dict[str, str]:
     """Hub ids by backend."""
     if name in NAMES:
-        return {each: _default_model(each) for each in (DETECTORS if name == ROUTED else (name,))}
+        return {
+            each: _default_model(each)
+            for each in (DETECTOR_NETWORKS if name == ROUTED else (name,))
+        }
     known = {model.repo: model.backend for model in KNOWN_MODELS}
     if name in known:
         return {known[name]: name}
@@ -109,9 +97,9 @@ def perception_section(
     if choice.encoder:
         chosen: dict[str, Any] = {"backend": choice.encoder, "model": choice.encoder_model}
         chosen["device"] = device
-        if choice.encoder == RUNS_ITS_OWN_CODE and allow_remote_code:
+        if ENCODER_NETWORKS[choice.encoder].runs_code and allow_remote_code:
             chosen["allow_remote_code"] = True
-        fields = ENCODERS[choice.encoder].model_fields
+        fields = ENCODER_NETWORKS[choice.encoder].model_fields
         lasting = [key for key in LASTING_ENCODER_KEYS if key in fields]
         after["encoder"] = merged(after.get("encoder") or {}, chosen, lasting)
         detector = after.get("detector") or {}
@@ -157,22 +145,10 @@ def networks_of(config: PerceptionConfig) -> tuple[NetworkParams, ...]:
     return tuple(part for part in parts if isinstance(part, NetworkParams))
 
 
-# By backend: the package as it is called, how it is installed, the module and what is in it.
-PACKAGES: Mapping[str, tuple[str, str, str, str]] = {
-    "openclip_convnext": ("open_clip", OPEN_CLIP, "open_clip.model", "CLIP"),
-    "tipsv2": ("transformers 5.23 or later", TRANSFORMERS, "transformers", "Tipsv2Model"),
-    "radio": ("transformers", TRANSFORMERS, "transformers", "AutoModel"),
-    "coco": ("transformers", TRANSFORMERS, "transformers", "RTDetrV2ForObjectDetection"),
-    "open_vocabulary": (
-        "transformers", TRANSFORMERS, "transformers", "AutoModelForZeroShotObjectDetection",
-    ),
-}  # fmt: skip
-
-
 def check_packages(config: PerceptionConfig) -> None:
     """Import what the encoder and the detector need; BackendError with the command for it."""
     for params in networks_of(config):
-        package, install, module, name = PACKAGES[params.backend]
-        with optional_import(package, install, backend=params.backend):
-            if not hasattr(import_module(module), name):
-                raise ImportError(f"{module} has no {name}")
+        needed = params.package
+        with optional_import(needed.name, needed.install, backend=params.backend):
+            if not hasattr(import_module(needed.module), needed.attribute):
+                raise ImportError(f"{needed.module} has no {needed.attribute}")

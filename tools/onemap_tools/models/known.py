@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from onemap_perception import model_store
+from onemap_perception.config import KNOWN_MODELS, KnownModel
 from onemap_perception.errors import BackendError
 from onemap_tools.errors import EXIT_FAILED, CliError
 
@@ -33,12 +34,11 @@ def inventory() -> list[dict[str, Any]]:
     """Every known model; ``folder`` is empty and ``bytes_here`` 0 if it is not on this machine."""
     with model_errors():
         return [
-            _document(model, model_store.cached(model.repo, model.files))
-            for model in model_store.KNOWN_MODELS
+            _document(model, model_store.cached(model.repo, model.files)) for model in KNOWN_MODELS
         ]
 
 
-def download(model: model_store.KnownModel, listing: model_store.HubListing) -> Path:
+def download(model: KnownModel, listing: model_store.HubListing) -> Path:
     """Fetch the version of a model that was listed, and verify it; CliError if it is not whole."""
     with model_errors():
         folder = model_store.fetch(listing, model.files)
@@ -65,6 +65,6 @@ def _about(megabytes: int | None) -> str:
     return f"about {megabytes} MB" if megabytes else "size unknown"
 
 
-def _document(model: model_store.KnownModel, folder: Path | None) -> dict[str, Any]:
+def _document(model: KnownModel, folder: Path | None) -> dict[str, Any]:
     size = model_store.size_bytes(folder) if folder is not None else 0
     return {**asdict(model), "folder": str(folder or ""), "bytes_here": size}

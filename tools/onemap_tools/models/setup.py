@@ -16,12 +16,20 @@ import torch
 from rich.console import Console
 
 from onemap_perception import model_store
-from onemap_perception.config import MiniParams, PerceptionConfig, PluginParams, RadioParams
+from onemap_perception.config import (
+    KNOWN_MODELS,
+    KnownModel,
+    NetworkParams,
+    PerceptionConfig,
+    PluginParams,
+    RadioParams,
+    TorchEncoderParams,
+)
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.models.choice import NetworkParams, check_packages, choose, networks_of
+from onemap_tools.models.choice import check_packages, choose, networks_of
 from onemap_tools.models.config_file import changed_lines, draft, write
 from onemap_tools.models.known import MEGABYTE, download, model_errors
 
@@ -92,7 +100,7 @@ class WantedModel:
 
     params: NetworkParams
     parameters: int
-    model: model_store.KnownModel | None = None
+    model: KnownModel | None = None
     listing: model_store.HubListing | None = None
 
     @property
@@ -159,7 +167,7 @@ def set_up(
             }
             for each in needed
         },
-        "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
+        "note": UNCALIBRATED if isinstance(drafted.perception.encoder, TorchEncoderParams) else "",
         "next": f"onemap up --config {path}",
     }
 
@@ -180,7 +188,7 @@ def _check_machine(config: PerceptionConfig) -> None:
 
 def _look_up(params: NetworkParams) -> WantedModel:
     """The network's files and size; raises BackendError if it can be had nowhere."""
-    known = {model.repo: model for model in model_store.KNOWN_MODELS}
+    known = {model.repo: model for model in KNOWN_MODELS}
     model = known.get(params.model)
     if model is None:
         return WantedModel(params, _parameters_here(model_store.locate(params.model)))

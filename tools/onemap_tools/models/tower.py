@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config import EncoderParams, MiniParams, RadioParams
+from onemap_perception.config import EncoderParams, MiniParams, PluginEncoderParams, RadioParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import (
     CAMERA_PX,
@@ -41,6 +41,8 @@ def export_encoder(
         raise CliError(
             f"The encoder {config.backend} runs in onnxruntime already", EXIT_USAGE_ERROR
         )
+    if isinstance(config, PluginEncoderParams):
+        raise CliError("The package of the encoder alone can export it", EXIT_USAGE_ERROR)
     if isinstance(config, RadioParams):
         raise CliError(
             "RADIO runs code from its model folder, which OneMap cannot export", EXIT_USAGE_ERROR
