@@ -405,3 +405,23 @@ def test_the_router_may_ask_itself(name: str, deployment: Deployment) -> None:
     stop.set()
     router.join()
     assert reached
+
+
+def test_nobody_is_told_of_the_router_or_of_other_clients(deployment: Deployment) -> None:
+    """Who asks the admin space hears its own session, of its own link, and nobody else."""
+    local = f"tcp/127.0.0.1:{free_port()}"
+    with (
+        routing(deployment.file, f"tls/localhost:{deployment.port}", local),
+        ThreadPoolExecutor() as pool,
+    ):
+
+        def told(role: str) -> set[str]:
+            bus = join(deployment.endpoint(role), role)
+            assert isinstance(bus, bus_module.ZenohBus)
+            own = f"@/{bus._session.info.zid()}/session/"
+            replies = bus._session.get("@/**", timeout=PATIENCE_S)
+            told = {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
+            bus.close()
+            return {key for key in told if not key.startswith(own)}
+
+        assert set().union(*pool.map(told, ROLES)) == set()
