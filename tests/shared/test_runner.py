@@ -27,6 +27,7 @@ __all__ = ["shared_router", "space"]  # the fixtures
 
 SERVICE = """
 import logging, os, sys, threading, time
+from concurrent.futures import ThreadPoolExecutor
 from onemap_shared.params import Params
 from onemap_shared.runner import ServiceParts, StartError, WorkerFailed, run_service
 from onemap_shared.compression import CompressionError
@@ -43,6 +44,7 @@ class Worker:
     def __init__(self, mode):
         self.mode = mode
         self.waiting = threading.Event()
+        ThreadPoolExecutor(1).submit(threading.Event().wait)  # Python's own end would wait for it
         if mode == "thread":
             threading.Thread(target=lambda: 1 / 0, name="helper").start()
     def step(self, timeout_s):

@@ -21,10 +21,12 @@ import psutil
 
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_shared.supervisor import LAUNCHED_VARIABLE
+from onemap_shared.watchdog import STOP_LIMIT_S
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
-GRACE_S = 3.0  # from SIGTERM to SIGKILL
-LAST_GRACE_S = 1.0  # the same for the processes that are stopped last
+# From SIGTERM to SIGKILL. The mapper writes its map, in a second, or ten on a busy machine; what
+# hangs ends by itself after STOP_LIMIT_S and says where.
+GRACE_S = STOP_LIMIT_S + 5.0
 KILLED_S = 10.0  # from SIGKILL to the end of all; milliseconds unless the machine is overloaded
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S, DOUBLINGS = 1.0, 10.0, 4
 HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
@@ -199,18 +201,18 @@ class Processes:
     def stop(self) -> None:
         """Terminate all, kill the rest; returns when their child processes have ended too.
 
-        Takes at most 5 s, unless killed processes take longer to end.
+        Takes as long as the slowest of them, which may write what it holds.
         """
         first = [child for child in self._children if not child.spec.last]
         last = [child for child in self._children if child.spec.last]
-        for group, grace_s in ((first, GRACE_S), (last, LAST_GRACE_S)):
+        for group in (first, last):
             running = [c.process for c in group if c.process is not None]
             for child in group:
                 child.process = child.due_s = None
             for process in running:
                 signal_group(process.pid, signal.SIGTERM)
             pids = [process.pid for process in running]
-            wait_for_groups(pids, time.monotonic() + grace_s)
+            wait_for_groups(pids, time.monotonic() + GRACE_S)
             for pid in pids:  # all of them first, so that they end at once
                 signal_group(pid, signal.SIGKILL)
             for process in running:
