@@ -143,6 +143,23 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert rig.asked == [KNOWN_TEXT, "sofa"]  # each once: the mapper asks for competing words
 
 
+def test_what_it_must_not_be_competes_in_a_query_and_on_the_planners_map_alike(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    plain = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
+    query = m.SimilarityRequest("sofa", include_grid=True, negatives=("couch",))
+    reply = rig.client.call(keys.MAP_SIMILARITY, query)
+    asked = m.SearchViewRequest("sofa", negatives=("couch",))
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, asked)
+    np.testing.assert_array_equal(view.similarity, reply.scores_grid)
+    assert np.nanmax(plain.similarity - view.similarity) > 0.01
+    first = view_changes(rig, "sofa")
+    request = m.ViewChangesRequest("sofa", ("desk",), first.key, ("couch",))
+    changes = rig.client.call(keys.MAP_VIEW_CHANGES, request)
+    assert changes.base == m.NO_VIEW  # another question: what is known of the first says nothing
+    found = after(None, changes).whole()
+    np.testing.assert_array_equal(found.similarity, view.similarity)
+
+
 def view_changes(rig: Rig, text: str = "", have: m.ViewKey = m.NO_VIEW) -> m.ViewChanges:
     request = m.ViewChangesRequest(text, ("desk",) if text else (), have)
     return rig.client.call(keys.MAP_VIEW_CHANGES, request)

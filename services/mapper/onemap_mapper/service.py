@@ -227,7 +227,7 @@ class Mapper:
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
         scored = self._session.scores.of(self._compared(robot, request), robot.number)
-        return search_view(scored, text=request.text)
+        return search_view(scored, text=request.text, negatives=len(request.negatives))
 
     def view_changes(self, robot: MapRobot, request: ViewChangesRequest) -> ViewChanges:
         """What ``search_view`` replies, as the cells that changed since the caller's last view."""
@@ -237,11 +237,12 @@ class Mapper:
     def _compared(
         self, robot: MapRobot, request: SearchViewRequest | ViewChangesRequest
     ) -> list[TextQuery]:
-        """The queries of the text and of its rivals; none without a text or in an empty map."""
+        """The queries of the text, its negatives and its rivals; none without a text or in an
+        empty map."""
         if self._map.store.count == 0 or not request.text:
             return []
-        rivals = robot.queries.of_rivals(request.rivals)
-        return [robot.queries.of_text(request.text), *rivals]
+        sought = map(robot.queries.of_text, (request.text, *request.negatives))
+        return [*sought, *robot.queries.of_rivals(request.rivals)]
 
     def reset_searched(self, robot: MapRobot, _request: SearchReset) -> MapSummary:
         """Reset sigma_E of one robot: its search begins."""

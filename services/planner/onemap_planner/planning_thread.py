@@ -107,7 +107,7 @@ class ViewRequests:
 
     def _asked(self, request: SearchViewRequest, kept: AssembledView | None) -> AssembledView:
         have: ViewKey = NO_VIEW if kept is None else kept.key
-        question = ViewChangesRequest(request.text, request.rivals, have)
+        question = ViewChangesRequest(request.text, request.rivals, have, request.negatives)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
         try:
             made = after(kept, changes)
@@ -416,7 +416,7 @@ class PlanningThread:
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._reset_target = _target_key(search)
         rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
-        return self._views.view(SearchViewRequest(search.target, rivals))
+        return self._views.view(SearchViewRequest(search.target, rivals, search.detail.negatives))
 
     def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 from onemap_shared.messages.checks import Message, Word, cleaned, items
 from onemap_shared.messages.places import MAX_PLACES
@@ -12,6 +12,9 @@ from onemap_shared.names import indefinite
 NEXT_TO_M = 1.0  # between two objects that are next to each other
 MAX_NEGATIVES = 10  # names of what an object is not
 MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
+
+
+Negatives: TypeAlias = Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")]
 
 
 class RelationKind(Word):
@@ -63,7 +66,7 @@ class Detail(Message):
     relations: Annotated[tuple[Relation, ...], items(MAX_RELATIONS)] = ()
     inside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
     outside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
-    negatives: Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")] = ()
+    negatives: Negatives = ()
 
     def of(self, name: str) -> str:
         """An object of this name, so described, in words: "lamp next to a bed"."""

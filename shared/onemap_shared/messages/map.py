@@ -26,6 +26,7 @@ from onemap_shared.messages.checks import (
     within,
     without,
 )
+from onemap_shared.messages.details import Negatives
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
@@ -123,10 +124,12 @@ class SearchViewRequest(Message):
     Attributes:
         text: name of the object, may be empty.
         rivals: other names that what looks like ``text`` may be.
+        negatives: what it must not be: they compete with it, so that ``similarity`` is lower.
     """
 
     text: Sought = ""
     rivals: Rivals = ()
+    negatives: Negatives = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -353,11 +356,13 @@ class ViewChangesRequest(Message):
         text: name of the object, may be empty.
         rivals: other names that what looks like ``text`` may be.
         have: the key of the newest reply that was taken in; empty: send everything.
+        negatives: what it must not be.
     """
 
     text: Sought = ""
     rivals: Rivals = ()
     have: ViewKey = NO_VIEW
+    negatives: Negatives = ()
 
 
 @dataclass(frozen=True, slots=True)

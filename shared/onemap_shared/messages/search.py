@@ -344,8 +344,8 @@ class SearchStatus(Message):
 
     @property
     def named(self) -> tuple[str, ...]:
-        """The objects, and the anchors of what is said of the present one."""
-        return (*self.objects, *self.detail.anchors)
+        """The objects, and the anchors and negatives of the present one."""
+        return (*self.objects, *self.detail.anchors, *self.detail.negatives)
 
     @property
     def detail(self) -> Detail:

@@ -16,12 +16,11 @@ from onemap_shared.messages.checks import (
     Share,
     Word,
     cleaned,
-    items,
     numbers,
     within,
     without,
 )
-from onemap_shared.messages.details import MAX_NEGATIVES, NO_DETAIL, Detail
+from onemap_shared.messages.details import NO_DETAIL, Detail, Negatives
 
 
 class Verdict(Word):
@@ -74,7 +73,6 @@ def _check_area(area_m: tuple[float, ...], name: str) -> None:
 
 
 Sought: TypeAlias = Annotated[str, cleaned()]
-Negatives: TypeAlias = Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")]
 AreaM: TypeAlias = Annotated[tuple[float, ...], _check_area]
 PointM: TypeAlias = Annotated[tuple[float, ...], numbers(2, optional=True)]
 

@@ -130,6 +130,21 @@ def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told()
     assert checked(m.Detail(outside=("attic", "den")), 3.0) == FindCheck(True, told)
 
 
+def test_what_loses_against_an_excluded_name_on_the_map_is_one_of_it() -> None:
+    detail, there = m.Detail(negatives=("stool", "sofa")), candidate(1.0, 2.0)
+    here = seen_in_room(detail)
+    x, y = here.map_view.indices_of(there.surface).T
+    for similarity, expected in (
+        (0.8, FindCheck(True, ("not a stool or a sofa",))),
+        (0.1, FindCheck(False, (), ("a stool or a sofa",))),
+        (np.nan, FindCheck(None, (), ("perhaps a stool or a sofa",))),
+    ):
+        seen = here.map_view.similarity.copy()
+        seen[x, y] = similarity
+        map_view = replace(here.map_view, similarity=seen)
+        assert check_find(there, replace(here, map_view=map_view), Evidence()) == expected
+
+
 RGB = {
     **{"black": (20, 20, 22), "grey": (120, 122, 125), "white": (235, 235, 230)},
     **{"brown": (110, 70, 40), "red": (190, 30, 35), "orange": (240, 140, 30)},

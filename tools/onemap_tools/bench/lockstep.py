@@ -436,13 +436,14 @@ class LockstepSimulation:
 
     def _view_of(self, name: str, state: PlannerState) -> AssembledView:
         names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
-        return self._newest(SearchViewRequest(name, names))
+        return self._newest(SearchViewRequest(name, names, state.search.detail.negatives))
 
     def _newest(self, request: SearchViewRequest) -> AssembledView:
         kept = self._views.get(request)
-        texts = (request.text, *request.rivals) if request.text else ()
+        sought = (request.text, *request.negatives)
+        texts = (*sought, *request.rivals) if request.text else ()
         have = NO_VIEW if kept is None else kept.key
-        question = ViewChangesRequest(request.text, request.rivals, have)
+        question = ViewChangesRequest(request.text, request.rivals, have, request.negatives)
         made = after(kept, self._replies.reply(question, [self._query(text) for text in texts]))
         self._views[request] = made
         return made

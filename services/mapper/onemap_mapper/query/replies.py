@@ -180,16 +180,16 @@ def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuer
     )
 
 
-def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
+def search_view(scored: ScoredVersion, *, text: str, negatives: int = 0) -> SearchView:
     """All layers over the map's bounding box, with the similarity if the text has scores.
 
-    scored: with the scores of the text, then those of its rivals; ``rival`` holds each cell's best
-    score over these.
+    scored: with the scores of the text, then those of its ``negatives``, which compete with it,
+    then those of its rivals; ``rival`` holds each cell's best score over these.
     """
     version, similarity, rival, guidance = scored.version, NO_GRID, NO_GRID, NO_RANKS
     calibrated = True
     if scored.texts:
-        own, *others = scored.texts
+        own, others = _competing(scored.texts, negatives)
         calibrated = own.query.has_probabilities
         similarity = version.to_grid(own.scores)
         guidance = np.nan_to_num(version.to_grid(ranks(guiding(own)).astype(np.float32)))
@@ -269,10 +269,12 @@ class ViewReplies:
     ) -> ViewChanges:
         """The changes for a robot since the state that its request names, or everything.
 
-        queries: the text, then those of its rivals that are known; none in an empty map.
+        queries: the text, then its negatives, then those of its rivals that are known; none in an
+        empty map.
         """
-        scored = self._scores.changes(queries, self._known(request.have), robot)
-        cells, query = scored.cells, _query_key(scored.serials)
+        negatives = len(request.negatives)
+        scored = self._scores.changes(queries, self._known(request.have, negatives), robot)
+        cells, query = scored.cells, _query_key(scored.serials, negatives)
         tiles, first = np.unique(cells.rows // AREA, return_index=True)
         changed = np.zeros((len(tiles), AREA), bool)
         owner = np.repeat(np.arange(len(tiles)), np.diff(np.append(first, len(cells.rows))))
@@ -290,34 +292,44 @@ class ViewReplies:
             cells=np.packbits(changed, axis=1),
             occupancy=cells.occupancy,
             layers=cells.layers,
-            values=_values(scored),
+            values=_values(scored, negatives),
             rank_limits=scored.rank_limits,
             calibrated=scored.texts[0].query.has_probabilities if scored.texts else True,
         )
 
-    def _known(self, have: ViewKey) -> KnownScores:
+    def _known(self, have: ViewKey, negatives: int) -> KnownScores:
         """What a caller holds, as this map counts; nothing that fits if it is of another one."""
-        serials = _serials(have.query) if have.map_id == self.map_id else None
+        serials = _serials(have.query, negatives) if have.map_id == self.map_id else None
         return KnownScores((-1,), -1) if serials is None else KnownScores(serials, have.number)
 
 
-def _query_key(serials: tuple[int, ...]) -> str:
-    return ".".join(map(str, serials)) if serials else LAYERS_ONLY
+def _query_key(serials: tuple[int, ...], negatives: int) -> str:
+    return ".".join(map(str, (negatives, *serials))) if serials else LAYERS_ONLY
 
 
-def _serials(query: str) -> tuple[int, ...] | None:
-    """The serials of a query's key, None if it is no such key."""
+def _serials(query: str, negatives: int) -> tuple[int, ...] | None:
+    """The serials of a query's key, None if it is no such key, or of other negatives."""
     if query == LAYERS_ONLY:
         return ()
-    parts = query.split(".")
-    return tuple(map(int, parts)) if all(part.isdecimal() for part in parts) else None
+    count, *parts = query.split(".")
+    if count != str(negatives) or not all(part.isdecimal() for part in parts):
+        return None
+    return tuple(map(int, parts))
 
 
-def _values(scored: ScoredChanges) -> F32:
+def _competing(
+    texts: Sequence[CellScores], negatives: int
+) -> tuple[CellScores, Sequence[CellScores]]:
+    """The first text with its negatives against it, and the rivals, which come after these."""
+    own, others = texts[0], texts[1:]
+    return (against(own, others[:negatives]) if negatives else own), others[negatives:]
+
+
+def _values(scored: ScoredChanges, negatives: int) -> F32:
     """Score, cosine and the best rival's score (p, m) of the observed ones of the cells."""
     if not scored.texts:
         return np.zeros((0, 0), np.float32)
-    own, *rivals = scored.texts
+    own, rivals = _competing(scored.texts, negatives)
     rows = [own.scores, guiding(own)]
     if rivals:
         rows.append(np.max([rival.scores for rival in rivals], axis=0))

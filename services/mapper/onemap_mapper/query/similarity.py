@@ -234,12 +234,14 @@ def against(text: CellScores, negatives: Sequence[CellScores]) -> CellScores:
 
     With z the sum of exp(t cos) over the neutral words, a score is s = exp(t c) / (exp(t c) + z),
     so that each negative n adds exp(t (c_n - c)) to 1 / s. Without calibration a cell that is more
-    like a negative scores 0.
+    like a negative scores 0, and has the lowest cosine.
     """
     values, own = text.scores.astype(np.float64), text.cosines.astype(np.float64)
     if not text.query.calibrated:
         rival = np.max([other.cosines for other in negatives], axis=0, initial=-np.inf)
-        return replace(text, scores=np.where(rival > own, 0.0, values).astype(np.float32))
+        less = rival > own
+        scores = np.where(less, 0.0, values).astype(np.float32)
+        return replace(text, scores=scores, cosines=np.where(less, -1.0, own).astype(np.float32))
     with np.errstate(divide="ignore", over="ignore"):
         odds = 1.0 / values
         for other in negatives:
