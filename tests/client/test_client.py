@@ -51,16 +51,6 @@ def test_without_a_mapper_the_error_is_temporary(client: Client) -> None:
     assert error.value.document["service"] == "mapper"
 
 
-def test_the_status_names_services_and_streams(client: Client) -> None:
-    status = client.status()
-    assert not status.ready
-    assert status.problem
-    assert "mapper" in {service.name for service in status.services}
-    assert "revision" in {stream.name for stream in status.streams}
-    assert all(stream.age_s is None for stream in status.streams)
-    assert status.document["ready"] is False
-
-
 def test_the_missing_stage_is_that_of_readyz(client: Client) -> None:
     assert "robot" in client.missing_stage().lower()
     assert "gateway" in Client(f"http://127.0.0.1:{any_free_port()}").missing_stage()
@@ -150,11 +140,3 @@ def test_a_name_that_would_be_another_address_is_not_sent(client: Client, name: 
     for ask in (client.maps.delete, client.object_picture):
         with pytest.raises(InvalidSetting, match="begin with a letter or a digit and hold no"):
             ask(name)
-
-
-def test_an_archive_holds_the_similarity_that_is_asked_for(
-    client: Client, mapper: FakeMapper
-) -> None:
-    assert client.maps.archive("sofa") != client.maps.archive()
-    with pytest.raises(OneMapError, match="flurb"):
-        client.maps.archive("flurb")

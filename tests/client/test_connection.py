@@ -104,9 +104,3 @@ def test_messages_do_not_depend_on_how_the_bytes_arrive(cuts: list[int]) -> None
     places = [0, *sorted(cuts), len(STREAM)]
     chunks = [STREAM[a:b] for a, b in itertools.pairwise(places)]
     assert list(stream_messages(chunks)) == MESSAGES
-
-
-def test_a_line_separator_inside_a_text_ends_no_line() -> None:
-    assert [m.data for m in stream_messages(["data: a\u2028b\x85c\n\n".encode()])] == [
-        "a\u2028b\x85c"
-    ]

@@ -24,13 +24,6 @@ CHOICE = {"number": 2, "sentence": "the only goal", "options": [OPTION]}
 LATE_NS = 1767225612400000001  # more digits than a float has
 
 
-def test_a_search_is_complete_if_every_object_was_found() -> None:
-    found = {"name": "sofa", "outcome": "found", "position_m": [1, 2, 0.5]}
-    assert SearchSnapshot.of({**REPORT, "state": "found", "results": [found]}).all_found
-    assert not SearchSnapshot.of(REPORT).all_found
-    assert ObjectOutcome.of(found).position_m == (1.0, 2.0, 0.5)
-
-
 def test_members_that_an_older_gateway_leaves_out_are_empty() -> None:
     snapshot = SearchSnapshot.of(REPORT)
     assert (snapshot.kind, snapshot.place_m, snapshot.choice) == ("find", None, None)

@@ -21,7 +21,6 @@ from onemap import (
     SearchEvent,
     SearchInterrupted,
     SearchLimits,
-    Unreachable,
 )
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import FakeMapper, FakePlanner
@@ -126,15 +125,6 @@ def test_an_interrupted_stream_is_opened_again() -> None:
     assert states(iter(rest)) == ["found"]  # the same state is told once
 
 
-def test_a_gateway_that_stays_away_ends_the_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    waits: list[float] = []
-    monkeypatch.setattr("onemap.connection.time.sleep", waits.append)
-    search = client_of(0, retry=Retry(first_s=0.5, most_s=1.5, attempts=3)).search("sofa")
-    with pytest.raises(Unreachable):
-        search.wait()
-    assert waits == [0.5, 1.0, 1.5]
-
-
 @pytest.mark.parametrize("refusal", [404, 401])
 def test_a_lasting_refusal_ends_the_events_at_once(refusal: int) -> None:
     search = client_of(refusal).search("sofa")
@@ -177,12 +167,6 @@ def test_a_limit_that_is_none_is_refused_here(value: float) -> None:
         SearchLimits(max_time_s=value)
 
 
-@pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf"))])
-def test_a_place_that_is_none_is_refused_here(client: Client, place: tuple[float, float]) -> None:
-    with pytest.raises(InvalidSetting, match="must be finite"):
-        client.go_to(*place)
-
-
 def test_standing_queries_are_answered(client: Client, mapper: FakeMapper) -> None:
     options = QueryOptions(max_regions=1, negatives=("kettle",), area_m=(0, -1, 2, 3))
     answers = list(islice(client.follow_queries(["sofa", "kite"], options), 2))
@@ -196,13 +180,3 @@ def test_standing_queries_are_answered(client: Client, mapper: FakeMapper) -> No
     assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
     with pytest.raises(OneMapError, match="flurb"):
         next(client.follow_queries(["flurb"]))
-
-
-def test_a_standing_query_says_why_there_is_no_answer() -> None:
-    sofa = b'event: answer\ndata: {"text": "sofa", "regions": [], "verdict": "not_here"}\n\n'
-    lost = b'event: problem\ndata: {"detail": "The mapper is not running."}\n\n'
-    events = client_of(sofa, b"event: news\ndata: {}\n\n" + lost + sofa).follow_queries(["sofa"])
-    told = [
-        each.verdict if isinstance(each, QueryResult) else str(each) for each in islice(events, 3)
-    ]
-    assert told == ["not_here", "The mapper is not running.", "not_here"]

@@ -13,8 +13,7 @@ import cv2
 import numpy as np
 from fastapi import FastAPI
 from fastapi.sse import ServerSentEvent
-from starlette.testclient import TestClient, WebSocketTestSession
-from starlette.websockets import WebSocketDisconnect
+from starlette.testclient import TestClient
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.bus.rpc import RpcClient
@@ -465,15 +464,6 @@ async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[
         event = await events.__anext__()
     assert event.event is not None
     return event.event, event.data
-
-
-def code_at_the_end(socket: WebSocketTestSession) -> int:
-    """The code with which the gateway closes the socket."""
-    try:
-        while True:
-            socket.receive_json()
-    except WebSocketDisconnect as end:
-        return end.code
 
 
 @contextmanager

@@ -21,7 +21,6 @@ from starlette.testclient import TestClient
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.service import GatewayWorker, build
-from onemap_shared import keys
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import (
     PICTURE,
@@ -31,9 +30,7 @@ from tests.gateway.fakes import (
     find_result,
     gateway_on,
     kept_object,
-    odometry,
     search,
-    state_reached,
 )
 from tests.memory_bus import MemoryRouter
 from tests.structure import ROOT
@@ -264,18 +261,6 @@ def test_found_objects_are_listed_and_shown_by_name_or_id(
     assert "'bed' (3f9a12c4)" in said(gateway, "list_objects")
     for name in ("BED", "3f9a12c4"):
         assert said(gateway, "look_at", object=name).startswith("'bed' (3f9a12c4) at x 3.42 m")
-
-
-def test_the_map_is_described_with_the_robot_on_it(
-    gateway: GatewayContext, router: MemoryRouter
-) -> None:
-    described = said(gateway, "describe_map")
-    assert "3.0 m2 of free floor" in described
-    assert "no pose of the robot is known" in described
-    assert "No camera frame has arrived" in described
-    router.bus("simulator").publish(keys.ROBOT_ODOMETRY).put(odometry(1.0, -2.0, 0.5))
-    assert state_reached(gateway.cache, lambda state: state.odometry is not None)
-    assert "stands at x 1.00 m, y -2.00 m" in said(gateway, "describe_map")
 
 
 def test_a_budget_is_needed_and_has_a_limit(gateway: GatewayContext, planner: FakePlanner) -> None:

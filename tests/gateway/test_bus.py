@@ -28,14 +28,6 @@ from tests.gateway.fakes import FakeMapper, search, state_reached
 from tests.memory_bus import MemoryRouter
 
 
-def test_progress_is_a_fused_frame_not_any_change() -> None:
-    state = live_state.LiveState().with_message(fakes.revision(3), 1.0)
-    assert state.with_message(fakes.revision(4), 2.0).last_fused_s == 2.0
-    cleared = state.with_message(fakes.revision(5, frames_fused=0), 3.0)
-    assert cleared.last_fused_s is None
-    assert cleared.with_message(fakes.revision(6, frames_fused=1), 4.0).last_fused_s == 4.0
-
-
 @given(
     st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
     st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
@@ -50,14 +42,6 @@ def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> No
         == list(range(before, before + after))[-live_state.MAX_LOGGED_STATUSES :][: len(fresh)]
     )
     assert len(fresh) == min(after, live_state.MAX_LOGGED_STATUSES)
-
-
-def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
-    state = live_state.LiveState().with_message(fakes.heartbeat("mapper", 1), 1.0)
-    state = state.with_message(fakes.heartbeat("mapper", 1), 2.0)
-    assert state.heartbeats["mapper"].advanced_s == 1.0
-    state = state.with_message(fakes.heartbeat("mapper", 2), 3.0)
-    assert state.heartbeats["mapper"].advanced_s == 3.0
 
 
 def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump_and_with_a_search() -> None:
@@ -98,14 +82,6 @@ def test_a_path_ends_with_its_search() -> None:
         assert state.with_message(path, 1.6).path_now(1.7) is not None
 
 
-def test_a_heartbeat_is_kept_while_its_service_lives_and_for_a_while_after() -> None:
-    state = live_state.LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
-    late_s = 2.0 + live_state.HEARTBEAT_EXPIRY_S
-    assert "mapper" in state.with_members(fakes.members("mapper"), late_s).heartbeats
-    assert "mapper" in state.with_members(frozenset(), late_s - 1.5).heartbeats
-    assert "mapper" not in state.with_members(frozenset(), late_s).heartbeats
-
-
 def test_of_a_heartbeat_little_is_kept() -> None:
     metrics = {f"m{index}": 1.0 for index in range(5000)}
     metrics = {"nan": float("nan"), "inf": float("inf"), "x" * 5000: 1.0, "good": 2.0, **metrics}
@@ -128,42 +104,6 @@ def test_latencies_are_counted_up_to_their_bounds(latencies_s: list[float]) -> N
     for below_s, count in zip(upper, itertools.accumulate(histogram.counts), strict=True):
         assert count == sum(latency_s <= below_s for latency_s in latencies_s)
     assert histogram.quantile_s(1.0) == max(latencies_s[-live_state.RECENT :])
-
-
-def test_each_stage_is_timed_from_its_own_frame_once() -> None:
-    seen = live_state.FrameLatencies().with_frame(7, 1.0).with_frame(8, 1.1)
-    seen = seen.with_result("map", 7, 1.25).with_result("detections", 7, 1.5)
-    assert seen.stages["map"].total_s == 0.25
-    assert seen.stages["detections"].total_s == 0.5
-    assert seen.with_result("map", 7, 9.0) is seen
-    assert seen.with_result("map", 6, 9.0) is seen  # a frame that is not known
-    for stamp_ns in range(9, 9 + live_state.KEPT_FRAMES):
-        seen = seen.with_frame(stamp_ns, 1.0)
-    assert len(seen.arrivals) == live_state.KEPT_FRAMES
-
-
-def test_every_stream_arrives(router: MemoryRouter) -> None:
-    cache, robot = StateCache(router.bus("gateway")), router.bus("simulator")
-    robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
-    robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
-    robot.publish(keys.ROBOT_CMD_VEL).put(fakes.command())
-    robot.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
-    robot.publish(keys.MAP_REVISION).put(fakes.revision(1))
-    robot.publish(keys.SEARCH_STATE).put(fakes.search())
-    robot.publish(keys.SEARCH_PATH).put(fakes.planned_path((0, 0)))
-    robot.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
-    streams = ("frame", "odometry", "detections", "revision", "search", "path")
-    heard = state_reached(
-        cache,
-        lambda state: (
-            bool(state.heartbeats)
-            and all(getattr(state, name) for name in streams)
-            and cache.counters()["command"].received > 0
-        ),
-    )
-    cache.close()
-    assert heard
-    assert all(counters.received == 1 for counters in cache.counters().values())
 
 
 def test_a_broken_message_is_logged_and_passed_over(
@@ -212,24 +152,6 @@ def hung(router: MemoryRouter) -> Iterator[MemoryRouter]:
     yield router
     release.set()
     bus.close()
-
-
-def test_callers_beyond_the_limit_give_up_in_time_too(hung: MemoryRouter) -> None:
-    rpc, given_up = RpcClient(hung.bus(), 1), list[QueryTimeout]()
-
-    async def one() -> None:
-        try:
-            await rpc.call(keys.SEARCH_GET, NEWEST, 0.4)
-        except QueryTimeout as error:
-            given_up.append(error)
-
-    async def crowd() -> None:
-        async with anyio.create_task_group() as tasks:
-            for _ in range(20):
-                tasks.start_soon(one)
-
-    anyio.run(crowd)
-    assert len(given_up) == 20
 
 
 def test_a_hung_service_does_not_delay_another(hung: MemoryRouter) -> None:

@@ -15,8 +15,6 @@ from hypothesis.extra.numpy import arrays
 from onemap_gateway.http.routes.pages import STATIC
 from onemap_gateway.present import render
 from onemap_gateway.present.canvas import (
-    Canvas,
-    Viewport,
     ascii_text,
     draw_text,
     overlap_px2,
@@ -25,7 +23,6 @@ from onemap_gateway.present.canvas import (
 from onemap_gateway.present.palette import DARK, LIGHT, PALETTES, Palette, Rgb, Theme
 from onemap_gateway.present.render import (
     Overlay,
-    blend_heatmap,
     occupancy_image,
     render_map,
 )
@@ -35,45 +32,6 @@ from tests.gateway.fakes import GRID, search_view
 from tests.reference import heatmap
 
 INK = (255, 255, 255)
-
-
-def canvas(size: int = 60, pixels_per_m: float = 10) -> Canvas:
-    return Canvas(
-        np.zeros((size, size, 3), np.uint8), Viewport(0.0, size / pixels_per_m, pixels_per_m)
-    )
-
-
-def centroid(image: np.ndarray) -> tuple[float, float]:
-    """Mean column and row of the ink, in pixels whose centres are at halves."""
-    weight = image[..., 0].astype(float)
-    rows, columns = np.indices(weight.shape) + 0.5
-    return float((columns * weight).sum() / weight.sum()), float(
-        (rows * weight).sum() / weight.sum()
-    )
-
-
-@given(st.floats(1, 5), st.floats(1, 5))
-def test_a_dot_lies_where_its_metres_say(x: float, y: float) -> None:
-    drawn = canvas()
-    drawn.circles([(x, y)], [4.0], INK)
-    np.testing.assert_allclose(centroid(drawn.image), (10 * x, 60 - 10 * y), atol=0.3)
-
-
-def test_an_arrow_points_along_its_yaw() -> None:
-    for yaw, direction in ((0.0, (1, 0)), (np.pi / 2, (0, -1)), (np.pi, (-1, 0))):
-        drawn = canvas()
-        drawn.arrow(3.0, 3.0, yaw, 20, INK)
-        rows, columns = np.nonzero(drawn.image[..., 0])
-        reach = (columns + 0.5 - 30) * direction[0] + (rows + 0.5 - 30) * direction[1]
-        assert reach.max() > 11
-        assert -reach.min() < 11
-
-
-def test_places_far_away_draw_nothing_and_do_not_overflow() -> None:
-    drawn = canvas()
-    drawn.circles([(1e9, -1e9)], [4.0], INK)
-    drawn.line([(1e9, 1e9), (1e9, 2e9)], INK, 2)
-    assert not drawn.image.any()
 
 
 @settings(max_examples=20)
@@ -96,11 +54,6 @@ def test_a_few_labels_never_overlap_and_stay_inside(points_px: list[tuple[float,
     assert all(box[0] >= 0 and box[2] <= IMAGE_PX[0] for box in boxes)
     assert all(box[1] >= 0 and box[3] <= IMAGE_PX[1] for box in boxes)
     assert all(overlap_px2(a, b) == 0 for a, b in combinations(boxes, 2))
-
-
-def test_without_room_labels_overlap_but_none_is_missing() -> None:
-    assert len(place_labels([(5, 5)] * 9, [(80, 12)] * 9, (40, 20))) == 9
-    assert place_labels([(5, 5)], [(80, 12)], (40, 20))[0][0] == 0
 
 
 TEXT_CONTRAST = 4.5  # WCAG 2.2 AA, 1.4.3
@@ -135,15 +88,6 @@ def test_texts_marks_and_walls_contrast_with_their_ground(palette: Palette) -> N
             assert contrast(getattr(palette, mark), ground) >= MARK_CONTRAST, mark
     assert contrast(palette.occupied, palette.free) >= MARK_CONTRAST
     assert contrast(palette.wall, palette.occupied) >= MARK_CONTRAST
-
-
-@BOTH
-def test_heat_moves_away_from_the_floor(palette: Palette) -> None:
-    """Monotone in brightness: the heatmap can be read in grey."""
-    distances = [contrast(colour, palette.free) for colour in palette.heat]
-    brightness = [luminance(colour) for colour in palette.heat]
-    assert brightness in (sorted(brightness), sorted(brightness, reverse=True))
-    assert max(distances) == distances[-1]
 
 
 @pytest.mark.parametrize("theme", list(Theme))
@@ -188,36 +132,12 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
             assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
 
 
-@BOTH
-def test_what_is_taller_is_drawn_more_like_a_wall(palette: Palette) -> None:
-    """And a cell whose height is not known like the lowest."""
-    tops_dm = np.array([[0, 4, 8, 12, 16, 22, 255]], np.uint8).T
-    occupied = np.full(tops_dm.shape, Occupancy.OCCUPIED, np.uint8)
-    colours = occupancy_image(occupied, 1, palette, tops_dm)[0]
-    assert [tuple(colours[index].tolist()) for index in (0, 2)] == [palette.occupied] * 2
-    assert {tuple(colours[index].tolist()) for index in (4, 5, 6)} == {palette.wall}
-    between = contrast(tuple(colours[3].tolist()), palette.free)
-    assert contrast(palette.occupied, palette.free) < between < contrast(palette.wall, palette.free)
-    free = np.full(tops_dm.shape, Occupancy.FREE, np.uint8)
-    assert (occupancy_image(free, 1, palette, tops_dm) == palette.free).all()
-
-
 def test_an_empty_map_has_an_image_too() -> None:
     nothing = np.zeros((0, 0), np.uint8)
     grid = GridSpec(0.05, (0, 0), (0, 0))
     empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
     for overlay in (None, Overlay(), Overlay(robot=(1.0, 1.0, 0.0))):
         assert min(render_map(empty, overlay).image.shape[:2]) > 100
-
-
-@given(arrays(np.float32, (6, 9), elements=st.floats(0, 1, width=32) | st.just(np.nan)))
-def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None:
-    before = occupancy_image(np.full((6, 9), Occupancy.FREE, np.uint8), 3)
-    copy = before.copy()
-    after = blend_heatmap(before, similarity)
-    np.testing.assert_array_equal(before, copy)
-    unseen = np.kron(np.isnan(similarity).T[::-1], np.ones((3, 3))).astype(bool)
-    np.testing.assert_array_equal(after[unseen], before[unseen])
 
 
 def test_heat_does_not_bleed_into_unknown_cells() -> None:

@@ -99,17 +99,6 @@ def test_a_map_is_saved_listed_loaded_and_deleted(
     assert client.get("/v1/maps").json()["maps"] == []
 
 
-@pytest.mark.parametrize(
-    ("method", "path"),
-    [("GET", "/v1/maps/nix"), ("DELETE", "/v1/maps/nix"), ("POST", "/v1/maps/nix/load")],
-)
-def test_a_map_that_is_not_there_is_not_found(client: TestClient, method: str, path: str) -> None:
-    answer = client.request(method, path)
-    assert answer.status_code == 404
-    assert answer.json()["type"].endswith("unknown_map")
-    assert "nix" in answer.json()["detail"]
-
-
 @pytest.mark.parametrize("name", ["%2e%2e", ".a", "-a", "a%20b", "x" * 65, "a%00", "K%C3%BCche"])
 def test_a_name_that_is_no_file_name_is_refused(
     client: TestClient, mapper: fakes.FakeMapper, name: str
@@ -153,16 +142,6 @@ def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRou
     np.testing.assert_allclose(
         fakes.decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30
     )
-
-
-def test_objects_are_listed_as_the_mapper_keeps_them(
-    client: TestClient, mapper: fakes.FakeMapper
-) -> None:
-    mapper.objects += [fakes.kept_object(), fakes.kept_object("00ff00ff", "sofa")]
-    reply = client.get("/v1/objects").json()
-    assert [known["name"] for known in reply["objects"]] == ["bed", "sofa"]
-    assert reply["left_out"] == 1
-    assert client.get("/v1/objects/00ff00ff").json() == reply["objects"][1]
 
 
 def test_a_picture_is_sent_once_as_long_as_it_is_the_same(

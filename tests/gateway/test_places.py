@@ -129,11 +129,6 @@ def test_what_is_no_place_is_refused(
     assert said in answer.json()["detail"]
 
 
-def test_an_unknown_place_is_not_found(client: TestClient, mapper: NamingMapper) -> None:
-    answer = client.delete("/v1/places/attic")
-    assert (answer.status_code, answer.json()["type"]) == (404, "/docs#problem-no_such_place")
-
-
 def named(mapper: NamingMapper) -> dict[str, Place]:
     """A room, one that is not known yet, a region and a zone."""
     places = (

@@ -46,25 +46,6 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
 
 
 @pytest.mark.parametrize(
-    ("code", "status"),
-    [
-        ("invalid", 422),
-        ("conflict", 409),
-        ("unknown_search", 404),
-        ("unknown_word", 422),
-        ("unavailable", 503),
-        ("storage", 507),
-        ("internal", 502),
-        ("something new", 502),
-    ],
-)
-def test_the_codes_of_services_have_their_status(code: str, status: int) -> None:
-    problem = problems.from_call_error(RemoteError(code, "the reason"), "mapper", 2.0, no_hung)
-    assert problem.status == status
-    assert "he reason." in problem.detail
-
-
-@pytest.mark.parametrize(
     ("body", "status", "fields"),
     [
         ('{"text": "sofa", "regions": 3}', 422, {"regions": "'regions' is no field of this"}),
@@ -123,15 +104,6 @@ def hang(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "onemap_gateway.http.context.hung_problem", lambda name, _state, _now_s: f"{name} hangs."
     )
-
-
-def test_an_absent_service_that_hangs_is_a_timeout(
-    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    hang(router, monkeypatch)
-    problem = call_problem(router)
-    assert (problem.code, problem.extra["service"]) == ("timeout", "planner")
-    assert problem.detail == "planner hangs."
 
 
 def test_a_service_that_starts_is_unavailable_until_it_has() -> None:

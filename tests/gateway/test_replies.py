@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from dataclasses import replace
 from math import pi
@@ -10,19 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from onemap.search_replies import ObjectOutcome, SearchSnapshot
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.formats import finite, json_text
+from onemap_gateway.present.formats import finite
 from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import RequestCounter, exposition
 from onemap_gateway.present.queries import query_result, verdict_sentence
 from onemap_gateway.present.replies import (
-    map_archive,
-    map_statistics,
     search_snapshot,
 )
 from onemap_gateway.present.service_status import PipelineFault
@@ -30,7 +26,7 @@ from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.transport import Counters
 from tests.gateway import fakes
-from tests.gateway.fakes import STAMP_NS, FakeMapper, full_state, search_view
+from tests.gateway.fakes import STAMP_NS, FakeMapper, full_state
 from tests.memory_bus import MemoryRouter
 
 FOUND = replace(
@@ -40,24 +36,6 @@ NUMBERS = st.floats(allow_nan=True, allow_infinity=True) | st.integers() | st.te
 DOCUMENTS: st.SearchStrategy[Any] = st.recursive(
     NUMBERS, lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner)
 )
-
-
-def test_a_search_takes_as_long_as_its_planner_says() -> None:
-    """The clocks of two machines are never mixed: the stamps may be an hour apart."""
-    status = replace(fakes.search(), elapsed_s=5.0, updated_ns=STAMP_NS + 3600 * 10**9)
-    assert search_snapshot(status).elapsed_s == 5.0
-
-
-def test_lengths_are_rounded_to_millimetres() -> None:
-    result = replace(
-        fakes.find_result("sofa", float(np.float32(2.35)), -1.10004), path_length_m=3.14159
-    )
-    status = replace(fakes.search(), results=(result,), path_length_m=2.71828)
-    report = search_snapshot(status)
-    assert report.path_length_m == 2.718
-    assert report.results[0].position_m == (2.35, -1.1, 0.4)
-    assert report.results[0].end_xy_m == (2.35, -1.1)
-    assert report.results[0].path_length_m == 3.142
 
 
 def test_results_are_in_the_order_of_the_request_and_failures_have_codes() -> None:
@@ -100,29 +78,6 @@ def test_not_found_says_what_was_covered_and_found_in_what() -> None:
     }
     cancelled = only(m.SearchState.CANCELLED, replace(FOUND, outcome=m.SearchState.CANCELLED))
     assert (cancelled.coverage, cancelled.evidence) == (None, None)
-
-
-def test_the_map_in_numbers_and_as_arrays() -> None:
-    view = search_view("sofa")
-    info = map_statistics(view, fakes.revision(7), STAMP_NS + 2_000_000_000)
-    areas_m2 = (info.free_m2, info.occupied_m2, info.observed_m2)
-    np.testing.assert_allclose(areas_m2, (3.0, 0.15, 3.15))
-    assert (info.frames_fused, info.age_s) == (7, 2.0)
-    empty = map_statistics(replace(view, stamp_ns=0), None, STAMP_NS)
-    assert (empty.encoder_id, empty.age_s) == ("", None)
-    with np.load(io.BytesIO(map_archive(view)), allow_pickle=False) as archive:
-        for name in ("occupancy", "layers", "similarity", "revision", "stamp_ns", "text"):
-            np.testing.assert_array_equal(archive[name], getattr(view, name))
-        np.testing.assert_allclose(archive["origin_m"], (-1.0, -0.5))
-        assert float(archive["cell_size_m"]) == 0.1
-
-
-@settings(max_examples=40)
-@given(DOCUMENTS)
-def test_every_document_becomes_json_that_every_reader_takes(document: Any) -> None:
-    text = json_text(document)
-    assert text.isascii()
-    json.loads(text, parse_constant=fakes.refuse_constant)
 
 
 def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
@@ -195,13 +150,6 @@ def test_the_live_document_says_what_the_camera_sees() -> None:
     assert document["camera"]["view"] == pytest.approx(view, abs=1e-3)
 
 
-def test_the_live_document_of_nothing_says_what_is_missing() -> None:
-    document = live_document(LiveState(), None, now_s=0.0, now_ns=STAMP_NS, with_trail=False)
-    for part in ("robot", "map", "camera", "path", "search", "trail_m"):
-        assert document[part] is None
-    assert all(service["condition"] == "down" for service in document["services"])
-
-
 def samples(state: LiveState) -> dict[str, float]:
     """Every sample by its name and labels, read as Prometheus would."""
     counters = {"rgbd": Counters(received=5, refused=1)}
@@ -211,26 +159,6 @@ def samples(state: LiveState) -> dict[str, float]:
         for family in text_string_to_metric_families(text)
         for name, labels, number, *_ in family.samples
     }
-
-
-def test_what_runs_and_what_not() -> None:
-    state = LiveState().with_members(fakes.members("mapper"), 0.0)
-    state = state.with_message(fakes.heartbeat("mapper"), 9.0)
-    found = samples(state)
-    assert found["onemap_up service=mapper"] == 1
-    assert found["onemap_up service=planner"] == 0
-    assert found["onemap_heartbeat_age_seconds service=mapper"] == 1
-    assert found["onemap_mapper_frames_per_second"] == 9.5
-    assert found["onemap_bus_messages_total outcome=received stream=rgbd"] == 5
-    assert found["onemap_bus_messages_total outcome=refused stream=rgbd"] == 1
-
-
-def test_the_map_in_numbers() -> None:
-    state = LiveState().with_message(fakes.revision(3), 1.0)
-    state = state.with_message(fakes.revision(4), 8.0)
-    found = samples(state)
-    assert found["onemap_map_idle_seconds"] == 2
-    assert found["onemap_map_frames_fused"] == 4
 
 
 def test_latencies_of_frames_are_a_histogram() -> None:

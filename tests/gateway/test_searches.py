@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.routes.searches import search_events, supersedes
+from onemap_gateway.http.routes.searches import search_events
 from onemap_gateway.http.schemas import (
     ComparedImage,
     MergeRequest,
@@ -228,19 +228,6 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
         assert await is_over(events)
 
     listen(router, scenario)
-
-
-def test_a_later_state_of_the_same_search_supersedes() -> None:
-    def after(took_s: float, state: m.SearchState = EXPLORING, name: str = "s1") -> m.SearchStatus:
-        return replace(search(name, state), elapsed_s=took_s)
-
-    first = after(5.0)
-    assert supersedes(after(6.0, m.SearchState.FOUND), first)
-    assert not supersedes(first, first)
-    assert not supersedes(after(4.0, m.SearchState.APPROACHING), first)
-    assert supersedes(after(4.0, m.SearchState.FOUND), first)  # made in one instant
-    assert not supersedes(after(6.0, name="s2"), first)
-    assert not supersedes(after(7.0), after(6.0, m.SearchState.FOUND))
 
 
 @pytest.mark.parametrize(

@@ -5,19 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import anyio
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.routes.queries import query_events
-from onemap_gateway.http.schemas import SearchStart, StandingRequest
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.messages import Detail, Relation, RelationKind
 from onemap_shared.transport import RequestRejected
-from tests.gateway.fakes import WAIT_S, FakeMapper, FakePlanner, client_of, gateway_on
+from tests.gateway.fakes import FakeMapper, FakePlanner, client_of, gateway_on
 from tests.memory_bus import MemoryRouter
 from tests.shared.samples import SAMPLES
 
@@ -56,19 +52,6 @@ def test_the_map_is_asked_for_places_only_if_a_sentence_names_one(
     assert mapper.asked[-1].detail == Detail(relations=(Relation(RelationKind.IN, ("box",)),))
 
 
-def test_standing_queries_take_sentences(router: MemoryRouter, mapper: FakeMapper) -> None:
-    asked = {"texts": ["sofa near a bed", {"text": "sofa", "on": "bed"}]}
-
-    async def scenario(gateway: GatewayContext) -> list[Any]:
-        with anyio.fail_after(WAIT_S):
-            events = query_events(gateway, StandingRequest.model_validate(asked))
-            return [(await events.__anext__()).data for _ in range(2)]
-
-    with gateway_on(router) as gateway:
-        said = [each["understood"] for each in anyio.run(scenario, gateway)]
-    assert said == ["sofa, within 1 m of a bed, anywhere", "sofa, on a bed, anywhere"]
-
-
 @pytest.mark.parametrize(
     "asked",
     [
@@ -94,15 +77,6 @@ def test_a_search_takes_a_sentence_or_its_parts(
     planner.move(m.SearchState.INTERRUPTED, "the planner was stopped")
     assert client.post("/v1/searches", json={"objects": later["left"]}).status_code == 201
     assert planner.requests[1] == request
-
-
-def test_a_search_for_names_is_requested_as_before(
-    client: TestClient, planner: FakePlanner
-) -> None:
-    reply = client.post("/v1/searches", json={"objects": ["The Sofa", "bed"]}).json()
-    assert planner.requests[0].objects == ("The Sofa", "bed")
-    assert planner.requests[0].details == ()
-    assert reply["understood"] == "Sofa, anywhere; bed, anywhere"
 
 
 @pytest.mark.parametrize(
@@ -176,9 +150,3 @@ def test_an_address_asks_how_a_sentence_is_understood(client: TestClient) -> Non
     assert several["understood"] == "bed, anywhere; red sofa, anywhere"
     refused = client.get("/v1/words", params={"text": "lamp over the bed"})
     assert (refused.status_code, "'over the bed'" in refused.json()["detail"]) == (422, True)
-
-
-def test_the_schema_offers_a_sentence_and_its_parts() -> None:
-    items = SearchStart.model_json_schema()["properties"]["objects"]["anyOf"][0]["items"]["anyOf"]
-    assert [each["type"] for each in items] == ["string", "object"]
-    assert {"text", "near", "in", "between", "colour"} <= set(items[1]["properties"])

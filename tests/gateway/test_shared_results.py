@@ -56,22 +56,6 @@ def test_many_clients_share_one_result() -> None:
     run(scenario())
 
 
-def test_few_are_computed_at_once() -> None:
-    async def scenario() -> None:
-        drawing, results = Drawing(), SharedResults(wait_s=5)
-        waiting = [
-            asyncio.create_task(results.get(index, None, drawing.draw)) for index in range(CLIENTS)
-        ]
-        while drawing.now < AT_ONCE:
-            await asyncio.sleep(0)
-        drawing.may_end.set()
-        await asyncio.gather(*waiting)
-        assert drawing.count == CLIENTS
-        assert drawing.most == AT_ONCE
-
-    run(scenario())
-
-
 def test_a_version_is_kept_for_a_moment_and_the_next_is_computed() -> None:
     now_s = [10.0]
 
@@ -106,22 +90,6 @@ def test_who_waits_too_long_is_told(caplog: pytest.LogCaptureFixture) -> None:
 
     run(scenario())
     assert caplog.text == ""
-
-
-def test_a_failure_is_everybodys_and_not_kept() -> None:
-    async def fail() -> tuple[bytes, dict[str, str]]:
-        raise HttpProblem("unavailable", "no mapper")
-
-    async def scenario() -> None:
-        drawing, results = Drawing(), SharedResults(wait_s=5)
-        drawing.may_end.set()
-        both = await asyncio.gather(
-            results.get("map", 1, fail), results.get("map", 1, fail), return_exceptions=True
-        )
-        assert all(isinstance(failure, HttpProblem) for failure in both)
-        assert (await results.get("map", 1, drawing.draw)).body == b"1"
-
-    run(scenario())
 
 
 @pytest.mark.parametrize("size", [0, 1, SLICE_BYTES, 2 * SLICE_BYTES + 1])

@@ -168,21 +168,6 @@ def test_a_running_search_is_not_replaced(page: Page, robot: Robot) -> None:
     assert page.evaluate("document.querySelector('#place-menu .error').hidden")
 
 
-def test_a_search_does_not_replace_a_drive(page: Page, robot: Robot) -> None:
-    place = open_page(page, robot)
-    page.drag(place, place)
-    page.wait_for(MENU_OPEN)
-    x_m, y_m = named_place(page)
-    page.click("#place-go")
-    page.wait_for("document.body.classList.contains('searching')")
-    page.type("#text", "sofa")
-    page.click("#find")
-    page.wait_for("!document.getElementById('error').hidden")
-    assert page.text("#error") == (
-        f"The robot is driving to ({x_m}, {y_m}): wait until it is done, or press Stop."
-    )
-
-
 @pytest.mark.parametrize(
     "gateway_config",
     [GatewayConfig(port=0, token=SecretStr("secret"), look_token=SecretStr("look"))],

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from tests.gateway.static.axe import violations
@@ -122,25 +120,6 @@ def test_a_find_is_forgotten_only_after_a_second_answer(page: Page, robot: Robot
     open_card(page)
     assert page.centre("#find-go") is not None, "the card opens without the question"
     assert len(robot.mapper.objects) == 1
-
-
-def test_the_card_follows_its_find(page: Page, robot: Robot) -> None:
-    open_with_a_sofa(page, robot)
-    open_card(page)
-    (sofa,) = robot.mapper.objects
-    robot.show_finds(replace(sofa, score=0.5))
-    page.wait_for("document.getElementById('find-facts').innerText.includes('score 0.50')")
-    robot.show_finds()
-    page.wait_for(f"!{CARD_OPEN}")
-
-
-def test_a_find_without_a_photograph_says_so(page: Page, robot: Robot) -> None:
-    robot.keep("sofa", 0.4, 1.1, picture_bytes=0)
-    open_still(page, robot)
-    page.wait_for("document.querySelectorAll('#finds li').length === 1")
-    open_card(page)
-    assert "There is no photograph of it." in page.text("#find-card")
-    assert not page.evaluate("document.getElementById('find-photo').checkVisibility()")
 
 
 @pytest.mark.parametrize(("button", "kind"), [("#find-go", "go_to"), ("#find-look", "look_at")])

@@ -112,19 +112,6 @@ def test_a_suggested_word_replaces_only_its_own_name(page: Page, robot: Robot) -
     page.wait_for("document.getElementById('text').value === 'curb, sofa'")
 
 
-def test_an_empty_box_is_answered_by_a_sentence(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    for button, typed in (("#where", ""), ("#find", " , ")):
-        page.evaluate("document.getElementById('error').hidden = true")
-        page.type("#text", typed)
-        page.click(button)
-        page.wait_for("!document.getElementById('error').hidden")
-        assert page.text("#error").startswith("Type what you are looking for")
-        assert page.evaluate("document.activeElement.id") == "text"
-    assert robot.planner.status is None
-    assert page.errors == []
-
-
 def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     start_search(page)
@@ -154,17 +141,6 @@ def test_stop_is_in_sight_on_a_small_phone(page: Page, robot: Robot) -> None:
     page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     assert page.errors == []
-
-
-def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
-    page.resize(1000, 480)
-    page.open(robot.address)
-    start_search(page, "sofa, kettle")
-    page.type("#text", "sofa, kettle")
-    page.click("#where")
-    page.wait_for("document.querySelectorAll('#regions-card li').length === 4")
-    page.evaluate("document.querySelector('.side').scrollTo(0, 10000)")
-    assert page.centre("#stop") is not None
 
 
 @pytest.mark.parametrize("size", [(1280, 800), PHONE])

@@ -11,7 +11,6 @@ import pytest
 
 from onemap_shared.messages import MAX_IMAGE_BYTES
 from onemap_shared.messages.checks import image_size_px
-from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import decoded
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import PHONE, Robot, assert_accessible, photograph
@@ -163,18 +162,6 @@ def test_a_file_that_is_no_picture_is_answered_by_a_sentence(
     page.wait_for("!document.getElementById('error').hidden")
     assert page.text("#error").startswith("This file is no image that the browser can read")
     assert not page.evaluate(OPENED)
-
-
-def test_a_picture_that_is_refused_is_answered_by_a_sentence(
-    page: Page, robot: Robot, photo: Path
-) -> None:
-    robot.mapper.image_problem = RequestRejected("bad_image", "it shows one colour only: cut more")
-    page.open(robot.address)
-    choose(page, photo)
-    page.wait_for(OPENED)
-    page.click("#crop-ask")
-    page.wait_for("!document.getElementById('error').hidden")
-    assert page.text("#error") == "It shows one colour only: cut more."
 
 
 def test_a_large_picture_is_made_small_enough(page: Page, robot: Robot, tmp_path: Path) -> None:

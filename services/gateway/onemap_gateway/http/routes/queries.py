@@ -167,7 +167,7 @@ async def read_words(
 ) -> WordsReply:
     """What a sentence means on this map, without asking where it is; 422 names wrong words."""
     try:
-        asked = [Described(text=each) for each in listed_sentences(text)]
+        asked = [Described(text=each) for each in listed_sentences(text) or [text]]
     except ValidationError as error:
         raise from_validation_error(error) from None
     understood = await understand(gateway, asked)
