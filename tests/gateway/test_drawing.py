@@ -17,7 +17,7 @@ from onemap_gateway.present import render
 from onemap_gateway.present.canvas import (
     ascii_text,
     draw_text,
-    overlap_px2,
+    overlap,
     place_labels,
 )
 from onemap_gateway.present.palette import DARK, LIGHT, PALETTES, Palette, Rgb, Theme
@@ -53,7 +53,7 @@ def test_a_few_labels_never_overlap_and_stay_inside(points_px: list[tuple[float,
     boxes = place_labels(points_px, [SIZE_PX] * len(points_px), IMAGE_PX)
     assert all(box[0] >= 0 and box[2] <= IMAGE_PX[0] for box in boxes)
     assert all(box[1] >= 0 and box[3] <= IMAGE_PX[1] for box in boxes)
-    assert all(overlap_px2(a, b) == 0 for a, b in combinations(boxes, 2))
+    assert not any(overlap(a, b) for a, b in combinations(boxes, 2))
 
 
 TEXT_CONTRAST = 4.5  # WCAG 2.2 AA, 1.4.3

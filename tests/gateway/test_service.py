@@ -12,7 +12,6 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import GatewayWorker, HttpServer, build
 from onemap_shared import keys
@@ -52,17 +51,6 @@ def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
     assert health.ready
     assert health.metrics is not None
     assert health.metrics["rgbd_received"] == 0
-
-
-def test_a_hung_service_is_a_metric(worker: GatewayWorker, monkeypatch: pytest.MonkeyPatch) -> None:
-    def hung_for_s(service: str, _state: LiveState, _now_s: float) -> float | None:
-        return 7.0 if service == "mapper" else None
-
-    monkeypatch.setattr("onemap_gateway.service.hung_for_s", hung_for_s)
-    metrics = worker.health().metrics or {}
-    assert {name: value for name, value in metrics.items() if "hung" in name} == {
-        "hung_mapper_s": 7.0
-    }
 
 
 def test_an_event_loop_that_hangs_takes_the_process_down(

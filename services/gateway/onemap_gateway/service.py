@@ -18,8 +18,6 @@ from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import PACES, GatewayContext, Paces
 from onemap_gateway.http.middleware import FleetApp
 from onemap_gateway.http.security import MAX_BODY_BYTES
-from onemap_gateway.present.service_status import hung_for_s
-from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 from onemap_shared.watchdog import ThreadCheck
 
@@ -102,10 +100,6 @@ class GatewayWorker:
             for stream, counters in self._cache.counters().items()
             for outcome in ("received", "missed", "skipped", "refused")
         }
-        for service in SERVICES:
-            silent_s = hung_for_s(service, self._cache.state, self._cache.now_s())
-            if silent_s is not None:
-                metrics[f"hung_{service}_s"] = silent_s  # 'onemap doctor' may start later
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)
 

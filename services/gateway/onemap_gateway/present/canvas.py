@@ -5,7 +5,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import TypeAlias
 
 import cv2
@@ -24,44 +23,26 @@ def place_labels(
     sizes_px: Sequence[tuple[float, float]],
     image_size_px: tuple[float, float],
 ) -> list[Box]:
-    """A box for each label (width, height) near its point (column, row).
+    """A box for each label (width, height) beside its point (column, row), inside the image.
 
-    In order: each takes the first place, right of its point, left, above, below, then further
-    up and down, that is inside the image (width, height) and covers neither an earlier label nor
-    a point; if there is none, the place that covers the least of the labels, then of the points.
-    A label wider than the image begins at its left edge.
+    In order: each takes the height nearest to its point at which it covers no earlier label, or
+    without room the height of its point. A label wider than the image begins at its left edge.
     """
-    r = GAP_PX / 2
-    dots = [(x - r, y - r, x + r, y + r) for x, y in points_px]
-    rings = 2 * len(points_px) + 2  # a label blocks two rows of another: enough for all
     placed: list[Box] = []
-    for point, size in zip(points_px, sizes_px, strict=True):
-        places = [_inside(box, image_size_px) for box in _candidates(point, size, rings)]
-        placed.append(min(places, key=lambda box: (_covered(box, placed), _covered(box, dots))))
+    for (x, y), size in zip(points_px, sizes_px, strict=True):
+        width, height = size
+        left = x + GAP_PX if x + GAP_PX + width <= image_size_px[0] else x - GAP_PX - width
+        shifts = sorted(range(-2 * len(points_px), 2 * len(points_px) + 1), key=abs)
+        tops = [y - height / 2 + shift * height for shift in shifts]
+        boxes = [_inside((left, top, left + width, top + height), image_size_px) for top in tops]
+        free = (box for box in boxes if not any(overlap(box, other) for other in placed))
+        placed.append(next(free, boxes[0]))
     return placed
 
 
-def overlap_px2(a: Box, b: Box) -> float:
-    """Area that two boxes share."""
-    width = min(a[2], b[2]) - max(a[0], b[0])
-    height = min(a[3], b[3]) - max(a[1], b[1])
-    return max(width, 0.0) * max(height, 0.0)
-
-
-def _covered(box: Box, others: Sequence[Box]) -> float:
-    return sum(overlap_px2(box, other) for other in others)
-
-
-def _candidates(point: tuple[float, float], size: tuple[float, float], rings: int) -> list[Box]:
-    """Places in order of preference, also up to ``rings`` label heights up and down."""
-    (x, y), (width, height) = point, size
-    columns = (x + GAP_PX, x - GAP_PX - width, x - width / 2)
-    middle = y - height / 2
-    level = [(left, middle) for left in columns[:2]]
-    near = [(columns[2], y - GAP_PX - height), (columns[2], y + GAP_PX)]
-    shifts = [sign * ring * height for ring in range(1, rings + 1) for sign in (-1, 1)]
-    far = [(left, middle + shift) for shift, left in product(shifts, columns)]
-    return [(left, top, left + width, top + height) for left, top in (*level, *near, *far)]
+def overlap(a: Box, b: Box) -> bool:
+    """Whether two boxes share an area."""
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def _inside(box: Box, image_size_px: tuple[float, float]) -> Box:
