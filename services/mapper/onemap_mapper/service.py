@@ -352,10 +352,11 @@ class Mapper:
         Raises ``FieldRejected`` if another robot of a shared map is in another world, or if what is
         of another one cannot be set aside.
         """
-        before, driver = self._world, self._robots[0].driver
-        lives_on = driver == before.driver if driver and before.driver else not self._undecided
-        now = World(f"{self._robots[0].bus.namespace}/{field.world}", driver or before.driver)
-        if now == before and not self._undecided:
+        first, was = self._robots[0], self._world
+        driver = first.driver
+        new_driver = driver != was.driver if driver and was.driver else self._undecided
+        here = World(f"{first.bus.namespace}/{field.world}", driver or was.driver)
+        if here == was and not self._undecided:
             return belief
         others = {other.world for other in self._robots} - {None, field.world}
         if others:
@@ -363,20 +364,24 @@ class Mapper:
                 f"robot {robot.bus.namespace} is in world {field.world!r}, but others of its map "
                 f"are in {', '.join(map(repr, others))}"
             )
-        anew = self._goes_with_driver(now) and not lives_on
-        folder = self._config.map_folder
         try:
-            if anew or before.name not in ("", now.name):
-                self._leave(belief, before, now)
-            elif self._undecided and (kept := resumed(folder, self._config.map)[0]) is not None:
-                self._take_up(kept)
-            write_world(folder, now)
+            self._enter(here, belief, new_driver=new_driver)
         except OSError as problem:
             raise FieldRejected(
-                f"cannot keep apart in {folder} what is of another world: {problem.strerror}"
+                f"cannot keep apart in {self._config.map_folder} what is of another world: "
+                f"{problem.strerror}"
             ) from problem
-        self._world, self._undecided = now, False
         return self._map
+
+    def _enter(self, here: World, belief: BeliefMap, *, new_driver: bool) -> None:
+        """Go on in a world: with what is of it, else with nothing. Raises OSError."""
+        was, folder = self._world, self._config.map_folder
+        if was.name not in ("", here.name) or (new_driver and self._goes_with_driver(here)):
+            self._leave(belief, was, here)
+        elif self._undecided and (kept := resumed(folder, self._config.map)[0]) is not None:
+            self._take_up(kept)
+        write_world(folder, here)
+        self._world, self._undecided = here, False
 
     def _leave(self, belief: BeliefMap, before: World, now: World) -> None:
         """Begin with nothing; what there was is set aside whole. Raises OSError."""

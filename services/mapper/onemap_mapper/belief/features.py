@@ -27,7 +27,6 @@ from onemap_mapper.jit import compiled, compiled_fast
 from onemap_mapper.transfers import to_device
 from onemap_shared.geometry import F32, F64, I64, U16
 
-GREATEST = np.finfo(np.float32).max
 CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
 
 
@@ -50,19 +49,6 @@ def fuse_rows(table: F32, first: int, slots: I64, features: F32, K: F32) -> None
             rest = np.float32(1) - share
             for channel in range(len(row)):
                 row[channel] = new[channel] - rest * (new[channel] - row[channel])
-
-
-@compiled
-def all_finite(values: F32) -> bool:
-    """Whether no value of (n, D) float32 is NaN or infinite."""
-    for k in range(len(values)):
-        # A row by its index, and a count as wide as the values: so the loop is made with vectors.
-        row, wrong = values[k], np.int32(0)
-        for channel in range(len(row)):
-            wrong += np.int32(not abs(row[channel]) <= GREATEST)
-        if wrong > 0:
-            return False
-    return True
 
 
 @compiled
