@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 from onemap_mapper.belief.version import FrameHistory
-from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor, FloorState
+from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor
 from onemap_mapper.query.replies import revision_of
 from onemap_mapper.query.texts import MapQueries
 from onemap_mapper.session import MapSession
@@ -100,12 +100,11 @@ class MapperTelemetry:
     def _floor_metrics(self, now_s: float) -> dict[str, float]:
         """How many viewpoints saw a level surface; height, tilt and ``floor_wrong`` only once
         there are enough of them to tell."""
-        assessment = self._floor.assessment(now_s)
-        numbers = {"floor_viewpoints": float(assessment.viewpoints)}
-        if assessment.state is not FloorState.UNKNOWN:
-            numbers["floor_height_m"] = assessment.height_m
-            numbers["floor_tilt_deg"] = math.degrees(assessment.tilt_rad)
-            numbers["floor_wrong"] = float(assessment.state is FloorState.INCONSISTENT)
+        numbers = {"floor_viewpoints": float(len(self._floor.recent(now_s)))}
+        if (floor := self._floor.assessment(now_s)) is not None:
+            numbers["floor_height_m"] = floor.height_m
+            numbers["floor_tilt_deg"] = math.degrees(floor.tilt_rad)
+            numbers["floor_wrong"] = float(floor.wrong)
         return numbers
 
     def problem(self, now_s: float) -> str:
@@ -117,8 +116,10 @@ class MapperTelemetry:
             return "no frame has arrived yet: is perception running?"
         if silent_s > SILENT_AFTER_S:
             return f"no frame for {silent_s:.0f} s: is perception running?"
-        depth_problem = self.depth.problem if self.depth else ""
-        return depth_problem or self._floor.assessment(now_s).problem
+        if self.depth is not None and self.depth.problem:
+            return self.depth.problem
+        floor = self._floor.assessment(now_s)
+        return floor.problem if floor else ""
 
     def _silent_s(self, now_s: float) -> float:
         return self._fused.silent_s(now_s, since_s=-math.inf)

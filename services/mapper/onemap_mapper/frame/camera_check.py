@@ -1,13 +1,12 @@
 """Diagnostics of the sensor and its mounting: does the floor lie at z = 0?
 
-The lowest level surface of an image: it is divided into tiles and a plane is fitted to each, in
-inverse depth: a plane is n . (P - camera) = 1, so 1/depth = n . d is linear in the pixel's
-direction d, which is (P - camera) / depth, and the noise of a depth camera, which grows with the
-square of the distance, is the same for all pixels. Tiles that face up and touch each other at one
-height make a surface. Walls, fronts of furniture, ramps and noise make none.
+One plane is fitted to each image, the lowest level one, in inverse depth: a plane is
+n . (P - camera) = 1, so 1/depth = n . d is linear in the pixel's direction d, which is
+(P - camera) / depth, and the noise of a depth camera, which grows with the square of the distance,
+is the same for all pixels.
 
-It may be a bed or a table. Only a surface on which several viewpoints agree shows that
-T_map_camera is wrong; a floor near z = 0 in any of them shows that it is right.
+It may be a bed or a table. Only a plane on which several viewpoints agree shows that T_map_camera
+is wrong; a floor near z = 0 in any of them shows that it is right.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import lru_cache
 from itertools import combinations
 from math import atan2, degrees, hypot, radians
@@ -23,82 +21,21 @@ from math import atan2, degrees, hypot, radians
 import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.jit import compiled
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64, I64, Bool, wrap_angle
+from onemap_shared.geometry import F64, Bool, wrap_angle
 from onemap_shared.messages import CameraView, FeatureField
 
-
-@compiled
-def tile_sums(
-    planes: tuple[F32, F32, F32, F32], camera_m: F64, side: int, range_m: tuple[float, float]
-) -> F64:
-    """Per tile of side x side pixels (rows, columns, 5, 5): the sum of v v^T over its pixels.
-
-    v = (d, q, 1) with the direction d = (point - camera) / depth and q = 1 / depth of pixels in
-    range. planes: depth, x, y, z (H, W).
-    """
-    depths, x, y, z = planes
-    rows, columns = depths.shape[0] // side, depths.shape[1] // side
-    sums = np.zeros((rows, columns, 5, 5))
-    for i in range(rows * side):
-        for j in range(columns * side):
-            depth = np.float64(depths[i, j])
-            if depth <= range_m[0] or depth >= range_m[1]:
-                continue
-            q = 1.0 / depth
-            dx, dy, dz = x[i, j] - camera_m[0], y[i, j] - camera_m[1], z[i, j] - camera_m[2]
-            v = (dx * q, dy * q, dz * q, q, 1.0)
-            tile = sums[i // side, j // side]
-            for k in range(5):
-                for m in range(k + 1):
-                    tile[k, m] += v[k] * v[m]
-    for i in range(rows):
-        for j in range(columns):
-            tile = sums[i, j]
-            for k in range(5):
-                for m in range(k):
-                    tile[m, k] = tile[k, m]
-    return sums
-
-
-@compiled
-def connected(across: Bool, down: Bool) -> I64:
-    """The least number (rows, columns), row by row, of any tile that each is connected with.
-
-    across (rows, columns - 1), down (rows - 1, columns): whether a tile is with the next one.
-    """
-    rows, columns = len(across), down.shape[1]
-    labels = np.arange(rows * columns).reshape(rows, columns)
-    changed = True
-    while changed:
-        changed = False
-        for i in range(rows):
-            for j in range(columns):
-                least = labels[i, j]
-                if j > 0 and across[i, j - 1]:
-                    least = min(least, labels[i, j - 1])
-                if j < columns - 1 and across[i, j]:
-                    least = min(least, labels[i, j + 1])
-                if i > 0 and down[i - 1, j]:
-                    least = min(least, labels[i - 1, j])
-                if i < rows - 1 and down[i, j]:
-                    least = min(least, labels[i + 1, j])
-                changed |= least < labels[i, j]
-                labels[i, j] = least
-    return labels
-
-
-RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile of floor is a metre long
-IMAGE_ROWS = 120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough
-TILE_ROWS = 15  # tiles in a column of the image
-TILE_MIN_PX = 8
-TILE_MIN_VALID = 0.75  # of its pixels
-MAX_RESIDUAL_PER_M = 0.03  # rms of 1/depth in 1/m: 3 cm of noise at 1 m, 12 cm at 2 m
-MAX_TILT_RAD = float(np.deg2rad(12.0))  # an error of 5 degrees, and the noise of one tile
-MAX_STEP_M = 0.03  # between neighbouring tiles of one surface
+RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, noise is larger than a step
+IMAGE_ROWS = 60  # larger images are thinned to this height: 5,000 pixels tell a plane
+HEIGHT_RANGE_M = (-1.5, 0.6)  # higher are table tops; lower no error of a mounting
+BAND_M = 0.1  # half the height of the layer of points from which a plane is begun
+FITS = 5  # to what lies near the one before: the layer of a tilted floor holds a part of it
+MAX_TILT_RAD = radians(12.0)  # an error of 5 degrees, and noise
+OUTLIER = 3.0  # times the median residual: what lies farther off is no part of the plane,
+RESIDUALS_PER_M = (0.005, 0.06)  # but within these, of 1/depth in 1/m: 6 cm at 1 m, 24 cm at 2 m
 RIDGE = 1e-12  # keeps the fit solvable where a very long focal length makes all rays equal
-MIN_SHARE = 0.02  # of the image's tiles; less is a shelf or a box, whose tilt is uncertain
+MIN_SHARE = 0.02  # of the image's pixels; less is a shelf or a box, whose tilt is uncertain
+MIN_TOGETHER = 0.75  # of its pixels have the next one in the row on it too; noise has few
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,73 +46,40 @@ class LevelSurface:
     tilt_rad: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Tiles:
-    """Planes of the tiles, in image order (rows, columns).
-
-    AtA (..., 3, 3) and Atq (..., 3): normal equations of 1/depth over the ray directions;
-    n (..., 3) the plane, NaN where none fits; centres (..., 3) metres. All in the map's axes.
-    """
-
-    AtA: F64
-    Atq: F64
-    n: F64
-    centres: F64
-
-
 def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
-    """The lowest level surface seen from above within 4 m; None if there is none."""
-    step = max(1, cloud.depth_m.shape[0] // IMAGE_ROWS)
-    cloud = cloud.strided(step)
-    tiles = _fit(cloud)
-    up = -_unit(tiles.n)  # n points away from the camera
-    level = np.nan_to_num(up[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
-    labels = connected(
-        _continues(tiles.centres, up, level, axis=1), _continues(tiles.centres, up, level, axis=0)
-    )
-    sizes = np.bincount(labels[level], minlength=level.size)
-    large = np.flatnonzero(sizes >= max(2.0, MIN_SHARE * level.size))
-    surfaces = [_surface(tiles, labels == label) for label in large]
-    return min(surfaces, key=lambda surface: surface.height_m, default=None)
+    """The lowest level plane seen from above within 4 m; None if there is none."""
+    cloud = cloud.strided(max(1, cloud.depth_m.shape[0] // IMAGE_ROWS))
+    depth, *xyz = (plane.astype(np.float64) for plane in cloud.planes)
+    used = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
+    q = np.divide(1.0, depth, out=np.zeros(depth.shape), where=used)
+    rays = (np.stack(xyz, axis=-1) - cloud.T_map_camera[:3, 3]) * q[..., None]
+    for height_m in np.arange(*HEIGHT_RANGE_M, BAND_M):
+        members = used & (np.abs(xyz[2] - height_m) < BAND_M)
+        n = np.zeros(3)
+        for _ in range(FITS):
+            if members.sum() < MIN_SHARE * used.size:
+                break
+            n = _plane(rays[members], q[members])
+            residuals = np.abs(q - rays @ n)
+            limit = np.clip(OUTLIER * np.median(residuals[members]), *RESIDUALS_PER_M)
+            members = used & (residuals < limit)
+        tilt = float(np.arccos(np.clip(-n[2] / max(np.linalg.norm(n), RIDGE), -1.0, 1.0)))
+        if tilt < MAX_TILT_RAD and _is_surface(members):
+            return LevelSurface(float(xyz[2][members].mean()), tilt)
+    return None
 
 
-def _fit(cloud: PointCloud) -> _Tiles:
-    side = max(TILE_MIN_PX, cloud.depth_m.shape[0] // TILE_ROWS)
-    camera_m = cloud.T_map_camera[:3, 3].copy()
-    sums = tile_sums(cloud.planes, camera_m, side, RANGE_M)
-    AtA, Atq = sums[..., :3, :3] + RIDGE * np.eye(3), sums[..., :3, 3]
-    squares, count = sums[..., 3, 3], sums[..., 4, 4]
-    full = count >= TILE_MIN_VALID * side**2
-    n = np.full(Atq.shape, np.nan)
-    n[full] = np.linalg.solve(AtA[full], Atq[full][..., None])[..., 0]
-    residuals = squares - (n * Atq).sum(axis=-1)  # their squares, at the minimum
-    n[~(residuals <= MAX_RESIDUAL_PER_M**2 * count)] = np.nan
-    centre_rays = sums[..., :3, 4] / np.maximum(count, 1)[..., None]
-    inverse_depth = (centre_rays * n).sum(axis=-1)
-    inverse_depth[~(inverse_depth > 0)] = np.nan
-    return _Tiles(AtA, Atq, n, centre_rays / inverse_depth[..., None] + camera_m)
+def _plane(rays: F64, q: F64) -> F64:
+    """n (3,) of the plane nearest to inverse depths (k,) along rays (k, 3)."""
+    n: F64 = np.linalg.solve(rays.T @ rays + RIDGE * np.eye(3), rays.T @ q)
+    return n
 
 
-def _unit(vectors: F64) -> F64:
-    unit: F64 = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return unit
-
-
-def _continues(centres: F64, up: F64, level: Bool, *, axis: int) -> Bool:
-    """Which level tiles lie in the plane of the next one along an axis, by both's mean normal."""
-    before = (slice(-1), slice(None))[:: 1 - 2 * axis]
-    after = (slice(1, None), slice(None))[:: 1 - 2 * axis]
-    step = centres[after] - centres[before]
-    apart = (_unit(up[before] + up[after]) * step).sum(axis=-1)
-    linked = np.abs(np.nan_to_num(apart, nan=np.inf)) < MAX_STEP_M
-    found: Bool = linked & level[before] & level[after]
-    return found
-
-
-def _surface(tiles: _Tiles, members: Bool) -> LevelSurface:
-    n = np.linalg.solve(tiles.AtA[members].sum(axis=0), tiles.Atq[members].sum(axis=0))
-    tilt = float(np.arccos(np.clip(-_unit(n)[2], -1.0, 1.0)))
-    return LevelSurface(float(tiles.centres[members][:, 2].mean()), tilt)
+def _is_surface(members: Bool) -> bool:
+    """Whether pixels (H, W) are many enough, and together."""
+    count, together = members.sum(), (members[:, :-1] & members[:, 1:]).sum()
+    enough = count >= max(2.0, MIN_SHARE * members.size)
+    return bool(enough and together >= MIN_TOGETHER * count)
 
 
 # Obstacles begin at this height by default: a floor that appears higher becomes an obstacle.
@@ -183,12 +87,11 @@ HEIGHT_LIMIT_M = 0.10
 # Depth of a correctly mounted camera is warped: a metre of floor appears tilted by up to 3.7
 # degrees. An error of 5 degrees moves the floor by HEIGHT_LIMIT_M at little over a metre.
 TILT_LIMIT_RAD = radians(4.0)
-HEIGHT_RANGE_M = (-1.5, 0.6)  # higher are table tops; lower no error of a mounting
 HEIGHT_TOLERANCE_M = 0.06  # between readings of one floor: noise of pose and depth
 TILT_TOLERANCE_RAD = radians(2.0)  # between tilts of one floor
 SAME_PLACE_M = 0.5  # a camera that moved this far is at another viewpoint
 SAME_HEADING_RAD = radians(30.0)  # and one that turned this far
-MIN_AGREEING = 4  # viewpoints, before the floor is reported as inconsistent
+MIN_AGREEING = 4  # viewpoints, before the floor is reported as wrong
 MIN_SPREAD_M = 2.0  # distance of the two farthest: longer than most furniture
 MIN_SPREAD_RAD = radians(90.0)  # or largest turn between two: another part of the room
 READING_LIFETIME_S = 60.0  # older readings are dropped: the pose may have been corrected
@@ -234,30 +137,19 @@ class SurfaceReading:
         )
 
 
-class FloorState(Enum):
-    """Whether the floor agrees with T_map_camera."""
-
-    UNKNOWN = "unknown"
-    CONSISTENT = "consistent"
-    INCONSISTENT = "inconsistent"
-
-
 @dataclass(frozen=True, slots=True)
 class FloorAssessment:
-    """The floor over all recent viewpoints.
+    """The floor over recent viewpoints, by their medians, and whether T_map_camera is wrong."""
 
-    viewpoints: how many saw a level surface; height_m and tilt_rad of the floor, NaN if unknown.
-    """
-
-    state: FloorState
-    viewpoints: int = 0
-    height_m: float = float("nan")
-    tilt_rad: float = float("nan")
+    wrong: bool
+    viewpoints: int
+    height_m: float
+    tilt_rad: float
 
     @property
     def problem(self) -> str:
-        """What is wrong in one sentence; empty if nothing is, or if it is unknown."""
-        if self.state is not FloorState.INCONSISTENT:
+        """What is wrong in one sentence; empty if nothing is."""
+        if not self.wrong:
             return ""
         return (
             f"the floor appears at z = {self.height_m:+.2f} m, tilted by "
@@ -280,65 +172,59 @@ class FloorMonitor:
         A viewpoint keeps its first pose, so that a robot that turns slowly reaches a new one every
         30 degrees.
         """
-        recent = self._recent(now_s)
+        recent = self.recent(now_s)
         former = next((r for r in recent if r.viewpoint.is_near(viewpoint)), None)
         others = tuple(r for r in recent if r is not former)
         if former is not None:
             viewpoint = former.viewpoint
         return FloorMonitor((*others, SurfaceReading(viewpoint, surface, now_s)))
 
-    def assessment(self, now_s: float) -> FloorAssessment:
-        """Consistent if any recent viewpoint shows the floor at z = 0, inconsistent if enough agree
-        on another plane, unknown otherwise."""
-        recent = self._recent(now_s)
-        floors = [reading for reading in recent if reading.is_floor]
-        if floors:
-            return _assessment_of(FloorState.CONSISTENT, floors, len(recent))
-        low, high = HEIGHT_RANGE_M
-        plausible = [r for r in recent if low <= r.surface.height_m <= high]
-        agreed = max((_agreeing(plausible, seed) for seed in plausible), key=len, default=[])
-        if len(agreed) >= MIN_AGREEING and _spread(agreed):
-            return _assessment_of(FloorState.INCONSISTENT, agreed, len(recent))
-        return FloorAssessment(FloorState.UNKNOWN, len(recent))
-
-    def _recent(self, now_s: float) -> tuple[SurfaceReading, ...]:
+    def recent(self, now_s: float) -> tuple[SurfaceReading, ...]:
+        """The readings that count."""
         return tuple(r for r in self.readings if now_s - r.at_s <= READING_LIFETIME_S)
 
+    def assessment(self, now_s: float) -> FloorAssessment | None:
+        """Right if any recent viewpoint shows the floor at z = 0, wrong if enough agree on another
+        plane, None otherwise."""
+        recent = self.recent(now_s)
+        floors = [reading for reading in recent if reading.is_floor]
+        found = floors or _agreeing(recent)
+        if not found:
+            return None
+        height_m, tilt_rad = _medians(found)
+        return FloorAssessment(not floors, len(recent), height_m, tilt_rad)
 
-def _agreeing(readings: Sequence[SurfaceReading], seed: SurfaceReading) -> list[SurfaceReading]:
-    """The readings that may be of the same plane as ``seed``.
+
+def _medians(readings: Sequence[SurfaceReading]) -> tuple[float, float]:
+    """Height in metres and tilt in radians."""
+    surfaces = [reading.surface for reading in readings]
+    return (
+        statistics.median(surface.height_m for surface in surfaces),
+        statistics.median(surface.tilt_rad for surface in surfaces),
+    )
+
+
+def _agreeing(readings: Sequence[SurfaceReading]) -> list[SurfaceReading]:
+    """Those near the median, if they are enough, and so far apart that no single object fills all
+    views; else none.
 
     Tilted surfaces are compared by tilt alone: with a pitch error the height depends on the
     distance.
     """
-    tilted = seed.surface.tilt_rad > TILT_LIMIT_RAD
-    return [
-        r
-        for r in readings
-        if (r.surface.tilt_rad > TILT_LIMIT_RAD) == tilted
-        and (
-            abs(r.surface.tilt_rad - seed.surface.tilt_rad) <= TILT_TOLERANCE_RAD
-            if tilted
-            else abs(r.surface.height_m - seed.surface.height_m) <= HEIGHT_TOLERANCE_M
-        )
-    ]
+    if not readings:
+        return []
+    height_m, tilt_rad = _medians(readings)
 
+    def agrees(surface: LevelSurface) -> bool:
+        if tilt_rad > TILT_LIMIT_RAD:
+            return abs(surface.tilt_rad - tilt_rad) <= TILT_TOLERANCE_RAD
+        near = abs(surface.height_m - height_m) <= HEIGHT_TOLERANCE_M
+        return near and surface.tilt_rad <= TILT_LIMIT_RAD
 
-def _spread(readings: Sequence[SurfaceReading]) -> bool:
-    """Whether two of the viewpoints are so far apart that no single object fills both views."""
-    gaps = [a.viewpoint.offset_to(b.viewpoint) for a, b in combinations(readings, 2)]
-    return any(m >= MIN_SPREAD_M or rad >= MIN_SPREAD_RAD for m, rad in gaps)
-
-
-def _assessment_of(
-    state: FloorState, readings: Sequence[SurfaceReading], viewpoints: int
-) -> FloorAssessment:
-    return FloorAssessment(
-        state,
-        viewpoints,
-        statistics.median(r.surface.height_m for r in readings),
-        statistics.median(r.surface.tilt_rad for r in readings),
-    )
+    agreed = [reading for reading in readings if agrees(reading.surface)]
+    gaps = [a.viewpoint.offset_to(b.viewpoint) for a, b in combinations(agreed, 2)]
+    spread = any(m >= MIN_SPREAD_M or rad >= MIN_SPREAD_RAD for m, rad in gaps)
+    return agreed if len(agreed) >= MIN_AGREEING and spread else []
 
 
 @lru_cache(maxsize=8)  # not to be written
@@ -346,7 +232,9 @@ def _edge_rays(intrinsics: Intrinsics, height: int, width: int) -> F64:
     """Unit rays (4, 3), in the camera's axes, to the middles of left, right, upper, lower edge."""
     u, v = np.array([0, width, width / 2, width / 2]), np.array([height / 2, height / 2, 0, height])
     x, y = intrinsics.x_at(u - 0.5), intrinsics.y_at(v - 0.5)
-    return _unit(np.stack([x, y, np.ones(4)], axis=-1))
+    rays = np.stack([x, y, np.ones(4)], axis=-1)
+    unit: F64 = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    return unit
 
 
 def camera_view(field: FeatureField) -> CameraView:
