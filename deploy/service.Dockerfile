@@ -77,7 +77,12 @@ RUN groupadd --gid 10001 onemap \
     && install -d -o onemap -g onemap /var/lib/onemap /var/cache/onemap
 RUN --mount=from=build,target=/build --mount=from=wheel,source=/onemap,target=/onemap \
     env PYTHONPATH=/build/pip python -m pip --python /opt/onemap/bin/python \
-    install --no-deps --no-index /onemap/*.whl
+    install --no-deps --no-index /onemap/*.whl \
+    # Of the services, the role's own alone.
+    && cd /opt/onemap/lib/python3*/site-packages \
+    && for package in onemap_*; do \
+         case ",shared,tools,${EXTRAS}," in *",${package#onemap_},"*) ;; *) rm -r "${package}" ;; esac; \
+       done
 ENV NUMBA_CACHE_DIR=/var/cache/onemap
 USER onemap
 # The mapper's loops are compiled here, not at its first start.
