@@ -21,7 +21,7 @@ JOURNAL_VARIABLE = "JOURNAL_STREAM"  # set by systemd where the output goes to i
 MORE_TIME_US = 30_000_000  # asked of systemd each second of a start, beyond TimeoutStartSec
 START_COMMANDS = {
     "systemd": "systemctl start onemap-{service}",
-    "compose": "docker compose up -d {service}",
+    "compose": "docker compose -p onemap start {service}",
 }
 PRIORITIES = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
 

@@ -111,6 +111,7 @@ def test_each_line_has_the_priority_of_its_record(level: int, priority: int) -> 
     [
         ({}, "'onemap service planner' and the same --config"),
         ({"ONEMAP_SUPERVISOR": "systemd"}, "'systemctl start onemap-planner'"),
+        ({"ONEMAP_SUPERVISOR": "compose"}, "'docker compose -p onemap start planner'"),
         ({"ONEMAP_LAUNCHED": "router planner"}, "it is started again by itself"),
         ({"ONEMAP_LAUNCHED": "router mapper"}, "'onemap service planner'"),
     ],
