@@ -4,6 +4,7 @@
 #   sudo deploy/check.sh systemd   needs systemd as PID 1, on a machine without OneMap
 #   deploy/check.sh zenohd         needs zenohd on the PATH and `make setup-dev`
 #   deploy/check.sh --self-test ENGINE...   every step on a stub: does it fail where it should?
+# CHECK_STEPS=REGEX runs the steps with such a name alone: those that they build on too.
 # It works on a copy of the sources, under names and ports of its own, and removes what it started.
 # Exit code 0 only if every step held; 2 where it would touch what is not its own.
 set -uo pipefail
@@ -15,7 +16,7 @@ engine=${1:-}
 case $engine in
   compose | systemd | zenohd) ;;
   --self-test) . "$HERE/check/self_test.sh"; self_test "${@:2}"; exit ;;
-  *) sed -n '2,6s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+  *) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
 esac
 "refuse_$engine"
 work=$(mktemp -d)

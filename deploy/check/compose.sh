@@ -93,6 +93,7 @@ check_compose() {
   step "ready within 120 s" never-ready within 120 ready
   step "all healthy within 60 s" one-unhealthy,one-missing within 60 all_healthy
   step "nothing without a token" open-door refused_without_token
+  step "twelve wrong tokens do not lock the right one out" open-door,locked-out right_token_after_wrong_ones
   step "the token is not in docker inspect" secret-shown no_secret
   step "no pip in an image" pip-left no_pip
   step "the robot is the simulator" another-robot robot_is_simulator

@@ -42,7 +42,9 @@ curl() {
   works && ! is never-ready || return
   local state=found name=simulator version=0.2.0 mapper_version
   case "$*" in
-    *http_code*) if is open-door; then echo -n 200; else echo -n 401; fi ;;
+    *http_code*)
+      if [[ "$*" == *"Bearer secret"* ]]; then if is locked-out; then echo 429; else echo 200; fi
+      elif is open-door; then echo 200; else echo 401; fi ;;
     *searches/current*)
       if is search-fails; then state=failed; fi
       if [[ ${FUNCNAME[*]} == *not_resumed* ]] && is search-resumed; then state=exploring; fi
@@ -112,6 +114,7 @@ stub_installer() {
   fi
 }
 cut_off() { broken=yes install_onemap; }
+keeps_extras() { works && ! is extras-lost; }
 systemctl() {
   works || return
   case "$*" in
@@ -157,7 +160,7 @@ self_test() { # ENGINES...
   trap 'rm -rf "$work"' EXIT
   self_testing=true setup=stub_setup installer=stub_installer onemap=stub_onemap router=$$ planner=$$
   mkdir -p "$work/deploy" && cp "$HERE"/router*.json5 "$work/deploy/" && cd "$work" || exit
-  unset CHECK_INSTALL_OPTIONS CHECK_COMPOSE_FILE
+  unset CHECK_INSTALL_OPTIONS CHECK_COMPOSE_FILE CHECK_STEPS
   for engine in "$@"; do
     DEFECT=none "check_$engine"
   done

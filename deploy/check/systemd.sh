@@ -25,6 +25,7 @@ clean_systemd() { # nothing of OneMap was here before
 
 # shellcheck disable=SC2086 # options are words
 install_onemap() { "$installer" --services "${SYSTEM_ROLES// /,}" ${CHECK_INSTALL_OPTIONS:-} "$@"; }
+installed() { install_onemap --extras certs && keeps_extras; }
 current() { readlink "$installed_here/current"; }
 versions() { ls "$installed_here/versions"; }
 of_unit() { systemctl show -p "$2" --value "onemap-$1.service"; }
@@ -92,11 +93,12 @@ goes_back() { # COMMAND...: it fails, and what was there before runs anew
   ! "$@" || return
   [[ $(current) == "$version" && $(versions) == "$kept" ]] && settled
 }
-updated() {
+keeps_extras() { "$installed_here/current/bin/python" -c 'import cryptography'; } # of certs
+updated() { # without --extras, which the first installation had
   local before version
   before=$(pids) version=$(current)
   [[ -n $version ]] && sed -i 's/^version = .*/version = "0.2.1"/' pyproject.toml && install_onemap &&
-    [[ $(current) != "$version" && $(pids) != "$before" ]] && settled && says_version $SYSTEM_ROLES
+    [[ $(current) != "$version" && $(pids) != "$before" ]] && settled && says_version $SYSTEM_ROLES && keeps_extras
 }
 rolled_back() {
   local version
@@ -127,7 +129,7 @@ uninstalled() {
 
 check_systemd() {
   local role
-  step "install" no-install install_onemap
+  step "install, with an extra" no-install,extras-lost installed
   ((failed == 0)) || return
   step "start" no-start systemctl start onemap.target
   step "all active within 180 s, and 30 s later" crash-loop,one-failed settled
@@ -140,7 +142,7 @@ check_systemd() {
   step "an installation that is cut off leaves the old one running" installs-anyway,half-left,one-failed fails_and_keeps cut_off
   step "an update that cannot be imported is refused" installs-anyway,half-left,one-failed fails_and_keeps cannot_be_imported
   step "an update whose planner ends at its start goes back" installs-anyway,half-left,crash-loop goes_back cannot_be_built
-  step "an update runs, in all services" no-install,old-processes,crash-loop,two-versions updated
+  step "an update runs, in all services, with the extra" no-install,old-processes,crash-loop,two-versions,extras-lost updated
   step "a rollback" no-install,crash-loop,stays-there rolled_back
   step "errors have their priority" no-priority,info-as-error error_has_its_priority
   step "stop, no SIGKILL" killed-at-stop,never-stops stopped_cleanly
