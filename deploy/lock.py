@@ -1,12 +1,13 @@
 """Write the hashes of every package in each image, so that pip takes no other file.
 
     python deploy/lock.py [role ...] [--extra-index-url URL]
-    python deploy/lock.py python3.10      # pins for JetPack 6; needs uv on the PATH
+    python deploy/lock.py python3.10      # for JetPack 6; needs uv on the PATH
+    python deploy/lock.py --aarch64       # whether aarch64 has a file for each pin of each lock
 
 pip resolves the packages of a role within constraints.txt, as it would in the image, and its
 report holds the hash of each file. The files are those for the machine and the Python that run
-this: 3.11 on x86_64 for the locks in the repository. Needs a package index, so it is no test;
-run it when pyproject.toml or constraints.txt changed.
+this: 3.11 on x86_64 for the locks in the repository. Needs a package index and pip 23.1 or newer,
+so it is no test; run it when pyproject.toml or constraints.txt changed.
 """
 
 from __future__ import annotations
@@ -34,14 +35,21 @@ EXTRAS = {
     "gateway": ("gateway",),
 }
 WITHOUT_WHEEL = "sdnotify"  # one file of Python, built in the image
-# Python 3.10 has no releases of some pins of constraints.txt, so it has pins of its own, without
-# hashes: its torch comes from NVIDIA. What belongs to a torch with a server's CUDA is left out.
+BUILD_WITH = ("setuptools>=77",)  # it
+# Python 3.10 has no releases of some pins of constraints.txt, so it has a lock of its own, for all
+# services and for both architectures. What belongs to a torch with a server's CUDA is left out.
 OLD_PYTHON = "python3.10"
-OLD_PYTHON_EXTRAS = ("perception", "minilm", "mapper", "planner", "gateway", "ros2", "mcp", "certs")
+OLD_PYTHON_EXTRAS = (
+    *("perception", "minilm", "mapper", "planner", "gateway", "ros2", "mcp", "certs"),
+    *("openclip", "transformers"),
+)
 OLD_PYTHON_HEAD = """\
-# Written by deploy/lock.py python3.10; do not edit. Pins for Python 3.10 on aarch64, as JetPack 6
-# has it: NumPy 1.26, which NVIDIA's builds of torch want. Newer Pythons take constraints.txt.
+# Written by deploy/lock.py python3.10; do not edit. For Python 3.10, as JetPack 6 has it, on aarch64
+# and x86_64: NumPy 1.26, which NVIDIA's builds of torch want; torch, theirs or the pinned one, has no
+# hash. Newer Pythons take constraints.txt.
 """
+GLIBC_OF_JETPACK_6 = 35
+NO_AARCH64 = ("embreex",)  # of the simulator
 OTHERS = re.compile(r"(nvidia|cuda)-|triton==")
 OWN = re.compile(r"onemap\[([\w,-]+)\]")
 HEAD = """\
@@ -81,27 +89,57 @@ def output_of(command: Sequence[str], given: str = "") -> str:
     return ended.stdout
 
 
-def report(wanted: Sequence[str], arguments: Sequence[str]) -> dict[str, Any]:
+def report(wanted: Iterable[str], arguments: Sequence[str]) -> dict[str, Any]:
     """pip's report of what it would install into an empty environment."""
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     command += ["--dry-run", "--ignore-installed", "--only-binary=:all:"]
     command += ["--no-binary", WITHOUT_WHEEL, "--report", "-"]
-    command += ["-c", str(ROOT / "constraints.txt"), *arguments, *wanted]
+    command += [*arguments, *wanted]
     document: dict[str, Any] = json.loads(output_of(command))
     return document
 
 
-def resolved_for_old_python() -> list[str]:
-    """A line for each package, resolved for aarch64 without installing anything."""
-    command = ["uv", "pip", "compile", str(ROOT / "pyproject.toml"), "--quiet", "--no-annotate"]
-    command += ["--no-header", "--python-version", "3.10", "--constraint", "-"]
-    command += ["--python-platform", "aarch64-unknown-linux-gnu"]
+def reported_for(machine: str, python: str, pins: Iterable[str]) -> dict[str, Any]:
+    """pip's report of the files of these pins for another machine or Python."""
+    platforms = [f"manylinux_2_{glibc}_{machine}" for glibc in range(17, GLIBC_OF_JETPACK_6 + 1)]
+    arguments = [part for name in (*platforms, f"linux_{machine}") for part in ("--platform", name)]
+    return report(pins, ["--no-deps", "--python-version", python, *arguments])
+
+
+def resolved_for_old_python(project: dict[str, Any]) -> list[str]:
+    """A line for each package with the hashes of its files, without installing anything."""
+    command = ["uv", "pip", "compile", "-", "--quiet", "--no-annotate", "--no-header"]
+    command += ["--python-version", "3.10", "--python-platform", "aarch64-unknown-linux-gnu"]
     command += ["--only-binary", ":all:", "--no-binary", WITHOUT_WHEEL]
-    command += [part for extra in OLD_PYTHON_EXTRAS for part in ("--extra", extra)]
-    pins = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    torch = next(line for line in pins if line.startswith("torch=="))
-    lines = output_of(command, f"{torch}\nnumpy<2\n").splitlines()
-    return [line for line in lines if not OTHERS.match(line)]
+    torch = next(pin for pin in pins_of(ROOT / "constraints.txt") if pin.startswith("torch=="))
+    wanted = [*requirements(project, OLD_PYTHON_EXTRAS), *BUILD_WITH, torch, "numpy<2"]
+    wanted += project["build-system"]["requires"]
+    resolved = output_of(command, "\n".join(wanted)).splitlines()
+    pins = [pin for pin in resolved if not OTHERS.match(pin) and pin != torch]
+    locks = [locked(reported_for(machine, "3.10", pins)) for machine in ("aarch64", "x86_64")]
+    return sorted([torch, *map(joined, *locks)])
+
+
+def joined(line: str, other: str) -> str:
+    """The line of a package with the hash of its file for the other machine."""
+    pin, digest = other.split()
+    assert line.startswith(f"{pin} "), f"{line} for one machine, {other} for the other"
+    return line if digest in line else f"{line} {digest}"
+
+
+def pins_of(file: Path) -> list[str]:
+    """The pins of a lock or of constraints, without hashes and builds of torch."""
+    lines = file.read_text(encoding="utf-8").splitlines()
+    return [re.split(r"[+ ]", line)[0] for line in lines if not line.startswith("#")]
+
+
+def check_aarch64() -> None:
+    """Whether there is a file for each pin of each lock; SystemExit with the reason if not."""
+    for file in sorted(FOLDER.iterdir()):
+        pins = [pin for pin in pins_of(file) if not pin.startswith(NO_AARCH64)]
+        python = "3.10" if file.stem == OLD_PYTHON else "3.11"
+        found = reported_for("aarch64", python, pins)["install"]
+        print(f"{file.stem}: aarch64 has {len(found)} of {len(pins)} packages")
 
 
 def locked(document: dict[str, Any]) -> list[str]:
@@ -129,23 +167,29 @@ def main() -> None:
     parser.add_argument(
         "--requirements", metavar="EXTRAS", help="print what these extras ask for, and end"
     )
+    parser.add_argument("--aarch64", action="store_true", help="check the locks, and end")
     chosen = parser.parse_args()
+    if chosen.aarch64:
+        check_aarch64()
+        return
     if chosen.requirements is not None:
         extras = [extra for extra in chosen.requirements.split(",") if extra]
         print("\n".join(requirements(project_document(), extras)))
         return
     for role in chosen.roles or EXTRAS:
         if role == OLD_PYTHON:
-            text = OLD_PYTHON_HEAD + "\n".join(resolved_for_old_python()) + "\n"
+            text = OLD_PYTHON_HEAD + "\n".join(resolved_for_old_python(project_document())) + "\n"
             (FOLDER / f"{role}.txt").write_text(text, encoding="utf-8")
             continue
         if role not in EXTRAS:
             raise SystemExit(f"lock: there is no role {role!r}; there are {', '.join(EXTRAS)}")
         project = project_document()
-        arguments = ("--extra-index-url", chosen.extra_index_url) if chosen.extra_index_url else ()
+        arguments = ["-c", str(ROOT / "constraints.txt")]
+        if chosen.extra_index_url:
+            arguments += ["--extra-index-url", chosen.extra_index_url]
         wanted = list(requirements(project, EXTRAS[role]))
         if role == "build":  # what builds OneMap, and a package without a wheel
-            wanted = [*project["build-system"]["requires"], "setuptools>=77"]
+            wanted = [*project["build-system"]["requires"], *BUILD_WITH]
         lines = locked(report(wanted, arguments))
         FOLDER.mkdir(exist_ok=True)
         text = HEAD.format(role=role) + "\n".join(lines) + "\n"
