@@ -37,6 +37,7 @@ robots=
 extras=
 torch=
 standing=
+running=false
 enabled=()
 action=install
 purge=false
@@ -134,9 +135,11 @@ as_unit() { # VERSION UNIT FOLDER ARGUMENTS...
     "$prefix/$version/share/check_service.py" "${unit%@*}" "$@"
 }
 
-# Remember the installed units that stand still: a restart need not bring them up.
-note_standing() { # STATES, a pattern of the states that count as standing
+# Before a switch: whether the services run (later the target counts as inactive until all of them
+# are up), and which units stand still, so that a restart need not bring them up.
+note_state() { # STATES, a pattern of the states that count as standing
   local unit state installed
+  if systemctl is-active --quiet onemap.target; then running=true; fi
   [[ -e $prefix/current/share/enabled ]] || return 0
   mapfile -t installed <"$prefix/current/share/enabled"
   while read -r unit state _; do
@@ -155,7 +158,7 @@ states() { # UNITS...
 # stay up, or one does not say on the bus that it is of this version.
 restart() { # VERSION
   local version=$1 unit state restarts late='' waited=0 held=0 up expected=() problem code
-  if ! systemctl is-active --quiet onemap.target; then
+  if ! $running; then
     say "Start with: systemctl start onemap.target; look with: journalctl -u 'onemap-*' -f"
     return 0
   fi
@@ -196,7 +199,7 @@ rollback() {
   old=$(readlink "$prefix/current" 2>/dev/null || true)
   [[ -n $before && -e $prefix/$before/complete ]] ||
     fail "there is no version before this one"
-  $dry_run || note_standing inactive # what has failed is expected to run again
+  $dry_run || note_state inactive # what has failed is expected to run again
   switch_to "$before"
   $dry_run || restart "$before" || fail "$(version_of "$before") does not run either, see above"
   say "$(version_of "$before") is in use${old:+ in place of $(version_of "$old")}."
@@ -374,7 +377,7 @@ if $dry_run; then
   nothing_done
   exit
 fi
-note_standing 'inactive|failed|activating|deactivating'
+note_state 'inactive|failed|activating|deactivating'
 switch_to "$version"
 if ! restart "$version"; then
   [[ -n $old ]] || fail "$number does not run, see above"

@@ -17,15 +17,18 @@ from tests.structure import ROOT
 
 SCRIPT = DEPLOY / "systemd" / "install.sh"
 STUBS = {
-    # Logs its call; active when the file says so. A unit crashes with the versions that a file
-    # names, and starts slowly enough to be active once before.
+    # Logs its call; active when the file says so, but not while it starts. A unit crashes with the
+    # versions that a file names, and starts slowly enough to be active once before.
     "systemctl": """
         version=$(readlink "$ONEMAP_INSTALL_ROOT/opt/onemap/current")
         case "$*" in
-          is-active*) exec test -e "$STATE/active" ;;
+          is-active*) test -e "$STATE/active" && [ ! -e "$STATE/starting" ]; exit ;;
+          restart*) touch "$STATE/starting" ;;
           reset-failed*) : > "$STATE/seconds" ;;
           show*)
             echo x >> "$STATE/seconds"; shift 7
+            grep -qsx "${version##*/}" "$STATE/broken" ||
+              [ "$(wc -l < "$STATE/seconds")" -lt 3 ] || rm -f "$STATE/starting"
             for unit; do
               state=active restarts=0
               grep -qsx "$unit" "$STATE/stopped" && state=inactive
@@ -192,8 +195,10 @@ def test_a_version_that_does_not_stay_up_goes_and_the_one_before_comes_back(
         assert "does not work and was removed" in result.stderr
         assert (machine.current, machine.versions) == (second, {first, second})
         (machine.state / defect).unlink()
-        if defect == "broken":
+        if defect == "broken":  # while its services were still starting
             assert f"{second.split('-')[0]} runs again" in result.stderr
+            assert "Start with" not in result.stdout
+            assert "have run for 3 s" in result.stdout
     machine.installed("--rollback")
     assert machine.current == first
 
