@@ -273,8 +273,9 @@ for name in "${more[@]}"; do
 done
 
 pins=$source/constraints.txt
+lock=
 case $("$python" -c 'import sys; print(*sys.version_info[:2], sep=".")') in
-  3.10) pins=$source/deploy/locks/python3.10.txt ;; # JetPack 6; NumPy 1.26, as NVIDIA's torch wants
+  3.10) pins=$source/deploy/locks/python3.10.txt lock=$pins ;; # JetPack 6
   3.11 | 3.12) ;;
   *) fail "Python 3.10, 3.11 or 3.12 is needed: name one with PYTHON=python3.11" 2 ;;
 esac
@@ -306,15 +307,25 @@ run install -d "$prefix/versions" "$configuration"
 run "$python" -m venv "$venv"
 pip=("$venv/bin/pip" install --disable-pip-version-check)
 list=$(IFS=,; echo "${wanted[*]}")
+run sed -n "/^torch==/d; s/ --hash=.*//; w $venv/pins.txt" "$pins"
 index=()
-if [[ -n $torch ]]; then
-  run "${pip[@]}" -c <(sed '/^torch==/d' "$pins") "$torch"
-  run sed -n "/^torch==/!w $venv/pins.txt" "$pins"
-else
-  run cp "$pins" "$venv/pins.txt"
-  if [[ " ${names[*]} " == *" mapper "* ]]; then
-    read -ra index < <("$python" "$source/deploy/torch_index.py" auto) || true
+if [[ -n $lock ]]; then # these files and no others, but for torch and what builds
+  run sed -n "/^torch==/!w $venv/hashes.txt" "$lock"
+  run "$venv/bin/pip" download --disable-pip-version-check --quiet --no-deps --require-hashes \
+    --no-build-isolation -r "$venv/hashes.txt" --dest "$venv/wheels"
+  index=(--no-index --find-links "$venv/wheels")
+fi
+if [[ " ${names[*]} " == *" mapper "* || $list == *openclip* || $list == *transformers* ]]; then
+  if [[ -n $torch ]]; then
+    run "${pip[@]}" "${index[@]}" -c "$venv/pins.txt" "$torch"
+  else
+    read -ra builds < <("$python" "$source/deploy/torch_index.py" auto) || true
+    run "${pip[@]}" "${builds[@]}" "${index[@]:1}" -c "$venv/pins.txt" "$(grep '^torch==' "$pins")"
   fi
+  # pip would put another torch in place of one that is too old, such as a vendor's 2.4.0a0+nv for
+  # torch>=2.4: by this pin it says so and ends.
+  $dry_run || "$venv/bin/python" -c 'from importlib.metadata import version as of
+print("torch==" + of("torch"))' >>"$venv/pins.txt"
 fi
 run "${pip[@]}" "${index[@]}" -c "$venv/pins.txt" "$source${list:+[$list]}"
 run "$venv/bin/pip" check
@@ -325,6 +336,7 @@ fi
 if [[ $list == *openclip* || $list == *transformers* ]]; then # the same: theirs bring another torch
   run "${pip[@]}" --no-deps -r "$source/requirements/encoders.txt"
 fi
+run rm -rf "$venv/wheels"
 for page in README.md workstation.md jetson.md security.md; do
   run install -D -m 644 -t "$venv/share/doc/onemap" "$source/deploy/$page"
 done
