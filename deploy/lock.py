@@ -44,9 +44,9 @@ OLD_PYTHON_EXTRAS = (
     *("openclip", "transformers"),
 )
 OLD_PYTHON_HEAD = """\
-# Written by deploy/lock.py python3.10; do not edit. For Python 3.10, as JetPack 6 has it, on aarch64
-# and x86_64: NumPy 1.26, which NVIDIA's builds of torch want; torch, theirs or the pinned one, has no
-# hash. Newer Pythons take constraints.txt.
+# Written by deploy/lock.py python3.10; do not edit. For Python 3.10, as JetPack 6 has it, on
+# aarch64 and x86_64: NumPy 1.26, which NVIDIA's builds of torch want. torch, theirs or this one,
+# has no hash. Newer Pythons take constraints.txt.
 """
 GLIBC_OF_JETPACK_6 = 35
 NO_AARCH64 = ("embreex",)  # of the simulator
