@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from importlib import import_module
 from typing import Any
 
 import pytest
@@ -11,7 +10,6 @@ import typer.main
 
 from onemap_tools.cli.app import app
 from tests.deploy.deployment import DEPLOY, ROLES, UNITS, compose, settings
-from tests.structure import ROOT
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
@@ -43,10 +41,3 @@ def test_the_certificates_of_the_document_are_made_with_a_command_that_exists() 
     assert lines
     for line in lines:
         check(shlex.split(line.partition("#")[0])[1:])
-
-
-def test_what_compiles_the_mapper_exists() -> None:
-    """Named by the installer, the image's build and make."""
-    for file in (DEPLOY / "systemd/install.sh", DEPLOY / "service.Dockerfile", ROOT / "Makefile"):
-        assert "-m onemap_mapper.warm_up" in file.read_text(encoding="utf-8")
-    assert callable(import_module("onemap_mapper.warm_up").main)

@@ -31,7 +31,6 @@ from tests.deploy.deployment import (
     secrets_of,
 )
 from tests.deploy.test_packages import LOCK, PROJECT
-from tests.structure import ROOT
 
 SERVICES = compose()
 VERSION = PROJECT["version"]
@@ -44,41 +43,21 @@ def flag(arguments: list[str], name: str) -> str:
     return arguments[arguments.index(name) + 1]
 
 
-def test_it_starts_a_router_and_every_role() -> None:
-    assert set(SERVICES) == {"router", *ROLES}
-    assert SERVICES["simulator"]["profiles"] == ["demo"]
-    assert all("profiles" not in SERVICES[name] for name in set(SERVICES) - {"simulator"})
-
-
-def test_the_router_ends_when_it_no_longer_routes() -> None:
-    """``onemap router`` has a watchdog; zenohd has none and would hang for good."""
-    router = SERVICES["router"]
-    assert router["command"][0] == "router"
-    file = flag(router["command"], "--zenoh-config")
-    assert (DEPLOY / mounts(router)[file]).is_file()
-    assert router["restart"] == "unless-stopped"
-
-
 @ALL
-def test_each_is_checked_restarted_and_confined(name: str) -> None:
+def test_each_is_confined_and_may_end_by_itself(name: str) -> None:
     service = SERVICES[name]
-    assert "/tmp/ready" in service["healthcheck"]["test"][1]
-    assert service["environment"]["ONEMAP_READY_FILE"] == "/tmp/ready"
-    assert service["tmpfs"] == ["/tmp:size=64m"]  # a file there is memory of the machine
     assert service["image"] == f"onemap-{name}:${{ONEMAP_VERSION:-{VERSION}}}"
     assert float(service["stop_grace_period"].rstrip("s")) > STOP_LIMIT_S
-    assert service["restart"] == "unless-stopped"
-    assert service["read_only"] is True
-    assert service["cap_drop"] == ["ALL"]
-    assert "no-new-privileges:true" in service["security_opt"]
-    assert not service.get("privileged")
-    assert not any("unconfined" in option for option in service["security_opt"])
-    assert service["mem_limit"][-1] in "mg"
-    assert service["pids_limit"] > 0
+    assert (service["read_only"], service["cap_drop"]) == (True, ["ALL"])
+    assert service["security_opt"] == ["no-new-privileges:true"]
+    assert service.keys() >= {"mem_limit", "pids_limit", "cpu_shares", "restart", "healthcheck"}
+    assert not service.keys() & {"privileged", "user"}
     assert all(port.startswith("127.0.0.1:") for port in service.get("ports", []))
     volumes = compose_document()["volumes"]
     for source in mounts(service).values():
         assert (DEPLOY / source).exists() if source.startswith(".") else source in volumes
+    ids = [int(each["build"]["args"]["SERVICE_UID"]) for each in SERVICES.values()]
+    assert len({0, *ids}) == len(ids) + 1
 
 
 def test_the_gateway_never_starts_without_a_token() -> None:
@@ -86,10 +65,6 @@ def test_the_gateway_never_starts_without_a_token() -> None:
     service = SERVICES["gateway"]
     assert service["secrets"] == ["gateway-token"]
     assert service["environment"]["ONEMAP__GATEWAY__TOKEN_FILE"] == "/run/secrets/gateway-token"
-    secret = compose_document()["secrets"]["gateway-token"]["file"]
-    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
-    assert f"/deploy/{secret.removeprefix('./').split('/')[0]}/" in ignored
-    assert not any("TOKEN" in str(value) for value in service["environment"].values())
 
 
 @EACH_ROLE
@@ -109,88 +84,13 @@ def test_the_environment_sets_only_what_the_service_reads(name: str) -> None:
 @EACH_ROLE
 def test_a_service_is_built_of_its_extras_and_meets_the_others_at_the_router(name: str) -> None:
     service, router = SERVICES[name], SERVICES["router"]
-    assert service["command"][0] == name
     path = Path(flag(service["command"], "--config"))
-    assert path.parent == Path("/etc/onemap")
-    assert mounts(service)["/etc/onemap"] == "./config"
-    assert (DEPLOY / "config" / path.name).is_file()
+    assert (DEPLOY / mounts(service)[str(path.parent)] / path.name).is_file()
     port = flag(router["command"], "--listen").rpartition(":")[2]
     assert service["environment"]["ONEMAP__BUS__CONNECT"] == f'["tcp/router:{port}"]'
-    assert "router" in service["depends_on"]
-    assert (ROOT / service["build"]["dockerfile"]).is_file()
-    extras = set(service["build"]["args"]["EXTRAS"].split(","))
-    assert name in extras == set(LOCK.EXTRAS[name])
-    assert extras <= set(PROJECT["optional-dependencies"])
-
-
-def test_only_services_that_can_use_a_gpu_reserve_one() -> None:
-    for name, service in GPU_SERVICES.items():
-        assert service["image"] == f"onemap-{name}-cuda:${{ONEMAP_VERSION:-{VERSION}}}"
-        (device,) = service["deploy"]["resources"]["reservations"]["devices"]
-        assert device["capabilities"] == ["gpu"]
-        assert set(service["build"]["args"]) <= set(dockerfile_arguments())
-        assert service["environment"] == {f"ONEMAP__{name.upper()}__DEVICE": "cuda"}
-
-
-def dockerfile_lines() -> list[str]:
-    text = (DEPLOY / "service.Dockerfile").read_text(encoding="utf-8").replace("\\\n", " ")
-    return [line for line in text.splitlines() if line and not line.startswith("#")]
-
-
-def dockerfile_arguments() -> list[str]:
-    return re.findall(r"^ARG (\w+)", "\n".join(dockerfile_lines()), re.MULTILINE)
-
-
-def test_each_image_has_a_user_of_its_own_that_is_not_root() -> None:
-    users = [line.split()[1] for line in dockerfile_lines() if line.startswith("USER")]
-    assert users == ["onemap"]
-    assert not any("user" in service for service in SERVICES.values())
-    ids = [service["build"]["args"]["SERVICE_UID"] for service in SERVICES.values()]
-    assert len(set(ids)) == len(ids)
-    assert min(ids) > 10_000
-    assert "SERVICE_UID" in dockerfile_arguments()
-
-
-def test_an_image_takes_only_files_of_known_hashes() -> None:
-    """The base image too can be given by its digest."""
-    for name, service in SERVICES.items():
-        arguments = service["build"]["args"]
-        assert arguments["PYTHON_IMAGE"] == "${ONEMAP_PYTHON_IMAGE:-python:3.11-slim}"
-        assert arguments["LOCK"] == name
-    stages = [line.split()[1] for line in dockerfile_lines() if line.startswith("FROM")]
-    own = {line.split()[3] for line in dockerfile_lines() if re.match("FROM .* AS ", line)}
-    assert set(stages) <= {"${PYTHON_IMAGE}", *own}
-    installs = [
-        line for line in dockerfile_lines() if re.search(r"pip\S* (install|wheel)|install --", line)
-    ]
-    assert installs
-    for line in installs:
-        assert "--require-hashes" in line or "--no-index" in line, line
-
-
-def test_sources_are_copied_after_the_packages_are_installed() -> None:
-    """An edit of a service must not install torch anew: its wheel comes from a stage of its own."""
-    text = (DEPLOY / "service.Dockerfile").read_text(encoding="utf-8")
-    last = text[text.rindex("\nFROM base\n") :]
-    assert last.index("--require-hashes") < last.index("/onemap/*.whl")
-    assert "COPY services" not in last
-    mounted = re.findall(r"--mount=from=(\w+)", last)
-    assert "pins" in mounted
-    pins = text[text.index(" AS pins") : text.index(" AS wheel")]
-    assert not re.search(r"COPY .*(services|shared|tools|client)", pins)
-
-
-def test_what_the_image_copies_exists_and_is_not_ignored() -> None:
-    ignore = (DEPLOY / "service.Dockerfile.dockerignore").read_text(encoding="utf-8").splitlines()
-    allowed = {line[1:] for line in ignore if line.startswith("!")}
-    copied = {
-        source
-        for line in dockerfile_lines()
-        if line.startswith("COPY") and "--from" not in line
-        for source in line.split()[1:-1]
-    }
-    assert all((ROOT / source).exists() for source in copied)
-    assert all(any(Path(source).is_relative_to(path) for path in allowed) for source in copied)
+    extras = service["build"]["args"]["EXTRAS"].split(",")
+    assert name in extras  # what else of the services the image has is removed
+    assert tuple(extras) == LOCK.EXTRAS[service["build"]["args"]["LOCK"]]
 
 
 def test_over_tls_access_is_controlled_and_nothing_else_leaves_the_container() -> None:
@@ -332,11 +232,6 @@ def test_a_registry_is_asked_only_for_what_is_not_here(
     assert result.returncode == 0, result.stderr
     settings = (tmp_path / ".env").read_text(encoding="utf-8")
     assert f"ONEMAP_PYTHON_IMAGE={image}\n" in settings
-
-
-def test_no_build_needs_a_registry_for_its_syntax() -> None:
-    text = (DEPLOY / "service.Dockerfile").read_text(encoding="utf-8")
-    assert "syntax=" not in text
 
 
 @pytest.mark.parametrize(

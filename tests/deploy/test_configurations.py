@@ -16,13 +16,6 @@ from tests.ros2.stock_nav2 import TOLERANCE_M
 from tests.ros2.test_topic_list import endpoint
 
 
-def test_what_is_promised_is_there() -> None:
-    deployments = {"demo", "workstation", "jetson", "split-perception", "shared-map"}
-    assert {path.stem for path in CONFIGURATIONS} == deployments
-    cameras, robots = {"realsense", "zed2", "oak-d", "orbbec"}, {"turtlebot4", "spot", "stretch"}
-    assert {path.stem for path in PRESETS} == cameras | robots | {"nav2"}
-
-
 @pytest.mark.parametrize("path", [*CONFIGURATIONS, *PRESETS], ids=lambda path: path.stem)
 def test_every_section_is_valid_for_its_service(path: Path) -> None:
     sections = read(path, environment={})

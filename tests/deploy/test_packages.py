@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.deploy.deployment import DEPLOY, ROLES, script
+from tests.deploy.deployment import DEPLOY, script
 from tests.structure import ROOT, folders, modules
 
 if sys.version_info >= (3, 11):
@@ -95,12 +95,6 @@ def pins(file: Path) -> dict[str, str]:
     """The versions of a file of pins by normal name."""
     pairs = (line.split("==") for line in file.read_text("utf-8").splitlines() if "==" in line)
     return {normal(name): version.split()[0] for name, version in pairs}
-
-
-def test_there_is_a_lock_for_every_image() -> None:
-    assert {"build", "router", *ROLES} == set(LOCK.EXTRAS)
-    files = {path.stem for path in (DEPLOY / "locks").iterdir()}
-    assert files == {*LOCK.EXTRAS, LOCK.OLD_PYTHON}
 
 
 @pytest.mark.parametrize("role", sorted(LOCK.EXTRAS))

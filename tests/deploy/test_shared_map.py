@@ -157,11 +157,3 @@ def test_the_simulated_robots_start_apart_in_one_apartment() -> None:
     floor = CollisionMap.of(scene, second.robot.height_m)
     assert floor.clearance_m(*start[:2]) >= second.robot.radius_m
     assert containers()["simulator-r2"]["profiles"] == ["demo"]
-
-
-def test_what_a_further_robot_runs_is_confined_and_checked_as_the_first_ones() -> None:
-    for name in ("simulator", "perception", "planner"):
-        first, further = containers()[name], containers()[f"{name}-r2"]
-        different = {key for key in first if first[key] != further[key]}
-        assert different <= {"environment", "volumes"}
-        assert set(further) == set(first)

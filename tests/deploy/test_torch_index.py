@@ -138,7 +138,3 @@ def test_the_set_up_asks_and_obeys(
     assert f"/bin/python deploy/torch_index.py {choice})" in line
     install = line.partition("&&")[2].split()
     assert {"install", "$torch"} <= set(install)
-
-
-def test_the_dockerfile_takes_the_same_index() -> None:
-    assert f"TORCH_INDEX={INDEX.CPU_INDEX}\n" in (DEPLOY / "service.Dockerfile").read_text()
