@@ -35,6 +35,7 @@ COMES_WITH = {
     "httpx": {"anyio"},
     "typer": {"click"},
     "numba": {"llvmlite"},
+    "pydantic": {"pydantic_core"},
 }
 OPTIONAL = {  # imported when installed, with a clear sentence when not
     # JPEG, over thin links; beliefs, of mapper and planner only
