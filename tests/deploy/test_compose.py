@@ -25,7 +25,6 @@ from tests.deploy.deployment import (
     TLS_PORT,
     compose,
     compose_document,
-    endpoint_of,
     models,
     mounts,
     secrets_of,
@@ -114,18 +113,6 @@ def test_over_tls_access_is_controlled_and_nothing_else_leaves_the_container() -
 def role_of(name: str) -> str:
     """The certificate that a service needs."""
     return next(role for role, access in keys.ROLES.items() if name in access.names)
-
-
-@EACH_ROLE
-def test_a_container_holds_the_key_of_its_role_alone(name: str) -> None:
-    role, held = role_of(name), secrets_of(name)
-    assert held == {
-        "/run/secrets/ca.pem": Path("tls/ca.pem"),
-        "/run/secrets/role.pem": Path(f"tls/{role}.pem"),
-        "/run/secrets/role.key": Path(f"tls/{role}.key"),
-    }
-    assert set(re.findall(r"=(/[^;]+)", endpoint_of(name))) == set(held)
-    assert endpoint_of(name).startswith(f"tls/router:{TLS_PORT}#enable_mtls=true;")
 
 
 def test_the_page_makes_each_key_readable_by_its_service_alone() -> None:

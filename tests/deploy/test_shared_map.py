@@ -5,18 +5,13 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from onemap_mapper.config import MapperConfig
-from onemap_mapper.robots import buses_of
-from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.messages import FeatureField
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.service import open_scene
@@ -32,8 +27,6 @@ from tests.deploy.deployment import (
     settings,
     with_file,
 )
-from tests.memory_bus import MemoryRouter
-from tests.shared.samples import sample
 
 R1, R2 = "site/r1", "site/r2"
 NAMESPACES = {  # of every process
@@ -113,27 +106,6 @@ def test_mapper_and_gateway_know_every_robot(deployment: str) -> None:
     assert set(found["gateway"]["gateway"]["robots"].values()) == robots
     for name, namespace in found["gateway"]["gateway"]["robots"].items():
         assert namespace.endswith(f"/{name}")
-
-
-@BOTH
-def test_the_mapper_hears_the_perception_of_each(deployment: str) -> None:
-    """Over a bus in this process, with what each has configured."""
-    found, router = deployed(deployment), MemoryRouter()
-    router.namespace = found["mapper"]["bus"]["namespace"]
-
-    def keys_of(name: str) -> MemoryRouter:
-        namespace = found[name]["bus"]["namespace"]
-        return router if namespace == router.namespace else router.space(namespace)
-
-    config = section(found["mapper"], "mapper", MapperConfig)
-    fields = [
-        joined.subscribe(keys.FIELD) for joined in buses_of(router.bus("mapper"), config.robots)
-    ]
-    for number, name in enumerate(("perception", "perception-r2")):
-        bus = keys_of(name).bus("perception")
-        bus.publish(keys.FIELD).put(replace(sample(FeatureField), sequence=number))
-    taken = [subscription.take(0.0) for subscription in fields]
-    assert [field.sequence for field in taken if field is not None] == [0, 1]
 
 
 def test_planners_keep_their_searches_apart() -> None:

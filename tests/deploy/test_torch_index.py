@@ -9,13 +9,11 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.deploy.deployment import DEPLOY, script
-from tests.structure import ROOT
 
 INDEX: Any = script("torch_index")
 PLAIN = INDEX.Machine("Linux", "x86_64", nvidia=False, torch="", own_settings=())
@@ -52,15 +50,6 @@ def test_the_decision_is_explained_in_a_sentence(
     assert reason in decision.reason
     assert decision.reason.endswith(".")
     assert "\n" not in decision.reason
-
-
-def test_a_driver_or_a_gpu_that_is_listed_is_an_nvidia_gpu(tmp_path: Path) -> None:
-    driver, missing = tmp_path / "version", tmp_path / "missing"
-    driver.write_text("NVRM version: 1")
-    assert INDEX.has_nvidia(driver, ("false",))
-    assert INDEX.has_nvidia(missing, ("echo", "GPU 0: H200"))
-    for command in ("false", "true", str(missing)):  # fails, lists nothing, is not there
-        assert not INDEX.has_nvidia(missing, (command,))
 
 
 @contextmanager
@@ -117,24 +106,3 @@ def test_pip_gets_the_arguments_alone_and_people_the_reason(
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (code, stdout)
     assert reason in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("target", "given", "choice"),
-    [
-        ("setup-demo", [], "auto"),
-        ("setup-demo", ["TORCH=cpu"], "cpu"),
-        ("setup-dev", ["TORCH=cuda"], "cuda"),
-    ],
-)
-def test_the_set_up_asks_and_obeys(
-    target: str, given: list[str], choice: str, tmp_path: Path
-) -> None:
-    """``make -n`` in a fresh environment: the script decides, pip gets what it printed."""
-    command = ["make", "-n", target, f"VENV={tmp_path / 'venv'}", *given]
-    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    lines = text.replace("\\\n", " ").splitlines()
-    (line,) = (line for line in lines if "deploy/torch_index.py" in line)
-    assert f"/bin/python deploy/torch_index.py {choice})" in line
-    install = line.partition("&&")[2].split()
-    assert {"install", "$torch"} <= set(install)
