@@ -75,6 +75,12 @@ robot_stands() { # while it restarts in the middle of a search, by its own odome
 again() { (unset "${!ONEMAP_@}" "${!COMPOSE_@}"; compose down && compose up --detach); }
 over='interrupted|failed|found|cancelled'
 not_resumed() { within 60 state_is "$over" && throughout 10 state_is "$over"; }
+say_peaks() { # of memory, with what the kernel keeps of files
+  local role files='/sys/fs/cgroup/memory.peak /sys/fs/cgroup/memory/memory.max_usage_in_bytes'
+  for role in $ROLES; do
+    compose exec -T "$role" cat $files 2>/dev/null | awk -v role="$role" '{ printf "      %s: peak memory %d MB\n", role, $1 / 1e6 }'
+  done
+}
 removed() {
   compose down --volumes --remove-orphans && docker info &&
     [[ -z $(docker ps -aq --filter "label=com.docker.compose.project=$project") ]] &&
@@ -100,6 +106,7 @@ check_compose() {
   ((failed == 0)) || return
   step "one version" two-versions says_version $ROLES
   step "a search of three objects" search-fails found
+  $self_testing || say_peaks
   for role in $ROLES; do
     step "$role killed, back and healthy within 90 s" stays-dead,old-answer,starting,kill-misses,never-ready killed "$role"
   done
