@@ -26,7 +26,7 @@ class Inner(Params):
 
 
 class Sample(Params):
-    former_keys: ClassVar = {"merge": "fusion"}
+    former_keys: ClassVar[dict[str, str]] = {"merge": "fusion"}
 
     cell_size_m: float = Field(default=0.1, gt=0)
     fusion: Inner = Inner()
