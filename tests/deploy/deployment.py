@@ -93,7 +93,7 @@ def with_file(service: dict[str, Any], added: dict[str, Any]) -> dict[str, Any]:
 
 
 # With compose.tls.yaml each container shows a certificate.
-TLS_PORT, LOCAL_PORT = 7448, 7447
+TLS_PORT = 7448
 TLS = {n: with_file(compose()[n], added) for n, added in compose("compose.tls.yaml").items()}
 
 

@@ -10,24 +10,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import json5
 import pytest
 
 from onemap_shared import keys
-from onemap_shared.access_control import access_control
 from onemap_shared.config import read, section
 from onemap_shared.watchdog import STOP_LIMIT_S
 from tests.deploy.deployment import (
     DEPLOY,
-    LOCAL_PORT,
     ROLES,
-    TLS,
-    TLS_PORT,
     compose,
     compose_document,
     models,
     mounts,
-    secrets_of,
 )
 from tests.deploy.test_packages import LOCK, PROJECT
 
@@ -90,24 +84,6 @@ def test_a_service_is_built_of_its_extras_and_meets_the_others_at_the_router(nam
     extras = service["build"]["args"]["EXTRAS"].split(",")
     assert name in extras  # what else of the services the image has is removed
     assert tuple(extras) == LOCK.EXTRAS[service["build"]["args"]["LOCK"]]
-
-
-def test_over_tls_access_is_controlled_and_nothing_else_leaves_the_container() -> None:
-    """compose.tls.yaml; tests/deploy/test_router.py runs it."""
-    router = TLS["router"]
-    file = DEPLOY / mounts(router)[flag(router["command"], "--zenoh-config")]
-    document = json5.loads(file.read_text(encoding="utf-8"))
-    assert set(TLS) == {"router", *ROLES}
-    assert document["access_control"] == access_control()
-    assert "--listen" not in router["command"]  # it would replace the file's endpoints
-    loopback, tls = f"tcp/127.0.0.1:{LOCAL_PORT}", f"tls/0.0.0.0:{TLS_PORT}"
-    assert document["listen"]["endpoints"] == [loopback, tls]
-    assert router["ports"] == [f"127.0.0.1:{TLS_PORT}:{TLS_PORT}"]
-    named = document["transport"]["link"]["tls"].values()
-    places = {value for value in named if isinstance(value, str)}
-    assert {path: file.name for path, file in secrets_of("router").items()} == {
-        path: Path(path).name for path in places
-    }
 
 
 def role_of(name: str) -> str:
