@@ -65,6 +65,7 @@ class Landmarks:
 
 DETERMINERS = frozenset(
     {"a", "an", "her", "his", "my", "our", "that", "the", "their", "this", "your"}
+    | {"any", "anything", "some", "something", "somewhere"}
 )
 SINGULAR = ("is", "ss", "us")  # endings of singulars in s
 

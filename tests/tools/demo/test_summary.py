@@ -232,3 +232,6 @@ def test_a_claim_is_judged_by_the_truth_of_its_category(
     if category == "sofa":
         assert (item.shortest_path_m, item.true_distance_m) == (2.0, 3.0 - end_x_m)
     assert not evaluate_result(result, category, lambda *_: None).judged
+    description = evaluate_result(result, "something to sit on", truth)
+    assert (description.judged, description.nearest) == (False, item.nearest)
+    assert f"nearest to the claimed place: {item.nearest}" in flat(printed(summary(description)))

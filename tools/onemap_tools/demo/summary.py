@@ -21,6 +21,7 @@ from rich.text import Text
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.messages import SearchState, Truth
 from onemap_shared.names import normalised
+from onemap_shared.sentence import is_description
 from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 
 
@@ -91,8 +92,8 @@ TruthQuery = Callable[[str, tuple[float, ...]], Truth | None]
 def evaluate_result(result: dict[str, Any], name: str, query: TruthQuery) -> ObjectSummary:
     """Compare the gateway's result for one object with the ground truth of category ``name``.
 
-    It is not judged without a reply, or if the scene has unnamed objects and none of that
-    category.
+    It is not judged without a reply, if the scene has unnamed objects and none of that category,
+    or if the name is a description: a scene does not say what something is for.
     """
 
     def truth_at(place: list[float] | None) -> Truth | None:
@@ -111,7 +112,9 @@ def evaluate_result(result: dict[str, Any], name: str, query: TruthQuery) -> Obj
         true_distance_m=end.distance_m if end else nan,
         goal_distance_m=end.shortest_path_m if end else nan,
         nearest=claimed.nearest if claimed else "",
-        judged=end is not None and (end.names_complete or end.instances > 0),
+        judged=end is not None
+        and (end.names_complete or end.instances > 0)
+        and not is_description(name),
     )
 
 
@@ -309,9 +312,9 @@ def describe(summary: DemoSummary, picture: str | None, console: Console) -> Non
             table.add_row(robot.name, found, path, time, contacts)
         console.print(table)
     for item in summary.objects:
-        if not item.counts_as_found:
-            wrong = item.claimed_wrongly and item.nearest
-            near = f" (nearest to the claimed place: {item.nearest})" if wrong else ""
+        if not (item.counts_as_found and item.judged):
+            told = item.nearest and (item.claimed_wrongly or not item.judged)
+            near = f" (nearest to the claimed place: {item.nearest})" if told else ""
             console.print(f"{item.name}: {item.reason}{near}")
     if summary.failure:
         console.print(Text(summary.failure, style="red"))
