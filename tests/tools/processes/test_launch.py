@@ -16,7 +16,6 @@ from onemap_shared.runner import PARENT_VARIABLE
 from onemap_tools.processes import launch
 from tests.shared.test_bus import eventually
 
-SOON_S = 60.0  # a deadline for a loaded machine, not a measure
 SLEEPER = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
 STUBBORN = f"import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); {SLEEPER}"
 PARENT = (
@@ -47,7 +46,7 @@ def ended(processes: launch.Processes, now_s: float) -> launch.ProcessExit:
 def runs(pid: int) -> bool:
     """Whether a process exists and has not ended."""
     try:
-        return psutil.Process(pid).status() not in launch.ENDED
+        return psutil.Process(pid).status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     except psutil.NoSuchProcess:
         return False
 
@@ -65,29 +64,7 @@ def test_all_are_stopped_with_their_child_processes(folder: Path) -> None:
         pids = [int(word) for log in logs for word in first_line(log).split()]
         assert len(set(pids)) == 3
         assert all(runs(pid) for pid in pids)
-    assert not any(runs(pid) for pid in pids)
-
-
-def test_a_child_process_may_end_after_its_parent(folder: Path) -> None:
-    """The parent ends at SIGTERM; its child, which takes until then, is not cut off."""
-    child = (
-        "import os, signal, sys\n"
-        "parent = os.getppid()\n"
-        "def leave(*_):\n"
-        "    while os.getppid() == parent: os.sched_yield()\n"
-        "    print('written', flush=True); sys.exit(0)\n"
-        "signal.signal(signal.SIGTERM, leave)\n"
-        "print('up', flush=True)\n"
-        "signal.pause()\n"
-    )
-    parent = (
-        "import subprocess, sys, time;"
-        f"subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(600)"
-    )
-    with launch.Processes([python("parent", parent)], folder) as processes:
-        processes.start()
-        first_line(folder / "parent.log")
-    assert launch.tail(folder / "parent.log").splitlines() == ["up", "written"]
+    assert eventually(lambda: not any(runs(pid) for pid in pids) or None)
 
 
 def test_a_process_that_ignores_sigterm_is_killed(
@@ -125,7 +102,7 @@ def test_a_crash_is_reported_once_and_leaves_no_child_process(folder: Path) -> N
         processes.start()
         pids = [int(word) for word in first_line(folder / "mapper.log").split()]
         crash = ended(processes, now_s=0.0)
-        assert not any(runs(pid) for pid in pids)
+        assert eventually(lambda: not any(runs(pid) for pid in pids) or None)
         assert (crash.name, crash.code, crash.first) == ("mapper", 3, True)
         log = folder / "mapper.log"
         said = f"mapper ended with code 3; its log is {log}. Its last lines:\n{launch.tail(log)}"
@@ -199,24 +176,3 @@ def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
     log.write_text("\n".join(str(number) for number in range(100_000)))
     assert launch.tail(log, 2).splitlines() == ["99998", "99999"]
     assert launch.tail(tmp_path / "none.log") == ""
-
-
-def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
-    """The leader has ended and its child runs on; a zombie, as in many containers, does not run."""
-    leader = subprocess.Popen(
-        [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, start_new_session=True
-    )
-    assert leader.stdout is not None
-    child = int(leader.stdout.readline().split()[1])
-    os.waitid(os.P_PID, leader.pid, os.WEXITED | os.WNOWAIT)
-    assert launch.has_ended(leader)
-    assert launch.running_groups([leader.pid]) == {leader.pid}
-    os.kill(child, signal.SIGSTOP)  # a stopped process counts
-    assert launch.running_groups([leader.pid]) == {leader.pid}
-    launch.signal_group(leader.pid, signal.SIGKILL)
-    assert launch.wait_for_groups([leader.pid], time.monotonic() + SOON_S)
-    os.killpg(leader.pid, 0)  # the zombie is still listed
-    leader.communicate()
-    assert launch.has_ended(leader)
-    assert launch.running_groups([leader.pid]) == set()
-    launch.signal_group(leader.pid, signal.SIGTERM)  # none is left: no error

@@ -10,7 +10,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from onemap_tools.processes.launch import ENDED
 from tests.shared.test_bus import eventually
 
 POOL = """
@@ -24,6 +23,8 @@ if __name__ == "__main__":
     with worker_pool(2) as pool:
         list(pool.map(compute, range(3)))
 """
+
+ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 
 def runs(process: psutil.Process) -> bool:

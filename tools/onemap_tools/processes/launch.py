@@ -12,12 +12,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import psutil
 
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_shared.supervisor import LAUNCHED_VARIABLE
@@ -27,11 +25,9 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 # From SIGTERM to SIGKILL. The mapper writes its map, in a second, or ten on a busy machine; what
 # hangs ends by itself after STOP_LIMIT_S and says where.
 GRACE_S = STOP_LIMIT_S + 5.0
-KILLED_S = 10.0  # from SIGKILL to the end of all; milliseconds unless the machine is overloaded
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S, DOUBLINGS = 1.0, 10.0, 4
 HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
 POLL_S = 0.01
-ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 TAIL_LINES = 12
 TAIL_BYTES = 8192
 THREAD_VARIABLES = (
@@ -199,7 +195,7 @@ class Processes:
         return [child.spec.name for child in due]
 
     def stop(self) -> None:
-        """Terminate all, kill the rest; returns when their child processes have ended too.
+        """Terminate all, and kill what is left of them and of their child processes.
 
         Takes as long as the slowest of them, which may write what it holds.
         """
@@ -211,10 +207,9 @@ class Processes:
                 child.process = child.due_s = None
             for process in running:
                 signal_group(process.pid, signal.SIGTERM)
-            pids = [process.pid for process in running]
-            wait_for_groups(pids, time.monotonic() + GRACE_S)
-            for pid in pids:  # all of them first, so that they end at once
-                signal_group(pid, signal.SIGKILL)
+            deadline_s = time.monotonic() + GRACE_S
+            while time.monotonic() < deadline_s and not all(map(has_ended, running)):
+                time.sleep(POLL_S)
             for process in running:
                 _end_group(process)
 
@@ -228,7 +223,6 @@ class Processes:
 def _end_group(process: subprocess.Popen[bytes]) -> int:
     """Kill what is left of a process's group, wait for its end; returns the exit code."""
     signal_group(process.pid, signal.SIGKILL)
-    wait_for_groups([process.pid], time.monotonic() + KILLED_S)
     return process.wait()
 
 
@@ -256,30 +250,3 @@ def has_ended(process: subprocess.Popen[bytes]) -> bool:
         return True
     status = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
     return status is not None
-
-
-def wait_for_groups(groups: Collection[int], deadline_s: float) -> bool:
-    """Wait until no process of these groups runs or ``time.monotonic()`` is the deadline.
-
-    Returns whether all have ended: a killed process ends shortly after the signal.
-    """
-    while running_groups(groups):
-        if time.monotonic() >= deadline_s:
-            return False
-        time.sleep(POLL_S)
-    return True
-
-
-def running_groups(groups: Collection[int]) -> set[int]:
-    """Those of the groups in which a process runs.
-
-    Zombies are ignored: they run no code and hold no file. An orphan is reaped by process 1,
-    which in a container may never happen.
-    """
-    found = set()
-    for process in psutil.process_iter() if groups else ():
-        with suppress(ProcessLookupError, PermissionError, psutil.Error):
-            group = os.getpgid(process.pid)
-            if group in groups and process.status() not in ENDED:
-                found.add(group)
-    return found
