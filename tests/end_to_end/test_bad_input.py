@@ -13,10 +13,6 @@ import zenoh
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.wire import Packet, encode
-from tests.chaos.report import Attack
-from tests.chaos.test_http import attack_with_requests, attack_with_streams, without_tuples
-from tests.chaos.test_kills import present_objects
-from tests.chaos.test_steady import CommandCount, Loop, look
 from tests.end_to_end.malformed import FAULTS, oversized_body, publish, raw_session, sample
 from tests.end_to_end.system import System
 
@@ -159,14 +155,3 @@ def test_a_query_without_a_match_is_a_sentence(system: System) -> None:
     found = system.http.post("/v1/queries", json={"text": "wall"}).json()
     assert found["regions"]
     assert found["message"] == ""
-
-
-def test_attacks_on_a_system_begin_and_its_gateway_holds_some(system: System) -> None:
-    """A few of the requests of ``make chaos``, and whatever its long attacks begin with."""
-    attack_with_requests(system, Attack(), count=200)
-    attack_with_streams(system, Attack(), count=20)
-    assert without_tuples(system.http.get("/openapi.json").json())["paths"]
-    assert present_objects(system)
-    assert CommandCount(system).reached >= 0.0
-    assert all(look(system, name).own_mb > 0.0 for name in system.processes)
-    assert Loop(system).cells > 0.0

@@ -204,23 +204,6 @@ def frame(sequence: int) -> RgbdFrame:
     return replace(FRAME, sequence=sequence)
 
 
-def test_of_the_frames_that_wait_the_newest_is_sent(opened: Opened) -> None:
-    sender, sent = opened(LinkParams(window=1))
-    sender.put(frame(1))
-    assert sent.get(timeout=WAIT_S) == 1
-    sender.receipt(receipt(1))  # from now on frames wait for receipts
-    sender.put(frame(2))
-    assert sent.get(timeout=WAIT_S) == 2
-    for number in (3, 4, 5):
-        sender.put(frame(number))
-    assert sent.empty()
-    sender.receipt(receipt(2))
-    assert sent.get(timeout=WAIT_S) == 5
-    metrics = sender.metrics()
-    assert metrics["link_rgbd_replaced"] == 2
-    assert metrics["link_rgbd_overdue"] == 0
-
-
 def test_a_lost_frame_does_not_stop_the_stream(
     opened: Opened, monkeypatch: pytest.MonkeyPatch
 ) -> None:
