@@ -377,10 +377,10 @@ class HeartbeatPublisher:
                 return
 
 
-def _next_due(worker: Worker, told: Health, stop: threading.Event) -> bool:
+def _next_due(worker: Worker, last: Health, stop: threading.Event) -> bool:
     """Wait a second, but no longer than until a worker that was not ready is; returns ``stop``."""
     due_s = time.monotonic() + HEARTBEAT_S
-    while not told.ready and time.monotonic() < due_s and not stop.wait(READY_POLL_S):
+    while not last.ready and time.monotonic() < due_s and not stop.wait(READY_POLL_S):
         if worker.health().ready:
             return False
     return stop.wait(max(due_s - time.monotonic(), 0.0))

@@ -170,10 +170,11 @@ class Sentence:
 
     def unknown_places(self, places: Iterable[str]) -> tuple[str, ...]:
         """Places that it names and the map does not know; a room's word may become one later."""
-        known, told = set(map(normalised, places)), (*self.detail.inside, *self.detail.outside)
+        known = set(map(normalised, places))
+        named = (*self.detail.inside, *self.detail.outside)
         of_robot = tuple(name for name in self.stay_out if normalised(name) not in known)
         later = known | ROOM_WORDS
-        return tuple(name for name in told if normalised(name) not in later) + of_robot
+        return tuple(name for name in named if normalised(name) not in later) + of_robot
 
 
 def is_description(text: str) -> bool:
@@ -396,8 +397,8 @@ def in_words(
 
     def listed(names: Iterable[str], last: str) -> str:
         later = dict.fromkeys(unknown, " (as soon as one is known)")
-        the = {each: f"the {each}" for each in ROOM_WORDS}
-        return f" {last} ".join(the.get(each, each) + later.get(each, "") for each in names)
+        definite = {each: f"the {each}" for each in ROOM_WORDS}
+        return f" {last} ".join(definite.get(each, each) + later.get(each, "") for each in names)
 
     said = []
     for each in sentences:

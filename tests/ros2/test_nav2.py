@@ -14,7 +14,7 @@ from onemap_ros2.cdr import TWIST, FormatError, decode, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive import nav2
 from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow, goal_of
-from onemap_ros2.drive.stand_watch import HELD_S, RELEASE_S
+from onemap_ros2.drive.standstill import HELD_S, RELEASE_S
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import STANDS_MPS
 from onemap_shared.geometry import wrap_angle

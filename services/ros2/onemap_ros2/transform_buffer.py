@@ -81,12 +81,12 @@ class _Edge:
 
     def _between(self, index: int, stamp_ns: int) -> F64:
         start_ns, end_ns = self.stamps_ns[index - 1 : index + 1]
-        before, after = self.transforms[index - 1 : index + 1]
+        earlier, later = self.transforms[index - 1 : index + 1]
         share = (stamp_ns - start_ns) / (end_ns - start_ns)
         T = np.eye(4)
-        turns = Rotation.from_matrix(np.stack([before[:3, :3], after[:3, :3]]))
+        turns = Rotation.from_matrix(np.stack([earlier[:3, :3], later[:3, :3]]))
         T[:3, :3] = Slerp([0.0, 1.0], turns)(share).as_matrix()
-        T[:3, 3] = (1.0 - share) * before[:3, 3] + share * after[:3, 3]
+        T[:3, 3] = (1.0 - share) * earlier[:3, 3] + share * later[:3, 3]
         return T
 
 

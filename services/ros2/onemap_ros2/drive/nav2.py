@@ -39,7 +39,7 @@ from onemap_ros2.drive.driver import (
     Say,
     stamped_pose,
 )
-from onemap_ros2.drive.stand_watch import StandWatch
+from onemap_ros2.drive.standstill import StandstillWatch
 from onemap_ros2.drive.velocity import STOPPED, ZEROS, Base
 from onemap_ros2.network.interface import PendingCall, RosNetwork
 from onemap_ros2.topic_list import missing, serves_action
@@ -198,29 +198,29 @@ class NavGoal:
         if self.stood and here and here.away_m(self.stood) > GOAL_CHANGE_M:
             return replace(self, reached=None, stood=None).step(now_s, wanted, heard, here)
         late = now_s - self.since_s > ANSWER_S
-        after: tuple[NavGoal, Order] = self, Order.NOTHING
+        outcome: tuple[NavGoal, Order] = self, Order.NOTHING
         if self.phase is GoalPhase.NONE:
             if wanted is not None and heard.served and self._due(now_s, wanted):
-                after = self._sent(now_s, wanted)
+                outcome = self._sent(now_s, wanted)
         elif self.phase is GoalPhase.ASKING:
             if heard.accepted:
-                after = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
+                outcome = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
             elif heard.accepted is False and not self.replaces:
-                after = self._failed(now_s), Order.NOTHING
+                outcome = self._failed(now_s), Order.NOTHING
             elif heard.accepted is False or late:
-                after = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
+                outcome = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
         elif self.phase is GoalPhase.DRIVING:
             if heard.result is not None:
                 there = heard.result.status == SUCCEEDED
                 ended = self._arrived(here) if there else self._failed(now_s)
-                after = ended, Order.NOTHING
+                outcome = ended, Order.NOTHING
             elif wanted is None or heard.lost:
-                after = self._cancel(now_s)
+                outcome = self._cancel(now_s)
             elif self._moved(wanted) and self._due(now_s, wanted):
-                after = self._sent(now_s, wanted)
+                outcome = self._sent(now_s, wanted)
         else:
-            after = self._ending(now_s, heard)
-        return after
+            outcome = self._ending(now_s, heard)
+        return outcome
 
     def overdue_s(self, now_s: float) -> float:
         """Seconds since the goal had to end, once that takes too long; else 0."""
@@ -278,7 +278,7 @@ class Nav2Driver:
 
     Goals carry a mark in their ids: those that an adapter left behind when it was killed are
     cancelled by the next one of the same name. From when a goal must end, the base gets zero
-    velocities beside nav2's own, as long as the robot moves: see ``StandWatch``.
+    velocities beside nav2's own, as long as the robot moves: see ``StandstillWatch``.
     """
 
     def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
@@ -300,7 +300,7 @@ class Nav2Driver:
         self._failed: GoalPose | None = None  # what the problem is about, if it is about a goal
         self._failures = 0  # in a row, at that goal
         self._robot: RobotNow | None = None
-        self._watch, self._was_served = StandWatch(), False
+        self._watch, self._was_served = StandstillWatch(), False
         self._unanswered, self._silent_s = 0, NEVER  # goals in a row, and when the last one ended
 
     def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:

@@ -15,7 +15,7 @@ ZERO_PERIOD_S = 0.015
 
 
 @dataclass(frozen=True, slots=True)
-class StandWatch:
+class StandstillWatch:
     """Times are seconds of a monotonic clock.
 
     on: whether the robot has to stand. moved_s: when it moved last, or was told to stand; zero_s:
@@ -26,15 +26,15 @@ class StandWatch:
     moved_s: float = NEVER
     zero_s: float = NEVER
 
-    def begun(self, now_s: float) -> StandWatch:
+    def begun(self, now_s: float) -> StandstillWatch:
         """The robot has to stand from now on; zeros are sent at once."""
-        return StandWatch(True, now_s)
+        return StandstillWatch(True, now_s)
 
-    def armed(self, now_s: float) -> StandWatch:
+    def armed(self, now_s: float) -> StandstillWatch:
         """The robot is expected to stand from now on; zeros are sent if it does not."""
-        return StandWatch(True, now_s - HELD_S)
+        return StandstillWatch(True, now_s - HELD_S)
 
-    def step(self, now_s: float, *, moving: bool, ended: bool) -> tuple[StandWatch, bool]:
+    def step(self, now_s: float, *, moving: bool, ended: bool) -> tuple[StandstillWatch, bool]:
         """The watch after this moment, and whether to send a zero now.
 
         moving: whether the robot moves, or may. ended: whether what drove it said that it ended;
@@ -45,6 +45,6 @@ class StandWatch:
         watch = replace(self, moved_s=now_s) if moving else self
         stood_s = now_s - watch.moved_s
         if ended and stood_s > HELD_S + RELEASE_S:
-            return StandWatch(), False
+            return StandstillWatch(), False
         due = stood_s < HELD_S and now_s - watch.zero_s >= ZERO_PERIOD_S
         return (replace(watch, zero_s=now_s) if due else watch), due
