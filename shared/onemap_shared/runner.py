@@ -118,6 +118,8 @@ def run_service(
     except StartError as problem:
         LOG.error("%s", problem)
         code = EXIT_CRASHED if problem.temporary else EXIT_MISUSED
+    except ModuleNotFoundError:  # of an extra that is not installed: the command says which
+        raise
     except Exception:
         LOG.exception("%s crashed", service)
     flush_log()

@@ -18,7 +18,7 @@ match sys.argv[1:]:
             if name == "router":
                 router.run(Path(file), (), None)
             else:
-                sys.exit(services.run(name, Path(file)))
+                services.run(name, Path(file))
         except (ConfigError, CliError) as cause:
             problem = to_cli_error(cause)
             print(problem, file=sys.stderr)

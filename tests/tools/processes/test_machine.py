@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from onemap_gateway.config import GatewayConfig
-from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import CliError
 from onemap_tools.processes import network
 from onemap_tools.processes.interrupts import SIGNALS, interruptible
 from onemap_tools.processes.services import check_robot, run
@@ -90,26 +90,14 @@ def test_a_robot_that_cannot_start_is_reported(tmp_path: Path) -> None:
     check_robot("simulator", {})
 
 
-@pytest.mark.parametrize(
-    ("end", "code"),
-    [
-        (SystemExit(3), 3),
-        (SystemExit("a sentence"), EXIT_USAGE_ERROR),
-        (None, EXIT_OK),
-    ],
-)
-def test_a_service_runs_with_its_arguments_and_returns_its_code(
-    end: SystemExit | None, code: int, monkeypatch: pytest.MonkeyPatch
+def test_a_service_runs_with_its_arguments_or_names_what_is_not_installed(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    seen: list[list[str]] = []
-
     def run_module(module: str, **options: object) -> None:
-        seen.append([module, *sys.argv])
-        if end is not None:
-            raise end
+        assert (module, *sys.argv) == ("onemap_mapper", "onemap mapper", "--config", "x.yaml")
+        raise ModuleNotFoundError("No module named 'torch'", name="torch")
 
     monkeypatch.setattr("runpy.run_module", run_module)
-    before = list(sys.argv)
-    assert run("mapper", Path("x.yaml")) == code
-    assert seen == [["onemap_mapper", "onemap mapper", "--config", "x.yaml"]]
-    assert sys.argv == before
+    monkeypatch.setattr("sys.argv", ["onemap"])
+    with pytest.raises(CliError, match="The mapper needs the package 'torch': pip install"):
+        run("mapper", Path("x.yaml"))

@@ -127,4 +127,4 @@ def replay(
         os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
     from onemap_tools.processes.services import run
 
-    raise typer.Exit(run("replay", config))
+    run("replay", config)

@@ -234,7 +234,7 @@ def _service_command(name: str) -> Callable[[Path | None], None]:
     def command(config: Config = None) -> None:
         from onemap_tools.processes.services import run
 
-        raise typer.Exit(run(name, config))
+        run(name, config)
 
     return command
 

@@ -18,19 +18,12 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 CORE = (*STAGES, "gateway")  # what every robot needs
 
 
-def run(name: str, config: Path | None) -> int:
-    """Run a service in this process until it is stopped; returns its exit code."""
+def run(name: str, config: Path | None) -> None:
+    """Run a service in this process, which ends with it; CliError if a package is missing."""
     service = SERVICES[name]
-    before = sys.argv
     sys.argv = [f"onemap {name}", *(("--config", str(config)) if config is not None else ())]
-    try:
-        with requires_extra(service.extra, f"The {service.name}"):
-            runpy.run_module(service.module, run_name="__main__", alter_sys=True)
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else EXIT_USAGE_ERROR
-    finally:
-        sys.argv = before
-    return 0
+    with requires_extra(service.extra, f"The {service.name}"):
+        runpy.run_module(service.module, run_name="__main__", alter_sys=True)
 
 
 def section_model(name: str) -> type[Params]:
