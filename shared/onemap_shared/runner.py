@@ -54,6 +54,7 @@ CLAIM_S = 4.0  # the process before is gone by then: a dead link is noticed afte
 CLAIM_RETRY_S = (0.2, 0.6)  # drawn, so that two at the same time do not meet again
 START_LIMIT_S = 300.0  # TimeoutStartSec: a start that takes longer has to say what takes so long
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
+STARTING = "it is starting"  # what a start says that does not say what takes so long
 
 
 class StartError(Exception):
@@ -202,7 +203,7 @@ class StartReport:
         """
         now_s = time.monotonic()
         so_far_s, long = now_s - self._joined_s, self._long
-        problem = f"it is starting, for {so_far_s:.0f} s so far"
+        problem = f"{STARTING}, for {so_far_s:.0f} s so far"
         if long is not None:
             what, usual_s, since_s = long
             problem = f"{what}: {now_s - since_s:.0f} of about {usual_s:.0f} s"

@@ -99,9 +99,14 @@ def test_a_mapper_that_compiles_is_reported_once_and_when_it_is_done() -> None:
     starts = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
     mapper = bus_router.bus().publish(keys.heartbeat("mapper"))
     console, last = Console(file=io.StringIO(), width=200), ""
-    compiles = {"start_s": 1.0}
-    for metrics in ({}, compiles, compiles, {"cells": 0.0}, {"cells": 9.0}):
-        problem = "compiling the map's kernels, once" if metrics is compiles else ""
+    starts_s, what = {"start_s": 1.0}, "compiling the map's kernels, once"
+    for problem, metrics in (
+        ("it is starting, for 1 s so far", starts_s),
+        (what, starts_s),
+        (what, starts_s),
+        ("", {"cells": 0.0}),
+        ("", {"cells": 9.0}),
+    ):
         mapper.put(Heartbeat("mapper", "a", 1, 1, not problem, problem, metrics))
         last = report_start(starts, last, console)
     assert said(console).splitlines() == [

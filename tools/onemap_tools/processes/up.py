@@ -15,7 +15,7 @@ from rich.console import Console
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
-from onemap_shared.runner import StartError
+from onemap_shared.runner import STARTING, StartError
 from onemap_shared.services import DRIVER, ROBOTS, SIMULATED
 from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
@@ -223,7 +223,8 @@ def report_start(starts: Subscription[Heartbeat], said: str, console: Console) -
     beat = starts.take(0.0)
     if beat is None:
         return said
-    now = f"The {beat.service} is {beat.problem}" if beat.starting else ""
+    takes_long = beat.starting and not beat.problem.startswith(STARTING)
+    now = f"The {beat.service} is {beat.problem}" if takes_long else ""
     if now and not said:
         console.print(f"{now} ...", soft_wrap=True)
     if said and not now:
