@@ -15,6 +15,7 @@ from urllib.parse import quote
 
 import httpx
 
+from onemap import replies
 from onemap.connection import (
     DEFAULT_URL,
     FILE_TIMEOUT_S,
@@ -28,23 +29,12 @@ from onemap.connection import (
     trusted,
 )
 from onemap.place_replies import MapPlace, PlaceListReply
-from onemap.replies import (
-    MapContent,
-    MapListReply,
-    MapObject,
-    MapStatistics,
-    ObjectListReply,
-    QueryListReply,
-    QueryResult,
-    StoredMap,
-    SystemStatus,
-)
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
 MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
 PLACES, GEOJSON = "/v1/places", "/v1/places.geojson"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
-QueryEvent = QueryResult | QueryInterrupted
+QueryEvent = replies.QueryResult | QueryInterrupted
 Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
 
 
@@ -89,29 +79,29 @@ class MapFiles:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
-    def info(self) -> MapStatistics:
+    def info(self) -> replies.MapStatistics:
         """Extent, areas and update rate of the map."""
-        return self._connection.fetch(MapStatistics.of, "GET", "/v1/map")
+        return self._connection.fetch(replies.MapStatistics.of, "GET", "/v1/map")
 
-    def list(self) -> tuple[StoredMap, ...]:
+    def list(self) -> tuple[replies.StoredMap, ...]:
         """The saved maps, newest first."""
-        return self._connection.fetch(MapListReply.of, "GET", MAPS).maps
+        return self._connection.fetch(replies.MapListReply.of, "GET", MAPS).maps
 
-    def get(self, name: str) -> StoredMap:
+    def get(self, name: str) -> replies.StoredMap:
         """Size, encoder and time of a saved map."""
-        return self._connection.fetch(StoredMap.of, "GET", _address(MAPS, name))
+        return self._connection.fetch(replies.StoredMap.of, "GET", _address(MAPS, name))
 
-    def save(self, name: str) -> MapContent:
+    def save(self, name: str) -> replies.MapContent:
         """Write the map to a file; an older one is replaced."""
         return self._change("PUT", _address(MAPS, name))
 
-    def load(self, name: str) -> MapContent:
+    def load(self, name: str) -> replies.MapContent:
         """Replace the map by a saved one; refused if another encoder made it."""
         return self._change("POST", f"{_address(MAPS, name)}/load")
 
     def merge(
         self, name: str, *, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0
-    ) -> MapContent:
+    ) -> replies.MapContent:
         """Fuse a saved map into the map in use: turned by ``yaw_rad``, then moved.
 
         Its frame is that of the map in use unless a motion is given.
@@ -119,13 +109,13 @@ class MapFiles:
         motion = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad}
         return self._change("POST", f"{_address(MAPS, name)}/merge", motion)
 
-    def delete(self, name: str) -> StoredMap:
+    def delete(self, name: str) -> replies.StoredMap:
         """Delete a file and say what it was; the map in use stays."""
-        return self._connection.fetch(StoredMap.of, "DELETE", _address(MAPS, name))
+        return self._connection.fetch(replies.StoredMap.of, "DELETE", _address(MAPS, name))
 
-    def clear(self) -> MapContent:
+    def clear(self) -> replies.MapContent:
         """Delete the content of the map."""
-        return self._connection.fetch(MapContent.of, "POST", "/v1/map/clear")
+        return self._connection.fetch(replies.MapContent.of, "POST", "/v1/map/clear")
 
     def archive(self, text: str = "") -> bytes:
         """Occupancy, layers and geometry of the map, as an ``.npz`` file for ``numpy.load``.
@@ -135,8 +125,12 @@ class MapFiles:
         path = f"/v1/map.npz?text={quote(text)}" if text else "/v1/map.npz"
         return self._connection.download(path, timeout_s=FILE_TIMEOUT_S)
 
-    def _change(self, method: str, path: str, body: dict[str, float] | None = None) -> MapContent:
-        return self._connection.fetch(MapContent.of, method, path, body, timeout_s=FILE_TIMEOUT_S)
+    def _change(
+        self, method: str, path: str, body: dict[str, float] | None = None
+    ) -> replies.MapContent:
+        return self._connection.fetch(
+            replies.MapContent.of, method, path, body, timeout_s=FILE_TIMEOUT_S
+        )
 
 
 class Client:
@@ -188,7 +182,7 @@ class Client:
         *,
         negatives: Sequence[str] = (),
         area_m: tuple[float, float, float, float] | None = None,
-    ) -> QueryResult:
+    ) -> replies.QueryResult:
         """Where is it? Whether it is on the map, and regions that look like it, best first.
 
         text: a name, a sentence as "the lamp next to the bed", or its parts as
@@ -196,26 +190,26 @@ class Client:
         negatives: what it must not be; area_m: x_min, y_min, x_max, y_max, only there.
         """
         body = QueryOptions(max_regions, tuple(negatives), area_m).body(text)
-        return self._connection.fetch(QueryResult.of, "POST", QUERIES, body)
+        return self._connection.fetch(replies.QueryResult.of, "POST", QUERIES, body)
 
-    def query_image(self, image: bytes, options: QueryOptions = NO_OPTIONS) -> QueryResult:
+    def query_image(self, image: bytes, options: QueryOptions = NO_OPTIONS) -> replies.QueryResult:
         """Where is what a PNG or JPEG of one thing shows? Its scores rank, they are no
         probabilities. The options may have no negatives."""
-        return self._connection.fetch(QueryResult.of, "POST", QUERIES, options.body(image))
+        return self._connection.fetch(replies.QueryResult.of, "POST", QUERIES, options.body(image))
 
     def query_all(
         self, texts: Sequence[Sought], options: QueryOptions = NO_OPTIONS
-    ) -> tuple[QueryResult, ...]:
+    ) -> tuple[replies.QueryResult, ...]:
         """Where are they? The answers to several texts, in their order."""
         body = options.body(tuple(texts))
-        return self._connection.fetch(QueryListReply.of, "POST", QUERIES, body).answers
+        return self._connection.fetch(replies.QueryListReply.of, "POST", QUERIES, body).answers
 
     def follow_queries(
         self, texts: Sequence[Sought], options: QueryOptions = NO_OPTIONS
     ) -> Iterator[QueryEvent]:
         """Standing queries: the answer to each text, and again whenever it changes, without end."""
         body = options.body(tuple(texts))
-        return self._connection.follow(STANDING, "answer", QueryResult.of, body)
+        return self._connection.follow(STANDING, "answer", replies.QueryResult.of, body)
 
     def search(
         self,
@@ -271,17 +265,17 @@ class Client:
             PlaceListReply.of, "PUT", GEOJSON, collection, timeout_s=FILE_TIMEOUT_S
         )
 
-    def objects(self) -> list[MapObject]:
+    def objects(self) -> list[replies.MapObject]:
         """What was found on this map, the object found last first."""
-        return [*self._connection.fetch(ObjectListReply.of, "GET", OBJECTS).objects]
+        return [*self._connection.fetch(replies.ObjectListReply.of, "GET", OBJECTS).objects]
 
     def object_picture(self, object_id: str) -> bytes:
         """The JPEG in which a found object was seen best."""
         return self._connection.download(f"{_address(OBJECTS, object_id)}.jpg")
 
-    def forget_object(self, object_id: str) -> MapObject:
+    def forget_object(self, object_id: str) -> replies.MapObject:
         """Remove an object that was found wrongly, and say what it was."""
-        return self._connection.fetch(MapObject.of, "DELETE", _address(OBJECTS, object_id))
+        return self._connection.fetch(replies.MapObject.of, "DELETE", _address(OBJECTS, object_id))
 
     def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
@@ -291,9 +285,9 @@ class Client:
         """Drive to where a place in the map can be seen, metres, and face it."""
         return self.searches.start({"look_at_m": _place(x_m, y_m)}, limits)
 
-    def status(self) -> SystemStatus:
+    def status(self) -> replies.SystemStatus:
         """What runs, and how."""
-        return self._connection.fetch(SystemStatus.of, "GET", "/v1/status")
+        return self._connection.fetch(replies.SystemStatus.of, "GET", "/v1/status")
 
     def missing_stage(self) -> str:
         """Why a search cannot start now, in a sentence; empty if it can."""

@@ -203,7 +203,7 @@ class Connection:
         One that arrived, but whose answer was lost, is confirmed by the next. Raises OneMapError
         if it is refused, or not confirmed within ``STOP_PATIENCE_S``.
         """
-        deadline_s, told = time.monotonic() + STOP_PATIENCE_S, ""
+        deadline_s, reported = time.monotonic() + STOP_PATIENCE_S, ""
         while True:
             try:
                 return self.fetch(parse, "DELETE", path)
@@ -218,9 +218,9 @@ class Connection:
                         status=error.status,
                         document=error.document,
                     ) from error
-                if error.detail != told:
-                    told = error.detail
-                    waiting(told)
+                if error.detail != reported:
+                    reported = error.detail
+                    waiting(reported)
             time.sleep(STOP_PAUSE_S)
 
     def download(self, path: str, *, timeout_s: float = 0.0) -> bytes:
@@ -239,13 +239,13 @@ class Connection:
         An interrupted stream is opened again; body: of a POST. Raises OneMapError if the stream is
         refused or the gateway stays away (see ``Retry``).
         """
-        failures, told = 0, False
+        failures, reported = 0, False
         while True:
             failures += 1  # as long as no event comes
             try:
                 with closing(self._stream(path, body)) as chunks:
                     for message in stream_messages(chunks):
-                        failures, told = 1, False
+                        failures, reported = 1, False
                         if message.event == event:
                             yield _parsed(message, parse)
                         elif message.event == "problem":
@@ -254,8 +254,8 @@ class Connection:
             except OneMapError as error:
                 if not error.temporary or failures > self._retry.attempts:
                     raise
-                if not told:
-                    told = True
+                if not reported:
+                    reported = True
                     yield StreamInterrupted(error.detail)
             else:
                 if failures > self._retry.attempts:

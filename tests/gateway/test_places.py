@@ -17,14 +17,7 @@ from onemap import Client, OneMapError
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.places import place_list
 from onemap_shared import keys
-from onemap_shared.messages import (
-    MAX_CORNERS,
-    NO_ROOM,
-    MapPlaces,
-    Place,
-    PlaceKind,
-    PlacesRequest,
-)
+from onemap_shared import messages as m
 from onemap_shared.transport import RequestRejected
 from onemap_tools.cli.app import app
 from tests.client.conftest import client as python_client
@@ -85,7 +78,7 @@ def test_rooms_have_areas_outlines_and_what_parted() -> None:
     assert (parted["room"], parted["area_m2"], parted["inside_m"]) == (3, 0.9, [1.45, 1.05])
     x, y = np.transpose(parted["outlines_m"][0])
     assert (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2 == pytest.approx(0.9)
-    nowhere = replace(map_places(), ids=np.full(fakes.GRID.shape, NO_ROOM, np.int32))
+    nowhere = replace(map_places(), ids=np.full(fakes.GRID.shape, m.NO_ROOM, np.int32))
     assert place_list(nowhere).places == ()
 
 
@@ -113,7 +106,7 @@ def test_the_room_of_the_robot_is_named(router: MemoryRouter, mapper: NamingMapp
         ("a", {"inside_m": [1, 2, 3]}, "'inside_m'"),
         ("a", {"inside_m": [1, 1e9]}, "'inside_m"),
         ("a", {"corners_m": CORNERS[:2]}, "a polygon has 3 to"),
-        ("a", {"corners_m": CORNERS * MAX_CORNERS}, "a polygon has 3 to"),
+        ("a", {"corners_m": CORNERS * m.MAX_CORNERS}, "a polygon has 3 to"),
         ("a", {"corners_m": [[0, 0], [1, 1], [2, 2]]}, "enclose 0.000 m2"),
         ("a", {**ZONE, "kind": "lava"}, "'kind'"),
         ("a", {"here": True}, "'here'"),
@@ -129,14 +122,14 @@ def test_what_is_no_place_is_refused(
     assert said in answer.json()["detail"]
 
 
-def named(mapper: NamingMapper) -> dict[str, Place]:
+def named(mapper: NamingMapper) -> dict[str, m.Place]:
     """A room, one that is not known yet, a region and a zone."""
     places = (
-        Place("kitchen", inside_m=(1.51234567, 1.0)),
-        Place("L", inside_m=L_SHAPED),
-        Place("attic", inside_m=(50.0, 50.0)),
-        Place("corner", corners_m=((0.1, 0.2), (1.123456789, 0.2), (0.1, 1.7))),
-        Place("stairs", PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5))),
+        m.Place("kitchen", inside_m=(1.51234567, 1.0)),
+        m.Place("L", inside_m=L_SHAPED),
+        m.Place("attic", inside_m=(50.0, 50.0)),
+        m.Place("corner", corners_m=((0.1, 0.2), (1.123456789, 0.2), (0.1, 1.7))),
+        m.Place("stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5))),
     )
     mapper.named.update({place.name.casefold(): place for place in places})
     return dict(mapper.named)
@@ -154,7 +147,7 @@ def test_what_is_exported_is_imported(client: TestClient, mapper: NamingMapper) 
         assert ring[0] == ring[-1]
         feature["geometry"]["coordinates"][0] = [[*corner, 0.0] for corner in ring]  # heights
     mapper.named.clear()
-    mapper.named["kitchen"] = Place("Kitchen", PlaceKind.KEEP_OUT, ROOM_3)
+    mapper.named["kitchen"] = m.Place("Kitchen", m.PlaceKind.KEEP_OUT, ROOM_3)
     sent = client.put(
         "/v1/places.geojson",
         content=json.dumps({**collection, "name": "of a GIS"}),
@@ -197,7 +190,7 @@ def test_a_file_is_imported_as_a_whole_or_not_at_all(
 
 
 def test_places_that_cannot_be_read_are_a_problem(client: TestClient, mapper: NamingMapper) -> None:
-    def damaged(_: PlacesRequest) -> MapPlaces:
+    def damaged(_: m.PlacesRequest) -> m.MapPlaces:
         raise RequestRejected("unreadable", "the named places in places.bin cannot be read")
 
     mapper.bus.serve(keys.MAP_PLACES, damaged)
@@ -215,7 +208,7 @@ def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
     collection = python_client.export_places()
     assert python_client.forget_place("Kitchen / 2") == kitchen
     assert python_client.import_places(collection).places[0] == zone
-    assert NO_ROOM not in {place.room for place in python_client.places().places}
+    assert m.NO_ROOM not in {place.room for place in python_client.places().places}
     with pytest.raises(OneMapError, match="No pose of the robot"):
         python_client.name_place("kitchen")
 

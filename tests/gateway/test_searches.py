@@ -15,15 +15,9 @@ from pydantic import ValidationError
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http import schemas
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.routes.searches import search_events
-from onemap_gateway.http.schemas import (
-    ComparedImage,
-    MergeRequest,
-    QueryRequest,
-    RequestModel,
-    SearchStart,
-)
 from onemap_gateway.service import build
 from onemap_shared import messages as m
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, next_event, past_search, search
@@ -281,8 +275,11 @@ def test_a_search_that_cannot_be_is_refused_with_the_reason(
     assert planner.requests == []
 
 
-@pytest.mark.parametrize("model", [QueryRequest, ComparedImage, SearchStart, MergeRequest])
-def test_the_examples_fit_and_unknown_fields_do_not(model: type[RequestModel]) -> None:
+@pytest.mark.parametrize(
+    "model",
+    [schemas.QueryRequest, schemas.ComparedImage, schemas.SearchStart, schemas.MergeRequest],
+)
+def test_the_examples_fit_and_unknown_fields_do_not(model: type[schemas.RequestModel]) -> None:
     for example in model.model_json_schema()["examples"]:
         model.model_validate(example)
         with pytest.raises(ValidationError, match="extra_forbidden"):

@@ -14,17 +14,8 @@ from itertools import islice
 from math import ceil, isfinite
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from onemap_shared import messages as m
 from onemap_shared.geometry import yaw_of
-from onemap_shared.messages import (
-    Detections,
-    Heartbeat,
-    MapRevision,
-    Odometry,
-    PlannedPath,
-    RgbdFrame,
-    SearchStatus,
-    VelocityCommand,
-)
 from onemap_shared.rates import RateMeter
 from onemap_shared.services import SERVICES, doubled
 from onemap_shared.trail import PointM, extended
@@ -93,23 +84,23 @@ class FrameLatencies:
 
 M = TypeVar("M")
 BusMessage: TypeAlias = (
-    RgbdFrame
-    | Odometry
-    | VelocityCommand
-    | Detections
-    | MapRevision
-    | SearchStatus
-    | PlannedPath
-    | Heartbeat
+    m.RgbdFrame
+    | m.Odometry
+    | m.VelocityCommand
+    | m.Detections
+    | m.MapRevision
+    | m.SearchStatus
+    | m.PlannedPath
+    | m.Heartbeat
 )
 
 STREAM_OF: Mapping[type, str] = {  # members of the state that hold the newest message
-    RgbdFrame: "frame",
-    Odometry: "odometry",
-    Detections: "detections",
-    MapRevision: "revision",
-    SearchStatus: "search",
-    PlannedPath: "path",
+    m.RgbdFrame: "frame",
+    m.Odometry: "odometry",
+    m.Detections: "detections",
+    m.MapRevision: "revision",
+    m.SearchStatus: "search",
+    m.PlannedPath: "path",
 }
 
 TRAIL_STEP_M = 0.05  # one cell: finer steps are not visible in the map image
@@ -154,7 +145,7 @@ def newest(latest: LatestMessage[M] | None) -> M | None:
 class HeartbeatRecord:
     """The newest heartbeat of a service, and when its progress counter last changed."""
 
-    heartbeat: Heartbeat
+    heartbeat: m.Heartbeat
     arrived_s: float
     advanced_s: float
 
@@ -173,13 +164,13 @@ class LiveState:
     map, to the detections and to the velocity commands.
     """
 
-    frame: LatestMessage[RgbdFrame] | None = None
-    odometry: LatestMessage[Odometry] | None = None
-    detections: LatestMessage[Detections] | None = None
-    revision: LatestMessage[MapRevision] | None = None
-    search: LatestMessage[SearchStatus] | None = None
-    path: LatestMessage[PlannedPath] | None = None
-    search_log: tuple[SearchStatus, ...] = ()
+    frame: LatestMessage[m.RgbdFrame] | None = None
+    odometry: LatestMessage[m.Odometry] | None = None
+    detections: LatestMessage[m.Detections] | None = None
+    revision: LatestMessage[m.MapRevision] | None = None
+    search: LatestMessage[m.SearchStatus] | None = None
+    path: LatestMessage[m.PlannedPath] | None = None
+    search_log: tuple[m.SearchStatus, ...] = ()
     search_count: int = 0
     trail_m: tuple[PointM, ...] = ()
     last_fused_s: float | None = None
@@ -207,24 +198,24 @@ class LiveState:
             changes[name] = LatestMessage(message, now_s, arrivals.with_event(now_s))
         timed = self.latencies.with_result
         match message:
-            case RgbdFrame():
+            case m.RgbdFrame():
                 changes["latencies"] = self.latencies.with_frame(message.stamp_ns, now_s)
-            case Odometry():
+            case m.Odometry():
                 changes["trail_m"] = _trail(self.trail_m, message)
-            case VelocityCommand() if message.frame_ns:
+            case m.VelocityCommand() if message.frame_ns:
                 changes["latencies"] = timed("command", message.frame_ns, now_s)
-            case Detections():
+            case m.Detections():
                 changes["latencies"] = timed("detections", message.stamp_ns, now_s)
-            case MapRevision() if _is_progress(self.revision, message):
+            case m.MapRevision() if _is_progress(self.revision, message):
                 changes["last_fused_s"] = now_s
                 changes["latencies"] = timed("map", message.stamp_ns, now_s)
-            case SearchStatus():
+            case m.SearchStatus():
                 if (before := newest(self.search)) is None or before.search_id != message.search_id:
                     changes["trail_m"] = ()
                     changes["path"] = None if before else self.path  # of the search before
                 changes["search_log"] = (*self.search_log, message)[-MAX_LOGGED_STATUSES:]
                 changes["search_count"] = self.search_count + 1
-            case Heartbeat() if message.service in SERVICES:
+            case m.Heartbeat() if message.service in SERVICES:
                 record = _heartbeat_record(self.heartbeats.get(message.service), message, now_s)
                 changes["heartbeats"] = {**self.heartbeats, message.service: record}
         return replace(self, **changes)
@@ -238,7 +229,7 @@ class LiveState:
         """
         alive = frozenset(service for service, _ in members) & SERVICES.keys()
         changed = alive ^ self.alive
-        kept = {
+        heartbeats = {
             name: record
             for name, record in self.heartbeats.items()
             if name in alive or now_s - record.arrived_s <= HEARTBEAT_EXPIRY_S
@@ -247,16 +238,16 @@ class LiveState:
             self,
             alive=alive,
             alive_changed_s={**self.alive_changed_s, **dict.fromkeys(changed, now_s)},
-            heartbeats=kept,
+            heartbeats=heartbeats,
             doubled=doubled(members),
             connected=connected,
         )
 
-    def detections_now(self, now_s: float) -> Detections | None:
+    def detections_now(self, now_s: float) -> m.Detections | None:
         """The newest detections, unless they are older than ``DETECTIONS_MAX_AGE_S``."""
         return self.detections.within(DETECTIONS_MAX_AGE_S, now_s) if self.detections else None
 
-    def path_now(self, now_s: float) -> PlannedPath | None:
+    def path_now(self, now_s: float) -> m.PlannedPath | None:
         """The newest planned path, unless it is older than ``PATH_MAX_AGE_S``.
 
         None when the search has ended or the path is of an earlier one: nobody follows it.
@@ -269,13 +260,13 @@ class LiveState:
                 return None
         return self.path.within(PATH_MAX_AGE_S, now_s)
 
-    def statuses_since(self, count: int) -> tuple[SearchStatus, ...]:
+    def statuses_since(self, count: int) -> tuple[m.SearchStatus, ...]:
         """The search statuses after the first ``count``, oldest first, as far as they are kept."""
         fresh = min(self.search_count - count, len(self.search_log))
         return self.search_log[len(self.search_log) - fresh :] if fresh > 0 else ()
 
 
-def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:
+def _is_progress(previous: LatestMessage[m.MapRevision] | None, message: m.MapRevision) -> bool:
     """Whether a frame was fused since the previous revision; the first one is latched.
 
     One of this robot: in a shared map a frame of another changes only how many there are.
@@ -288,7 +279,7 @@ def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevisi
 
 
 def _heartbeat_record(
-    previous: HeartbeatRecord | None, heartbeat: Heartbeat, now_s: float
+    previous: HeartbeatRecord | None, heartbeat: m.Heartbeat, now_s: float
 ) -> HeartbeatRecord:
     before = previous.heartbeat if previous else None
     stalled = (
@@ -300,7 +291,7 @@ def _heartbeat_record(
     return HeartbeatRecord(_bounded(heartbeat), now_s, advanced_s)
 
 
-def _bounded(heartbeat: Heartbeat) -> Heartbeat:
+def _bounded(heartbeat: m.Heartbeat) -> m.Heartbeat:
     """The heartbeat as far as it is shown: finite metrics, few and short ones."""
     metrics = {
         name: value
@@ -310,6 +301,6 @@ def _bounded(heartbeat: Heartbeat) -> Heartbeat:
     return replace(heartbeat, metrics=metrics, problem=heartbeat.problem[:MAX_PROBLEM_CHARS])
 
 
-def _trail(trail: tuple[PointM, ...], odometry: Odometry) -> tuple[PointM, ...]:
+def _trail(trail: tuple[PointM, ...], odometry: m.Odometry) -> tuple[PointM, ...]:
     xy = (float(odometry.T_map_body[0, 3]), float(odometry.T_map_body[1, 3]))
     return extended(trail, xy, step_m=TRAIL_STEP_M, max_points=TRAIL_POINTS, jump_m=TRAIL_JUMP_M)

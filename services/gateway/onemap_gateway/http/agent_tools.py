@@ -160,9 +160,9 @@ async def where_is(
     # a search that was told more of it may have confirmed another one
     plain = named.detail == m.NO_DETAIL
     objects = await _found(gateway) if plain else ()
-    confirmed = tuple(kept for kept in objects if _is_called(kept, named.name))
+    confirmed = tuple(item for item in objects if _is_called(item, named.name))
     parts = [] if plain and not reply.stands_for else [f"Understood as: {reply.understood}."]
-    parts += [f"{_place(kept)} was found there by a search." for kept in confirmed]
+    parts += [f"{_place(item)} was found there by a search." for item in confirmed]
     if reply.regions:
         parts.append(
             f"{len(reply.regions)} regions of the map look like {reply.text!r}, the best at "
@@ -238,9 +238,9 @@ async def look_at(
     """Show an object that was found: place, time and the picture in which the robot saw it best.
     Does not move the robot.
     """
-    for kept in await _found(gateway):
-        if kept.id == object or _is_called(kept, object):
-            pictured = await gateway.call(keys.MAP_OBJECT, m.ObjectId(kept.id))
+    for item in await _found(gateway):
+        if item.id == object or _is_called(item, object):
+            pictured = await gateway.call(keys.MAP_OBJECT, m.ObjectId(item.id))
             seen = map_object(pictured.kept)
             picture = "the picture is from then" if seen.picture else "there is no picture of it"
             seen_at = replies.rfc3339(seen.last_seen_at)
@@ -342,8 +342,8 @@ async def _found(gateway: GatewayContext) -> tuple[replies.MapObject, ...]:
     return tuple(map(map_object, listed.objects))
 
 
-def _is_called(kept: replies.MapObject, name: str) -> bool:
-    return kept.name.casefold() == name.casefold()
+def _is_called(item: replies.MapObject, name: str) -> bool:
+    return item.name.casefold() == name.casefold()
 
 
 def _subject(search: search_replies.SearchSnapshot) -> str:
@@ -359,8 +359,8 @@ def _found_names(search: search_replies.SearchSnapshot) -> str:
     return f" Found: {_names(names)}." if names else ""
 
 
-def _place(kept: replies.MapObject) -> str:
-    return f"{kept.name!r} ({kept.id}) at {_xy(kept.position_m)}"
+def _place(item: replies.MapObject) -> str:
+    return f"{item.name!r} ({item.id}) at {_xy(item.position_m)}"
 
 
 def _described(place: place_replies.MapPlace) -> str:

@@ -131,16 +131,16 @@ def _common_statuses(method: str, path: str, operation: Mapping[str, Any]) -> li
 
     They come from the checks before the route and from failures behind it.
     """
-    found = {421, 500}
+    statuses = {421, 500}
     if required_role(method, path) is not Role.NOBODY:
-        found |= {401, 403}
+        statuses |= {401, 403}
     if method not in READING:
-        found |= {403, 408, 413, 415}
+        statuses |= {403, 408, 413, 415}
     if "requestBody" in operation:
-        found |= {400}
+        statuses |= {400}
     if "503" in operation["responses"]:
-        found |= {502}
-    return sorted(found - {int(status) for status in operation["responses"]})
+        statuses |= {502}
+    return sorted(statuses - {int(status) for status in operation["responses"]})
 
 
 async def _on_problem(_request: Request, problem: Exception) -> Response:

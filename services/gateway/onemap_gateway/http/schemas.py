@@ -19,19 +19,8 @@ from pydantic import (
     model_validator,
 )
 
+from onemap_shared import messages as m
 from onemap_shared.geometry import MAX_COORDINATE_M
-from onemap_shared.messages import (
-    MAX_IMAGE_BYTES,
-    MAX_NEGATIVES,
-    MAX_OBJECTS,
-    MAX_TEXT_CHARS,
-    ImageSimilarityRequest,
-    SearchKind,
-    SearchRequest,
-    SimilarityRequest,
-    check_image,
-    check_text,
-)
 from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, listed_sentences, parse, search_for
 
 DATA_URL = "data:image/"
@@ -48,7 +37,7 @@ def image_bytes(value: object) -> bytes:
         data = b64decode("".join(encoded.split()), validate=True)
     except ValueError:
         raise ValueError("'image' is no base64: send a PNG or JPEG in base64") from None
-    check_image(data)
+    m.check_image(data)
     return data
 
 
@@ -60,7 +49,7 @@ ImageMember = Annotated[
             "type": "string",
             "contentEncoding": "base64",
             "description": "A crop of one thing instead of a text: PNG or JPEG in base64, 16 to "
-            f"4096 pixels a side, at most {MAX_IMAGE_BYTES // 1024} kB.",
+            f"4096 pixels a side, at most {m.MAX_IMAGE_BYTES // 1024} kB.",
         }
     ),
 ]
@@ -68,8 +57,8 @@ ImageMember = Annotated[
 
 ObjectName = Annotated[
     StrictStr,
-    AfterValidator(check_text),
-    Field(description=f"An object in plain words, at most {MAX_TEXT_CHARS} characters."),
+    AfterValidator(m.check_text),
+    Field(description=f"An object in plain words, at most {m.MAX_TEXT_CHARS} characters."),
 ]
 
 
@@ -103,7 +92,7 @@ def exactly_one_of(*names: str) -> list[JsonValue]:
     return [{"required": [name], "properties": {name: {"not": {"type": "null"}}}} for name in names]
 
 
-_TEXT = {"type": "string", "maxLength": MAX_TEXT_CHARS}
+_TEXT = {"type": "string", "maxLength": m.MAX_TEXT_CHARS}
 Phrases = Annotated[
     list[ObjectName],
     BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
@@ -131,7 +120,7 @@ class Parts(RequestModel):
     stay_out_of: Phrases = Field(
         default=[], description="Places of the map that the robot does not enter on this search."
     )
-    negatives: Annotated[list[ObjectName], Field(max_length=MAX_NEGATIVES)] = Field(
+    negatives: Annotated[list[ObjectName], Field(max_length=m.MAX_NEGATIVES)] = Field(
         default=[],
         description="What it must not be: these compete with it, in a query with each of `texts`.",
     )
@@ -189,7 +178,7 @@ DescribedObject = Annotated[
 
 DescribedObjects = Annotated[
     list[DescribedObject],
-    Field(min_length=1, max_length=MAX_OBJECTS),
+    Field(min_length=1, max_length=m.MAX_OBJECTS),
     BeforeValidator(_each_listed),
 ]
 
@@ -255,10 +244,10 @@ class QueryRequest(Parts):
 
     def requests(
         self, robot_xy_m: tuple[float, ...], sentences: Sequence[Sentence]
-    ) -> list[SimilarityRequest | ImageSimilarityRequest]:
+    ) -> list[m.SimilarityRequest | m.ImageSimilarityRequest]:
         """The mapper's requests, one for each sentence, or for the image."""
         queries = [
-            SimilarityRequest(
+            m.SimilarityRequest(
                 each.name,
                 self.max_regions,
                 self.include_grid,
@@ -270,7 +259,7 @@ class QueryRequest(Parts):
             for each in sentences or [Sentence(IMAGE_NAME)]
         ]
         if self.image is not None:
-            return [ImageSimilarityRequest(self.image, queries[0])]
+            return [m.ImageSimilarityRequest(self.image, queries[0])]
         return [*queries]
 
 
@@ -376,11 +365,11 @@ class SearchStart(Parts):
         """What to find, in order; nothing of a place."""
         return _described(self, self.object, self.objects)
 
-    def request(self, patience_s: float, sentences: Sequence[Sentence]) -> SearchRequest:
+    def request(self, patience_s: float, sentences: Sequence[Sentence]) -> m.SearchRequest:
         """The planner's request; ``patience_s``: seconds that the client waits for its reply."""
-        kind, place_m = SearchKind.FIND, self.go_to_m or self.look_at_m or ()
+        kind, place_m = m.SearchKind.FIND, self.go_to_m or self.look_at_m or ()
         if place_m:
-            kind = SearchKind.LOOK_AT if self.go_to_m is None else SearchKind.GO_TO
+            kind = m.SearchKind.LOOK_AT if self.go_to_m is None else m.SearchKind.GO_TO
         return search_for(
             sentences,
             patience_s,

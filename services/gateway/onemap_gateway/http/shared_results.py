@@ -57,12 +57,12 @@ class SharedResults:
         self._slots = asyncio.Semaphore(AT_ONCE)
         self._tasks: dict[Hashable, asyncio.Task[SharedResult]] = {}
 
-    async def get(self, asked: Hashable, version: Hashable, make: Maker) -> SharedResult:
+    async def get(self, request: Hashable, version: Hashable, make: Maker) -> SharedResult:
         """The result of ``make``, or that of another request for the same.
 
         Raises HttpProblem ``busy`` when other results take longer than ``wait_s``.
         """
-        key = (asked, version)
+        key = (request, version)
         task = self._tasks.get(key)
         if task is None or (task.done() and not self._fresh(task, version)):
             self._tasks.pop(key, None)

@@ -21,11 +21,11 @@ def place_list(message: MapPlaces) -> PlaceListReply:
     rooms = _rooms(message)
     places = []
     for place, number in zip(message.places, message.rooms, strict=True):
-        now: dict[str, Any] = rooms.get(number, {"outlines_m": (), "area_m2": 0.0})
+        shape: dict[str, Any] = rooms.get(number, {"outlines_m": (), "area_m2": 0.0})
         if place.corners_m:
             area_m2 = polygon_area_m2(place.corners_m)
-            now = {"outlines_m": (place.corners_m,), "area_m2": area_m2}
-        places.append(reply_of(MapPlace, place, **{**now, "inside_m": place.inside_m}))
+            shape = {"outlines_m": (place.corners_m,), "area_m2": area_m2}
+        places.append(reply_of(MapPlace, place, **{**shape, "inside_m": place.inside_m}))
     unnamed = [rooms[number] for number in rooms if number not in message.rooms]
     places += [MapPlace(name="", kind=PlaceKind.ROOM.value, **room) for room in unnamed]
     return reply_of(PlaceListReply, message, places=tuple(places))
@@ -69,10 +69,10 @@ def feature_collection(message: MapPlaces) -> dict[str, Any]:
     outline of now, or is a Point where none is known, and ``inside_m``, by which it is imported.
     """
     features = []
-    for place, now in zip(message.places, place_list(message).places, strict=False):
+    for place, shape in zip(message.places, place_list(message).places, strict=False):
         if place.suggested:
             continue
-        outlines_m = (place.corners_m,) if place.corners_m else now.outlines_m  # not rounded
+        outlines_m = (place.corners_m,) if place.corners_m else shape.outlines_m  # not rounded
         rings = [[[*outline, outline[0]]] for outline in outlines_m]
         geometry: dict[str, Any] = {"type": "MultiPolygon", "coordinates": rings}
         if len(rings) == 1:

@@ -7,7 +7,7 @@ from math import dist, floor, isfinite
 
 import numpy as np
 
-from onemap.replies import LookedArea, MapPose, QueryResult, Region, ScoreGrid, moment, rfc3339
+from onemap import replies
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import age_s, reply_of
 from onemap_shared.grid import GridSpec, onto
@@ -18,7 +18,7 @@ CHANGED_SCORE = 0.05
 IMAGE_SUBJECT = "what the image shows"  # in sentences, where a text is quoted
 
 
-def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> QueryResult:
+def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> replies.QueryResult:
     """The verdict, the regions in order of their score, and the reason if there are none.
 
     subject: of its sentences, in the place of the text.
@@ -27,13 +27,13 @@ def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> Q
     regions = tuple(_region(reply, index) for index in range(len(reply.scores)))
     judged = reply.verdict
     return reply_of(
-        QueryResult,
+        replies.QueryResult,
         reply,
         verdict=judged.verdict,
         sentence=sentence[0].upper() + sentence[1:],
         regions=regions,
         looked=reply_of(
-            LookedArea,
+            replies.LookedArea,
             judged,
             share=judged.looked_share,
             looked_m2=round(judged.looked_m2, 2),
@@ -51,7 +51,7 @@ def with_scores(view: SearchView, reply: SimilarityReply) -> SearchView:
     return replace(view, text=reply.text, similarity=similarity)
 
 
-def differ(a: QueryResult, b: QueryResult) -> bool:
+def differ(a: replies.QueryResult, b: replies.QueryResult) -> bool:
     """Whether two answers to a text differ by more than the map's noise.
 
     Another verdict, another number of regions, or one that moved or scores otherwise.
@@ -64,11 +64,11 @@ def differ(a: QueryResult, b: QueryResult) -> bool:
     )
 
 
-def _region(reply: SimilarityReply, index: int) -> Region:
+def _region(reply: SimilarityReply, index: int) -> replies.Region:
     x_m, y_m, yaw_rad = reply.best_views[index].tolist()
     heights_m = reply.heights_m[index].tolist()
     last_seen_ns = int(reply.last_seen_ns[index])
-    return Region(
+    return replies.Region(
         rank=index + 1,
         centre_m=reply.centres_m[index].tolist(),
         extent_m=reply.extents_m[index].tolist(),
@@ -76,8 +76,8 @@ def _region(reply: SimilarityReply, index: int) -> Region:
         score=float(reply.scores[index]),
         variance=finite(float(reply.variances[index])),
         height_m=heights_m if isfinite(heights_m[0]) else None,
-        last_seen_at=rfc3339(moment(last_seen_ns)) if last_seen_ns else None,
-        best_view=MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad) if isfinite(x_m) else None,
+        last_seen_at=replies.rfc3339(replies.moment(last_seen_ns)) if last_seen_ns else None,
+        best_view=replies.MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad) if isfinite(x_m) else None,
     )
 
 
@@ -107,9 +107,9 @@ def no_match_message(reply: SimilarityReply, subject: str = "") -> str:
     return sentence + "."
 
 
-def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:
+def _score_grid(grid: GridSpec, scores: np.ndarray) -> replies.ScoreGrid:
     rounded = np.round(scores.astype(np.float64), 4).tolist()
-    return ScoreGrid(
+    return replies.ScoreGrid(
         cell_size_m=grid.cell_size_m,
         origin_m=grid.bounds_m[:2],
         shape=grid.shape,

@@ -11,33 +11,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from onemap.replies import (
-    MapObject,
-    MapStatistics,
-    Reply,
-    StageLatency,
-    StreamHealth,
-    SystemStatus,
-)
+from onemap import replies
 from onemap.search_replies import ObjectOutcome, ReplayStep, SearchReplay, SearchSnapshot
 from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_shared.messages import (
-    NO_DETAIL,
-    KeptObject,
-    Layer,
-    MapRevision,
-    ObjectResult,
-    Occupancy,
-    SearchRecord,
-    SearchState,
-    SearchStatus,
-    SearchView,
-)
+from onemap_shared import messages as m
 from onemap_shared.sentence import Sentence, in_words
 from onemap_shared.transport import Counters
 
-R = TypeVar("R", bound=Reply)
+R = TypeVar("R", bound=replies.Reply)
 
 
 def reply_of(model: type[R], message: object, /, **more: Any) -> R:
@@ -51,10 +33,10 @@ def age_s(stamp_ns: int, now_ns: int) -> float | None:
     return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
 
 
-def search_snapshot(status: SearchStatus) -> SearchSnapshot:
+def search_snapshot(status: m.SearchStatus) -> SearchSnapshot:
     """The state of a search, with its results in the order of the request."""
     results = sorted(status.results, key=attrgetter("index"))
-    details = status.details or (NO_DETAIL,) * len(status.objects)
+    details = status.details or (m.NO_DETAIL,) * len(status.objects)
     sentences = list(map(Sentence, status.objects, details))
     if sentences:
         sentences[-1] = replace(sentences[-1], stay_out=status.stay_out)
@@ -69,7 +51,7 @@ def search_snapshot(status: SearchStatus) -> SearchSnapshot:
     )
 
 
-def _left(status: SearchStatus, sentences: Sequence[Sentence]) -> tuple[str, ...]:
+def _left(status: m.SearchStatus, sentences: Sequence[Sentence]) -> tuple[str, ...]:
     """What was not found, as sentences; the robot stays out of the same places."""
     left = [replace(sentences[index], stay_out=()) for index in status.left]
     if left:
@@ -77,7 +59,7 @@ def _left(status: SearchStatus, sentences: Sequence[Sentence]) -> tuple[str, ...
     return tuple(map(str, left))
 
 
-def search_replay(record: SearchRecord) -> SearchReplay:
+def search_replay(record: m.SearchRecord) -> SearchReplay:
     """What was recorded of a search."""
     return SearchReplay(
         search=search_snapshot(record.status),
@@ -87,10 +69,10 @@ def search_replay(record: SearchRecord) -> SearchReplay:
     )
 
 
-def _object_outcome(result: ObjectResult) -> ObjectOutcome:
+def _object_outcome(result: m.ObjectResult) -> ObjectOutcome:
     """Coverage belongs to what was not found, evidence to what was."""
-    absent = result.outcome is SearchState.NOT_FOUND
-    found = result.outcome in (SearchState.FOUND, SearchState.FOUND_OTHER)
+    absent = result.outcome is m.SearchState.NOT_FOUND
+    found = result.outcome in (m.SearchState.FOUND, m.SearchState.FOUND_OTHER)
     return reply_of(
         ObjectOutcome,
         result,
@@ -99,23 +81,25 @@ def _object_outcome(result: ObjectResult) -> ObjectOutcome:
     )
 
 
-def map_statistics(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapStatistics:
+def map_statistics(
+    view: m.SearchView, revision: m.MapRevision | None, now_ns: int
+) -> replies.MapStatistics:
     """The map in numbers; ``revision`` holds those that the view lacks."""
     cell_m2 = view.grid.cell_size_m**2
     return reply_of(
-        MapStatistics,
+        replies.MapStatistics,
         revision,
         revision=view.revision,
         age_s=age_s(view.stamp_ns, now_ns),
         bounds_m=view.grid.bounds_m,
         cell_size_m=view.grid.cell_size_m,
-        free_m2=float((view.occupancy == Occupancy.FREE).sum() * cell_m2),
-        occupied_m2=float((view.occupancy == Occupancy.OCCUPIED).sum() * cell_m2),
-        observed_m2=float(((view.layers & Layer.OBSERVED) != 0).sum() * cell_m2),
+        free_m2=float((view.occupancy == m.Occupancy.FREE).sum() * cell_m2),
+        occupied_m2=float((view.occupancy == m.Occupancy.OCCUPIED).sum() * cell_m2),
+        observed_m2=float(((view.layers & m.Layer.OBSERVED) != 0).sum() * cell_m2),
     )
 
 
-def map_archive(view: SearchView) -> bytes:
+def map_archive(view: m.SearchView) -> bytes:
     """The map as ``numpy.savez`` writes it; names and meanings are those of ``GET /v1/map.npz``."""
     buffer = io.BytesIO()
     x_min, y_min, _, _ = view.grid.bounds_m
@@ -133,20 +117,20 @@ def map_archive(view: SearchView) -> bytes:
     return buffer.getvalue()
 
 
-def map_object(kept: KeptObject) -> MapObject:
+def map_object(stored: m.KeptObject) -> replies.MapObject:
     """A kept object; its box is rounded to a tenth of a pixel."""
     return reply_of(
-        MapObject,
-        kept,
-        id=kept.object_id,
-        box_px=tuple(round(side, 1) for side in kept.box_px),
-        picture=f"/v1/objects/{kept.object_id}.jpg" if kept.picture_bytes else None,
+        replies.MapObject,
+        stored,
+        id=stored.object_id,
+        box_px=tuple(round(side, 1) for side in stored.box_px),
+        picture=f"/v1/objects/{stored.object_id}.jpg" if stored.picture_bytes else None,
     )
 
 
 def system_status(
     state: LiveState, counters: Mapping[str, Counters], fault: PipelineFault | None, now_s: float
-) -> SystemStatus:
+) -> replies.SystemStatus:
     """Every service and stream, as /v1/status returns them."""
     streams: dict[str, LatestMessage | None] = {
         "rgbd": state.frame,
@@ -156,13 +140,13 @@ def system_status(
         "search": state.search,
         "path": state.path,
     }
-    return SystemStatus(
+    return replies.SystemStatus(
         ready=fault is None,
         problem=fault.detail if fault else "",
         services=tuple(assess_services(state, now_s)),
         streams=tuple(
             reply_of(
-                StreamHealth,
+                replies.StreamHealth,
                 counters[name],
                 name=name,
                 age_s=seen.age_s(now_s) if seen else None,
@@ -174,10 +158,10 @@ def system_status(
     )
 
 
-def stage_latencies(latencies: FrameLatencies) -> tuple[StageLatency, ...]:
+def stage_latencies(latencies: FrameLatencies) -> tuple[replies.StageLatency, ...]:
     """Median and 95th percentile of every stage that was timed."""
     return tuple(
-        StageLatency(
+        replies.StageLatency(
             stage=stage,
             p50_s=timed.quantile_s(0.5),
             p95_s=timed.quantile_s(0.95),

@@ -37,11 +37,11 @@ Assessment = tuple[str, str]  # a condition, and what is wrong in a sentence, em
 
 def assess_services(state: LiveState, now_s: float) -> list[ServiceHealth]:
     """The robot, the services that every search needs, and any other service on the bus."""
-    heard = (state.alive | state.heartbeats.keys()) & set(SERVICES) - set(PIPELINE_STAGES)
+    others = (state.alive | state.heartbeats.keys()) & set(SERVICES) - set(PIPELINE_STAGES)
     return [
         assess_robot(state, now_s),
         *(assess_service(name, state, now_s) for name in PIPELINE_STAGES[1:]),
-        *(assess_service(name, state, now_s) for name in sorted(heard)),
+        *(assess_service(name, state, now_s) for name in sorted(others)),
     ]
 
 
@@ -49,9 +49,9 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceHealth:
     """One service, judged by its liveliness token and its heartbeat."""
     record = state.heartbeats.get(name)
     condition, problem = _assess(name, state, record, now_s)
-    heard = {}
+    reported = {}
     if record is not None and state.connected:
-        heard = {
+        reported = {
             "ready": record.heartbeat.ready and condition != DOWN,
             "heartbeat_age_s": now_s - record.arrived_s,
             "metrics": record.heartbeat.metrics,
@@ -59,7 +59,7 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceHealth:
         }
     alive = state.connected and name in state.alive
     return ServiceHealth.model_validate(
-        {"name": name, "condition": condition, "problem": problem, "alive": alive, **heard}
+        {"name": name, "condition": condition, "problem": problem, "alive": alive, **reported}
     )
 
 
@@ -170,8 +170,8 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
         condition, alive, problem = DOWN, False, ended
     elif begun := _new_driver(state):
         alive, problem = False, begun
-    elif said := _driver_problem(state, now_s):
-        condition, problem = DEGRADED if alive else DOWN, said
+    elif reason := _driver_problem(state, now_s):
+        condition, problem = DEGRADED if alive else DOWN, reason
     elif not alive:
         condition, problem = DOWN, _silence_detail("camera frame", state.frame, now_s)
     elif state.odometry is None or state.odometry.age_s(now_s) > STREAM_TIMEOUT_S:

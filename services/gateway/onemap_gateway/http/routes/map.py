@@ -43,13 +43,7 @@ from onemap_gateway.present.render import (
 )
 from onemap_gateway.present.replies import map_archive, map_statistics
 from onemap_shared import keys
-from onemap_shared.messages import (
-    MapClear,
-    MapFile,
-    MapListRequest,
-    MapMerge,
-    SearchView,
-)
+from onemap_shared import messages as m
 
 router = APIRouter(prefix="/v1", tags=["map"])
 maps_router = APIRouter(prefix="/v1", tags=["maps"])
@@ -139,11 +133,11 @@ async def _picture(
     gateway: GatewayContext,
     compared: str | bytes | None,
     how: Drawing,
-    look: Callable[[], Awaitable[SearchView]],
+    look: Callable[[], Awaitable[m.SearchView]],
 ) -> Response:
     """The image of the view that ``look`` gives; compared: with what, None for nothing."""
 
-    def render(view: SearchView) -> MapImage:
+    def render(view: m.SearchView) -> MapImage:
         drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if how.marks else None
         return render_map(view, drawn, how.scale, PALETTES[how.theme])
 
@@ -152,9 +146,9 @@ async def _picture(
 
 async def _shared_png(
     gateway: GatewayContext,
-    asked: Hashable,
-    look: Callable[[], Awaitable[SearchView]],
-    render: Callable[[SearchView], MapImage],
+    request: Hashable,
+    look: Callable[[], Awaitable[m.SearchView]],
+    render: Callable[[m.SearchView], MapImage],
 ) -> Response:
     """The image that ``render`` makes of a view, one for all who ask for the same."""
 
@@ -167,7 +161,7 @@ async def _shared_png(
             "X-OneMap-Revision": str(view.revision),
         }
 
-    image = await gateway.images.get(asked, gateway.map_revision(), draw)
+    image = await gateway.images.get(request, gateway.map_revision(), draw)
     return SharedResponse(image.body, media_type="image/png", headers=image.headers)
 
 
@@ -214,7 +208,7 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(503))
 async def clear_map(gateway: GatewayDep) -> MapContent:
     """Empty the map."""
-    return MapContent.model_validate(await gateway.call(keys.MAP_CLEAR, MapClear()))
+    return MapContent.model_validate(await gateway.call(keys.MAP_CLEAR, m.MapClear()))
 
 
 NO_MOTION = MergeRequest()
@@ -249,13 +243,13 @@ Name = Annotated[
 @maps_router.get("/maps", summary="What was saved?", responses=problem_responses(503))
 async def list_maps(gateway: GatewayDep) -> MapListReply:
     """The maps in the mapper's map folder, newest first; damaged ones say why."""
-    return MapListReply.model_validate(await gateway.call(keys.MAP_LIST, MapListRequest()))
+    return MapListReply.model_validate(await gateway.call(keys.MAP_LIST, m.MapListRequest()))
 
 
 @maps_router.get("/maps/{name}", summary="A saved map", responses=problem_responses(404, 422, 503))
 async def get_saved_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Size, encoder and time of a saved map, without its cells."""
-    (saved,) = (await gateway.call(keys.MAP_LIST, MapListRequest(name))).maps
+    (saved,) = (await gateway.call(keys.MAP_LIST, m.MapListRequest(name))).maps
     return StoredMap.model_validate(saved)
 
 
@@ -273,7 +267,7 @@ async def get_saved_map(name: Name, gateway: GatewayDep) -> StoredMap:
 )
 async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapContent:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    summary = await gateway.call(keys.MAP_SAVE, MapFile(name), FILE_S)
+    summary = await gateway.call(keys.MAP_SAVE, m.MapFile(name), FILE_S)
     if summary.created:
         response.status_code = 201
         response.headers["Location"] = f"/v1/maps/{name}"
@@ -287,7 +281,7 @@ async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapCon
 )
 async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
     """Delete a file of the mapper's map folder and say what it was; the map in use stays."""
-    return StoredMap.model_validate(await gateway.call(keys.MAP_DELETE, MapFile(name)))
+    return StoredMap.model_validate(await gateway.call(keys.MAP_DELETE, m.MapFile(name)))
 
 
 @maps_router.post(
@@ -297,7 +291,7 @@ async def delete_map(name: Name, gateway: GatewayDep) -> StoredMap:
 )
 async def load_saved_map(name: Name, gateway: GatewayDep) -> MapContent:
     """Replace the map by a saved one; refused if another encoder made it."""
-    return MapContent.model_validate(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
+    return MapContent.model_validate(await gateway.call(keys.MAP_LOAD, m.MapFile(name), FILE_S))
 
 
 @maps_router.post(
@@ -314,7 +308,7 @@ async def merge_saved_map(
     maps came first; found objects that are none of ours are added. Refused if another encoder made
     it.
     """
-    merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
+    merge = m.MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
     return MapContent.model_validate(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
 
 

@@ -39,19 +39,19 @@ async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryR
             "invalid", "A query moves no robot: 'stay out of' is for searches, leave it out."
         )
     requests = request.requests(gateway.robot_xy_m(), understood.sentences)
-    asked = [answer(gateway, each) for each in requests]
-    found: list[QueryResult] = []
-    for reply in await asyncio.gather(*asked, return_exceptions=True):
+    calls = [answer(gateway, each) for each in requests]
+    answered: list[QueryResult] = []
+    for reply in await asyncio.gather(*calls, return_exceptions=True):
         if isinstance(reply, BaseException):
             raise reply
-        found.append(reply)
+        answered.append(reply)
     for index, (sentence, each) in enumerate(
         zip(understood.sentences, request.described, strict=True)
     ):
         said = {"text": each.text, "understood": understood.in_words(sentence)}
         update = {**said, "stands_for": understood.names(sentence)}
-        found[index] = found[index].model_copy(update=update)
-    return found
+        answered[index] = answered[index].model_copy(update=update)
+    return answered
 
 
 async def answer(
@@ -167,12 +167,12 @@ async def read_words(
 ) -> WordsReply:
     """What a sentence means on this map, without asking where it is; 422 names wrong words."""
     try:
-        asked = [Described(text=each) for each in listed_sentences(text) or [text]]
+        described = [Described(text=each) for each in listed_sentences(text) or [text]]
     except ValidationError as error:
         raise from_validation_error(error) from None
-    understood = await understand(gateway, asked)
+    understood = await understand(gateway, described)
     return WordsReply(
-        texts=tuple(each.text for each in asked),
+        texts=tuple(each.text for each in described),
         understood=understood.in_words(),
         stands_for=understood.names(understood.sentences[-1]),
     )

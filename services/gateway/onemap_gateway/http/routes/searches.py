@@ -92,11 +92,11 @@ async def planner_search_id(
 Id = Annotated[str, Depends(planner_search_id)]
 
 
-async def start(gateway: GatewayContext, asked: SearchStart) -> SearchSnapshot:
+async def start(gateway: GatewayContext, request: SearchStart) -> SearchSnapshot:
     """The search that began, with how it was understood on this map."""
-    understood = await understand(gateway, asked.described)
-    request = asked.request(gateway.paces.call_timeout_s, understood.sentences)
-    search = await gateway.search(keys.SEARCH_START, request)
+    understood = await understand(gateway, request.described)
+    for_planner = request.request(gateway.paces.call_timeout_s, understood.sentences)
+    search = await gateway.search(keys.SEARCH_START, for_planner)
     return search.model_copy(update={"understood": understood.in_words()})
 
 
