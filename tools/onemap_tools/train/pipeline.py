@@ -1,4 +1,4 @@
-"""The four steps of making the encoder: render, train, export, evaluate.
+"""The steps of making the encoder: render, train, export; and its evaluation.
 
 Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out`` and
 ``other_style`` (frames) and ``run`` (checkpoint and log).
@@ -11,7 +11,6 @@ import json
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -39,7 +38,12 @@ from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE
 from onemap_tools.train.batches import TrainParams, build_text_bank
-from onemap_tools.train.evaluation import DEFAULT_CALIBRATION, evaluate, fit_temperature
+from onemap_tools.train.evaluation import (
+    DEFAULT_CALIBRATION,
+    EVALUATION_SETS,
+    evaluate,
+    fit_temperature,
+)
 from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
@@ -48,19 +52,14 @@ from onemap_tools.train.frames import (
     open_frames,
     render_frames,
 )
-from onemap_tools.train.model_card import EVALUATION_SETS, model_card
 from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
-from onemap_tools.train.network import MiniNetwork, find_backbone_weights
+from onemap_tools.train.network import find_backbone_weights
 from onemap_tools.train.trainer import (
-    RECORD,
-    TrainingRecord,
     load_averaged_network,
     train_mini,
 )
 
 TRAINING_FILE = "training.json"  # beside the weights: what they were trained with
-NOTES_FILE = "NOTES.txt"  # on one particular training; the model card ends with it
-TIMED_IMAGES = 50
 COMPARED_IMAGES = 5  # between torch and ONNX
 # Of glibc's malloc.h.
 M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
@@ -223,60 +222,17 @@ def save_calibration(folder: Path, calibration: Calibration) -> None:
 
 
 def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
-    """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
+    """Figures on held-out apartments and on the simulator's held-out style.
 
     Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
     encoder = MiniEncoder(MiniParams(folder=folders.output), raw=True)
-    result: dict[str, Any] = {
-        "encoder_id": encoder.encoder_id,
-        "facts": _measure_facts(folders, encoder),
-    }
+    result: dict[str, Any] = {"encoder_id": encoder.encoder_id}
     for name in EVALUATION_SETS:
         frames = _open_frames(folders, name)
         with _progress_bar(f"evaluating {name}", len(frames)) as show:
             result[name] = evaluate(encoder, folders.vocabulary, frames, show)
     return result
-
-
-def training_record(folders: TrainingFolders) -> TrainingRecord:
-    """What the exported weights were trained with; ValueError where that is not known."""
-    path = folders.output / TRAINING_FILE
-    try:
-        return RECORD.validate_json(path.read_bytes())
-    except FileNotFoundError:
-        raise ValueError(
-            f"{path} is missing, from which the card says what the weights were trained with: "
-            "export them with 'onemap train export'"
-        ) from None
-    except ValueError as problem:
-        raise ValueError(f"{path}: {problem}") from problem
-
-
-def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
-    """Write ``MODEL_CARD.md`` beside the weights."""
-    path, notes = folders.output / "MODEL_CARD.md", folders.output / NOTES_FILE
-    text = notes.read_text(encoding="utf-8") if notes.exists() else ""
-    card = model_card(figures, training_record(folders), text)
-    path.write_text(card.rstrip() + "\n", encoding="utf-8")
-    return path
-
-
-def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, float]:
-    vocabulary = folders.vocabulary
-    rgb = np.asarray(_open_frames(folders, "held_out").rgb[0])
-    times_ms: list[float] = []
-    for _ in range(TIMED_IMAGES):
-        started_s = time.perf_counter()
-        encoder.encode(rgb)
-        times_ms.append((time.perf_counter() - started_s) * 1e3)
-    return {
-        "parameters": sum(p.numel() for p in MiniNetwork().parameters()) / 1e6,
-        "encode_ms": float(np.median(times_ms)),
-        "words": len(vocabulary.words),
-        "neutral": len(vocabulary.neutral),
-        "temperature": encoder.embed_text(vocabulary.names[:1]).temperature,
-    }
 
 
 def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:

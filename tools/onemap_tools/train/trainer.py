@@ -223,7 +223,7 @@ def _open_checkpoint(folder: Path, device: str = "cpu") -> Iterator[Any]:
     """The checkpoint's tensors; ValueError if it is missing, damaged or of another release."""
     path = folder / CHECKPOINT
     if not path.is_file():
-        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
+        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train mini'")
     try:
         opened = safe_open(path, "pt", device=device)
     except SafetensorError as problem:

@@ -102,7 +102,7 @@ def _open(path: Path) -> Any:
         remedy = (
             "reinstall OneMap"
             if path.parent == SHIPPED
-            else "correct perception.encoder.folder, or write them with 'onemap train export'"
+            else "correct perception.encoder.folder, or make them with 'onemap train mini'"
         )
         raise BackendError(f"the encoder's weights {path} are missing: {remedy}")
     try:
