@@ -36,7 +36,6 @@ FeaturesName = Literal["simulated", "uncalibrated", "mini"]
 ErrorsName = Literal["none", "drift", "jump", "late", "dropped", "depth", "people", "all"]
 Parity = Literal["all", "even", "odd"]
 GoalsName = Literal["names", "absent", "relations", "rooms", "colours"]
-SuccessRule = Literal["paper", "habitat"]
 
 Method = Annotated[MethodName, Option(help="Of searching.")]
 
@@ -231,9 +230,6 @@ class HabitatBench(Options):
     ] = None
     count: Annotated[int | None, Option(min=1, help="Only the first; default: all.")] = None
     method: Method = "onemap"
-    success: Annotated[
-        SuccessRule, Option(help="1.5 m from a box (paper), 0.1 m from a view point.")
-    ] = "paper"
     limit: Limit = 300.0
     config: Config = None
 

@@ -36,7 +36,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedEncoder,
     SimulatedFeatureParams,
 )
-from onemap_tools.bench.options import HabitatBench, SuccessRule
+from onemap_tools.bench.options import HabitatBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import box_room
 from tests.tools.bench.habitat.fake_habitat_sim import FLOOR_Y_M, FakeHabitat
@@ -152,14 +152,11 @@ def test_a_frame_has_the_pose_of_the_camera_and_depth_within_its_range(
     assert robot.image is not None
 
 
-def truth(rule: SuccessRule) -> CategoryTruth:
-    return CategoryTruth.of("sofa", GOALS, (BED, SOFA), rule)
-
-
-def judged(rule: SuccessRule, end: Point, claimed: Point | None = SOFA.upper) -> ObjectSummary:
+def judged(end: Point, claimed: Point | None = SOFA.upper) -> ObjectSummary:
     outcome = SearchState.FOUND if claimed else SearchState.NOT_FOUND
     result = ObjectResult("sofa", outcome, "", (1.0, 2.0, 0.4), 0.9, 12.0, 6.0, (0.0, 0.0), ())
-    return truth(rule).judged(result, OpenFloor(PARAMS), start=BEGIN, end=end, claimed=claimed)
+    truth = CategoryTruth.of("sofa", GOALS, (BED, SOFA))
+    return truth.judged(result, OpenFloor(PARAMS), start=BEGIN, end=end, claimed=claimed)
 
 
 def at(x: float, z: float) -> Point:
@@ -167,33 +164,24 @@ def at(x: float, z: float) -> Point:
 
 
 @pytest.mark.parametrize(
-    ("z", "paper", "habitat"),
-    [
-        (-2.6, True, True),  # on the view point
-        (-2.3, True, False),  # 1.2 m from the sofa, 0.3 m from the view point
-        (-2.01, True, False),  # 1.49 m
-        (-1.99, False, False),  # 1.51 m
-    ],
+    ("z", "success"),
+    [(-2.6, True), (-2.01, True), (-1.99, False)],  # 0.9, 1.49 and 1.51 m from the sofa
 )
-def test_the_paper_measures_to_the_box_and_habitat_to_a_view_point(
-    z: float, *, paper: bool, habitat: bool
-) -> None:
-    rules: tuple[tuple[SuccessRule, bool], ...] = (("paper", paper), ("habitat", habitat))
-    for rule, success in rules:
-        item = judged(rule, at(-0.5, z))
-        assert item.success is success
-        assert item.claimed_wrongly is not success
-        assert item.shortest_path_m == pytest.approx(np.hypot(0.5, 2.6))
-        assert item.spl == (pytest.approx(np.hypot(0.5, 2.6) / 6) if success else 0.0)
-        assert item.true_distance_m == pytest.approx(z + 3.5)
+def test_success_is_measured_to_the_box_as_in_the_paper(z: float, *, success: bool) -> None:
+    item = judged(at(-0.5, z))
+    assert item.success is success
+    assert item.claimed_wrongly is not success
+    assert item.shortest_path_m == pytest.approx(np.hypot(0.5, 2.6))
+    assert item.spl == (pytest.approx(np.hypot(0.5, 2.6) / 6) if success else 0.0)
+    assert item.true_distance_m == pytest.approx(z + 3.5)
 
 
 def test_a_claim_far_from_any_instance_names_what_stands_there() -> None:
-    wrong = judged("paper", at(1.5, -1.5), BED.lower)
+    wrong = judged(at(1.5, -1.5), BED.lower)
     assert (wrong.claimed_wrongly, wrong.nearest) == (True, "bed")
-    short = judged("paper", at(-0.5, -1.5))
+    short = judged(at(-0.5, -1.5))
     assert (short.claimed_wrongly, short.nearest) == (True, "sofa")  # stopped 2 m before it
-    unnoticed = judged("paper", at(-0.5, -2.6), None)
+    unnoticed = judged(at(-0.5, -2.6), None)
     assert (unnoticed.success, unnoticed.claimed_wrongly, unnoticed.nearest) == (False, False, "")
 
 
@@ -208,12 +196,9 @@ def test_names_of_annotators_count_as_in_the_released_evaluation() -> None:
         assert is_instance(box, category, by_id)
 
 
-def test_without_annotations_only_habitat_s_rule_applies() -> None:
-    with pytest.raises(ValueError, match=r"no annotated object .* 'sofa'.*--success habitat"):
-        CategoryTruth.of("sofa", GOALS, (BED,), "paper")
-    bare = CategoryTruth.of("sofa", GOALS, (), "habitat")
-    assert bare.distance_m(BEGIN) == float("inf")
-    assert truth("habitat").semantic_ids == {SOFA.semantic_id}
+def test_without_annotations_nothing_is_measured() -> None:
+    with pytest.raises(ValueError, match=r"no annotated object .* 'sofa'.*annotations of HM3D"):
+        CategoryTruth.of("sofa", GOALS, (BED,))
 
 
 def simulated(scene: Scene, config: PerceptionConfig) -> PerceptionPipeline:
@@ -248,8 +233,8 @@ def test_what_cannot_be_run_is_said_before_habitat_is_needed(data: Path) -> None
         benchmark.run(replace(asked, method="oracle"), print)
     with pytest.raises(ValueError, match="Habitat-Sim cannot be imported"):
         benchmark.run(asked, print)
-    with pytest.raises(ValueError, match="success 'paper' instead of 'habitat'"):
-        benchmark.run(replace(asked, success="habitat"), print)
+    with pytest.raises(ValueError, match=r"limit_s 300\.0 instead of 30\.0"):
+        benchmark.run(replace(asked, limit=30.0), print)
 
 
 @pytest.mark.slow

@@ -1,10 +1,9 @@
 """One episode in Habitat, in simulated time: the robot, the search, the verdict.
 
-Two rules say what is found. The paper's: the robot stopped less than 1.5 m, in a straight line seen
+An object is found by the paper's rule: the robot stopped less than 1.5 m, in a straight line seen
 from above, from the box of an instance; what an instance is follows the released evaluation, by
-semantic ids and by the annotators' names. Habitat's ObjectNav: at most 0.1 m of way from one of the
-episode file's view points. Shortest paths lead to the nearest view point under both, as the files'
-own do.
+semantic ids and by the annotators' names. Shortest paths lead to the nearest of the episode file's
+view points, as the files' own do.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ from onemap_tools.bench.navigation.results import (
     summary,
     table_lines,
 )
-from onemap_tools.bench.options import HabitatBench, SuccessRule
+from onemap_tools.bench.options import HabitatBench
 from onemap_tools.demo.summary import ObjectSummary
 
 MAX_STEP_S = 0.05  # at 0.7 m/s 35 mm: an arc is that near to its chord
@@ -142,22 +141,21 @@ class CategoryTruth:
     goals: CategoryGoals
     instances: tuple[AnnotatedBox, ...]
     others: tuple[AnnotatedBox, ...]
-    rule: SuccessRule
 
     @classmethod
     def of(
-        cls, category: str, goals: CategoryGoals, boxes: Iterable[AnnotatedBox], rule: SuccessRule
+        cls, category: str, goals: CategoryGoals, boxes: Iterable[AnnotatedBox]
     ) -> CategoryTruth:
-        """ValueError if the paper's rule has no box of an instance to measure from."""
+        """ValueError if there is no box of an instance to measure from."""
         every = tuple(boxes)
         instances = tuple(box for box in every if is_instance(box, category, goals))
-        if rule == "paper" and not instances:
+        if not instances:
             raise ValueError(
-                f"no annotated object of the scene is a {category!r}: the paper's rule needs the "
-                "semantic annotations of HM3D; without them choose --success habitat"
+                f"no annotated object of the scene is a {category!r}: success is measured by the "
+                "semantic annotations of HM3D"
             )
         others = tuple(box for box in every if box not in instances)
-        return cls(goals, instances, others, rule)
+        return cls(goals, instances, others)
 
     @property
     def semantic_ids(self) -> frozenset[int]:
@@ -166,7 +164,7 @@ class CategoryTruth:
 
     def distance_m(self, place: Point) -> float:
         """Straight line, seen from above, to the box of the nearest instance."""
-        return min((horizontal_m(box, place) for box in self.instances), default=inf)
+        return min(horizontal_m(box, place) for box in self.instances)
 
     def judged(
         self,
@@ -177,14 +175,12 @@ class CategoryTruth:
         end: Point,
         claimed: Point | None,
     ) -> ObjectSummary:
-        """The result beside the truth; ``goal_distance_m`` is 0 where the rule counts it.
+        """The result beside the truth; ``goal_distance_m`` is 0 where it counts as found.
 
         Places are Habitat's: where the search began and ended, and what it claims to have found.
         """
         near_m = self.distance_m(end)
-        path_m = world.path_m(end, self.goals.view_points)
-        if self.rule == "paper":
-            path_m = 0.0 if near_m < SUCCESS_RADIUS_M else max(path_m, near_m)
+        path_m = max(world.path_m(end, self.goals.view_points), near_m)
         nearest = ""
         if claimed is not None and self.distance_m(claimed) < SUCCESS_RADIUS_M:
             nearest = result.name
@@ -199,7 +195,7 @@ class CategoryTruth:
             path_length_m=result.path_length_m,
             shortest_path_m=world.path_m(start, self.goals.view_points),
             true_distance_m=near_m,
-            goal_distance_m=path_m,
+            goal_distance_m=0.0 if near_m < SUCCESS_RADIUS_M else path_m,
             nearest=nearest,
         )
 
@@ -239,7 +235,7 @@ def run_episode(
     boxes, robot = world.boxes(), HabitatRobot(world)
     words = tuple(WORDS.get(name, name.replace("_", " ")) for name in episode.objects)
     truths = [
-        CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes, options.success)
+        CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes)
         for name in episode.objects
     ]
     counts = FrameCounts()
@@ -321,7 +317,6 @@ def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
         "episode_files": str(options.episodes),
         "goals": None if options.goals is None else str(options.goals),
         "count": options.count,
-        "success": options.success,
         "limit_s": options.limit,
     }
     config = system.document() | asdict(agent)
