@@ -143,28 +143,34 @@ class QueryEncoder:
         return np.argsort(-(self._classes @ embedding), kind="stable")[:MAX_SUGGESTIONS]
 
     def _refuse_unlike(self, rows: Mapping[str, F32]) -> None:
-        """UnknownWordError about the texts, with embeddings (D,), that are misspelt or unlike
-        every class; with known words that are spelt alike, where the text itself is no word."""
-        unknown = {}
+        """UnknownWordError about all texts, with embeddings (D,), that are misspelt or unlike every
+        class, or hold what is no word; with known words that are spelt alike, where the text
+        itself is no word."""
+        unlike: dict[str, tuple[str, ...]] = {}
+        holding: dict[str, tuple[str, ...]] = {}  # texts that hold what is no word
+        no_words: dict[str, tuple[str, ...]] = {}
         for text, embedding in rows.items():
             word = self._table.contains(text)
             near = () if word else self._spelt_alike(text, MISSPELLING)
             if near or float((self._classes @ embedding).max()) < self._calibration.placed:
-                unknown[text] = near or (() if word else self._spelt_alike(text))
-        for text in rows.keys() - unknown.keys():
-            if words := self._no_words(text):
-                named, are = named_words({word: self._spelt_alike(word) for word in words})
-                raise UnknownWordError(
-                    f"{named} {are} no word that this encoder knows: name the thing without it",
-                    {text: self._spelt_alike(text)},
-                )
-        if unknown:
-            named, are = named_words(unknown)
-            raise UnknownWordError(
+                unlike[text] = near or (() if word else self._spelt_alike(text))
+            elif words := self._no_words(text):
+                holding[text] = self._spelt_alike(text)
+                no_words |= {word: self._spelt_alike(word) for word in words}
+        sentences = []
+        if unlike:
+            named, are = named_words(unlike)
+            sentences.append(
                 f"{named} {are} like nothing that this encoder was trained to see: words must be "
-                "English",
-                unknown,
+                "English"
             )
+        if holding:
+            named, are = named_words(no_words)
+            sentences.append(
+                f"{named} {are} no word that this encoder knows: name the thing without it"
+            )
+        if sentences:
+            raise UnknownWordError("; ".join(sentences), unlike | holding)
 
     def _no_words(self, text: str) -> list[str]:
         """The parts of a text that are no words: "asdf" of "asdf chair"."""
