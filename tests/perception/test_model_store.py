@@ -69,20 +69,17 @@ def fetch() -> Path:
 def test_a_model_is_listed_with_its_licence_and_parameters(hub: LocalHub, source: Path) -> None:
     listing = list_files(REPO, NEEDED)
     assert (listing.commit, listing.licence, listing.offline) == (COMMIT, "apache-2.0", False)
-    large = {file.path: file.large for file in listing.files}
-    assert large == {"config.json": False, WEIGHTS: True}
-    assert listing.size_bytes == sum((source / name).stat().st_size for name in large)
+    assert {file.path for file in listing.files} == {"config.json", WEIGHTS}
+    size = sum((source / file.path).stat().st_size for file in listing.files)
+    assert listing.size_bytes == listing.missing_bytes == size
     assert count_parameters(listing) == count_parameters_here(source) == NUMBERS
     assert not served(hub).ranges  # the weights themselves were not fetched
 
 
 def test_a_model_of_the_cache_is_listed_without_the_hub(tmp_path: Path) -> None:
     listing = list_snapshot(REPO, put_in_cache(tmp_path))
-    assert (listing.offline, listing.size_bytes) == (True, 702)
-    assert {file.path: file.large for file in listing.files} == {
-        "config.json": False,
-        WEIGHTS: True,
-    }
+    assert (listing.offline, listing.size_bytes, listing.missing_bytes) == (True, 702, 0)
+    assert {file.path for file in listing.files} == {"config.json", WEIGHTS}
 
 
 def test_fetch_downloads_what_is_needed_and_again_what_is_discarded(hub: LocalHub) -> None:
@@ -90,12 +87,14 @@ def test_fetch_downloads_what_is_needed_and_again_what_is_discarded(hub: LocalHu
     folder = fetch()
     assert {path.name for path in folder.iterdir()} == {"config.json", WEIGHTS}
     assert (folder / WEIGHTS).read_bytes() == served(hub).content
-    assert model_store.corrupt_files(folder) == []
+    listing = model_store.look_up(REPO, NEEDED)
+    assert (listing.missing_bytes, model_store.damaged_files(listing)) == (0, [])
     assert model_store.cached(REPO, NEEDED) == folder
     (folder / WEIGHTS).resolve().write_bytes(b"other")
-    assert model_store.corrupt_files(folder) == [WEIGHTS]
+    assert model_store.damaged_files(listing) == [WEIGHTS]
     model_store.discard(folder, [WEIGHTS])
-    assert model_store.corrupt_files(fetch()) == []
+    fetch()
+    assert model_store.damaged_files(listing) == []
 
 
 def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:

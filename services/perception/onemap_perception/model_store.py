@@ -8,12 +8,10 @@ layout is Hugging Face's cache (``HF_HOME``), shared with every other program th
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from math import prod
 from pathlib import Path
 from types import ModuleType
@@ -23,21 +21,16 @@ from onemap_perception.errors import BackendError, first_line
 from onemap_shared.atomic_file import replacing
 
 INSTALL = "pip install -e '.[openclip]'"
-SHA256_DIGITS = 64  # git's SHA-1 has 40
 WEIGHTS = ".safetensors"
 
 
 @dataclass(frozen=True, slots=True)
 class HubFile:
-    """A file of a model. digest: SHA-256 of a large file, git's SHA-1 of a small one."""
+    """A file of a model. cached: its content is on this machine."""
 
     path: str
     size_bytes: int
-    digest: str
-
-    @property
-    def large(self) -> bool:
-        return len(self.digest) == SHA256_DIGITS
+    cached: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +51,11 @@ class HubListing:
         return sum(file.size_bytes for file in self.files)
 
     @property
+    def missing_bytes(self) -> int:
+        """What is to be downloaded."""
+        return sum(file.size_bytes for file in self.files if not file.cached)
+
+    @property
     def weights(self) -> tuple[HubFile, ...]:
         return tuple(file for file in self.files if file.path.endswith(WEIGHTS))
 
@@ -74,26 +72,24 @@ def client() -> ModuleType:
 
 def list_files(repo: str, patterns: tuple[str, ...]) -> HubListing:
     """The model's files that match; asks the hub. Raises BackendError."""
-    info = ask_hub(repo, lambda api: api.model_info(repo, files_metadata=True))
-    card = getattr(info, "card_data", None) or {}
-    files = tuple(
-        HubFile(
-            each.rfilename,
-            int(each.lfs.size if each.lfs else each.size or 0),
-            str(each.lfs.sha256 if each.lfs else each.blob_id),
-        )
-        for each in info.siblings or ()
-        if any(fnmatch(each.rfilename, pattern) for pattern in patterns)
+    info = ask_hub(repo, lambda api: api.model_info(repo))
+    found = ask_hub(
+        repo,
+        lambda api: api.snapshot_download(
+            repo, revision=info.sha, allow_patterns=list(patterns), dry_run=True
+        ),
     )
+    files = tuple(HubFile(each.filename, each.file_size, each.is_cached) for each in found)
     if not files:
         raise BackendError(f"{repo} holds none of {', '.join(patterns)}")
+    card = getattr(info, "card_data", None) or {}
     return HubListing(repo, str(info.sha), str(card.get("license") or ""), files)
 
 
 def list_snapshot(repo: str, folder: Path) -> HubListing:
     """The files of a model that lies in the hub's cache; asks nobody."""
     files = tuple(
-        HubFile(str(path.relative_to(folder)), path.stat().st_size, path.resolve().name)
+        HubFile(str(path.relative_to(folder)), path.stat().st_size, cached=True)
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     )
@@ -149,17 +145,12 @@ def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
         raise BackendError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
 
 
-def blobs_folder(repo: str) -> Path:
-    """Where the hub's cache keeps the contents of a model's files, named by their digests."""
+def cache_folder() -> Path:
+    """The hub's cache."""
     client()
     from huggingface_hub import constants
-    from huggingface_hub.file_download import repo_folder_name
 
-    folder: str = repo_folder_name(repo_id=repo, repo_type="model")
-    return Path(constants.HF_HUB_CACHE) / folder / "blobs"
-
-
-CHUNK_BYTES = 1 << 22
+    return Path(constants.HF_HUB_CACHE)
 
 
 def locate(model: str, files: tuple[str, ...] = ("*",), *, runs_code: bool = False) -> Path:
@@ -235,7 +226,7 @@ def fetch(listing: HubListing, files: tuple[str, ...]) -> Path:
             allow_patterns=list(files),
             local_files_only=listing.offline,
         )
-        with replacing(blobs_folder(listing.repo).parent / "refs" / SHOWN) as file:
+        with replacing(Path(place).parents[1] / "refs" / SHOWN) as file:
             file.write(listing.commit.encode())
         return Path(place)
     except Exception as problem:  # of the hub's client, of HTTP, of the disk
@@ -247,19 +238,16 @@ def size_bytes(folder: Path) -> int:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
-def corrupt_files(folder: Path) -> list[str]:
-    """Files whose content does not have the digest that the hub announced.
-
-    The cache names each file's content by the hub's own digest: SHA-256 for large files, git's
-    SHA-1 for small ones. A file that is no such link cannot be verified and is listed too.
-    """
-    bad = []
-    for path in sorted(folder.rglob("*")):
-        if path.is_dir():
-            continue
-        if not path.is_symlink() or not path.exists() or digest(path) != path.resolve().name:
-            bad.append(str(path.relative_to(folder)))
-    return bad
+def damaged_files(listing: HubListing) -> list[str]:
+    """Files in the cache whose content does not have the digest that the hub announces; asks the
+    hub, and knows of none where it did not answer. Raises BackendError."""
+    if listing.offline:
+        return []
+    verified = ask_hub(
+        listing.repo,
+        lambda api: api.verify_repo_checksums(listing.repo, revision=listing.commit),
+    )
+    return [each["path"] for each in verified.mismatches]
 
 
 def discard(folder: Path, names: list[str]) -> None:
@@ -267,21 +255,3 @@ def discard(folder: Path, names: list[str]) -> None:
     for name in names:
         (folder / name).resolve().unlink(missing_ok=True)
         (folder / name).unlink(missing_ok=True)
-
-
-def digest(path: Path) -> str:
-    """The hub's digest of a file: SHA-256, or git's SHA-1 if the name has its length."""
-    name = path.resolve().name
-    if len(name) == 40:
-        content = path.read_bytes()
-        return hashlib.sha1(b"blob %d\0" % len(content) + content).hexdigest()
-    return sha256(path)
-
-
-def sha256(path: Path) -> str:
-    """In hexadecimal digits, of a file of any size."""
-    running = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(CHUNK_BYTES):
-            running.update(chunk)
-    return running.hexdigest()

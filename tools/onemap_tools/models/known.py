@@ -42,7 +42,7 @@ def download(model: KnownModel, listing: model_store.HubListing) -> Path:
     """Fetch the version of a model that was listed, and verify it; CliError if it is not whole."""
     with model_errors():
         folder = model_store.fetch(listing, model.files)
-    damaged = model_store.corrupt_files(folder)
+        damaged = model_store.damaged_files(listing)
     if damaged:
         model_store.discard(folder, damaged)
         names = ", ".join(damaged)

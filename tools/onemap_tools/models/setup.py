@@ -105,12 +105,8 @@ class WantedModel:
 
     @property
     def missing_bytes(self) -> int:
-        """What is to be downloaded, of its large files."""
-        if self.listing is None or self.listing.offline:
-            return 0
-        blobs = model_store.blobs_folder(self.listing.repo)
-        large = [file for file in self.listing.files if file.large]
-        return sum(file.size_bytes for file in large if not (blobs / file.digest).exists())
+        """What is to be downloaded."""
+        return self.listing.missing_bytes if self.listing is not None else 0
 
 
 def set_up(
@@ -225,8 +221,8 @@ def _check_disk(wanted: Sequence[WantedModel]) -> None:
     missing = sum(each.missing_bytes for each in wanted)
     if not missing:
         return
-    repo = next(each.listing.repo for each in wanted if each.listing is not None)
-    there = next(place for place in model_store.blobs_folder(repo).parents if place.exists())
+    cache = model_store.cache_folder()
+    there = next(place for place in (cache, *cache.parents) if place.exists())
     free = shutil.disk_usage(there).free
     if missing > free:
         raise CliError(
