@@ -90,13 +90,8 @@ def test_any_box_is_clipped_or_left_out(
 def test_boxes_below_the_threshold_do_not_count_and_the_best_come_first() -> None:
     boxes = [Box("x", score, SQUARE) for score in (0.3, 0.9, 0.6)]
     assert [each.score for each in accepted(boxes, score_threshold=0.5)] == [0.9, 0.6]
-    assert len(accepted(boxes, max_detections=1)) == 1
-
-
-def test_many_boxes_of_one_name_do_not_displace_another() -> None:
     boxes = [Box("chair", 0.9, SQUARE)] * 20 + [Box("cup", 0.4, SQUARE)]
-    found = accepted(boxes, max_detections=3)
-    assert [each.name for each in found] == ["chair"] * 3 + ["cup"]
+    assert [each.name for each in accepted(boxes, max_detections=3)] == ["chair"] * 3 + ["cup"]
 
 
 class FixedBoxes:
@@ -205,12 +200,6 @@ def test_images_of_any_size_are_taken(detector: BoxDetector, size: tuple[int, in
     assert inside(found, size[::-1])
 
 
-def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
-    pytest.importorskip("transformers", reason="needs transformers")
-    with pytest.raises(BackendError, match="holds no RT-DETRv2 model"):
-        CocoNetwork(tmp_path, CPU)
-
-
 @pytest.fixture(scope="module", params=["Owlv2", "GroundingDino", "MMGroundingDino"])
 def grounding(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
@@ -286,12 +275,3 @@ def test_detections_are_the_groups_that_touch(above: Bool) -> None:
     found = patches(min_patches=1, max_detections=24).detect(image, ENCODER.embed_text(["red"]))
     expected = {(slow == label).tobytes() for label in np.unique(slow[above])}
     assert {detection.mask.tobytes() for detection in found} == expected
-
-
-def test_a_box_covers_its_patches_in_pixels_of_the_image() -> None:
-    rgb = np.zeros((80, 100, 3), np.uint8)
-    features = np.zeros((4, 5, 3), np.float16)
-    features[..., 1] = 1
-    features[1:3, 4] = (1, 0, 0)
-    (found,) = patches(min_patches=1).detect(Image(rgb, features), ENCODER.embed_text(["red"]))
-    assert found.box_px == (80.0, 20.0, 100.0, 60.0)

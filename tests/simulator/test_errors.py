@@ -100,30 +100,6 @@ def test_each_run_has_a_bias_within_the_limits_and_of_its_own(seed: int) -> None
     assert along[1, 3] == 0
 
 
-def test_the_random_walk_grows_with_the_square_root_of_the_way() -> None:
-    walk = DriftParams(way_percent=1e-9, yaw_deg_per_m=1.0, random_walk=2.0)
-
-    def deviation(metres: int, every_m: float) -> float:
-        runs = [DriftingOdometry(walk, np.random.default_rng(seed)) for seed in range(400)]
-        biases = np.array([np.degrees(drift._bias[1]) for drift in runs]) * metres
-        yaws = [np.degrees(yaw_of(straight_on(drift, metres, every_m))) for drift in runs]
-        return float((np.array(yaws) - biases).std())
-
-    assert deviation(1, 0.1) == pytest.approx(2.0, rel=0.1)
-    assert deviation(4, 0.5) == pytest.approx(4.0, rel=0.1)  # however often it is asked
-
-
-def test_without_way_there_is_no_drift_and_a_correction_removes_it() -> None:
-    drift = DriftingOdometry(DRIFT, np.random.default_rng(3))
-    start = pose_2d(2.0, 1.0, 0.3)
-    np.testing.assert_array_equal(drift.reported(start), start)
-    np.testing.assert_allclose(drift.reported(pose_2d(2.0, 1.0, 2.3)), pose_2d(2.0, 1.0, 2.3))
-    moved = pose_2d(3.0, 1.0, 2.3)
-    assert not np.allclose(drift.reported(moved), moved)
-    drift.correct(moved)
-    np.testing.assert_allclose(drift.reported(moved), moved)
-
-
 def localisation(drift: DriftParams | None = DRIFT, closing: bool = False) -> Localisation:
     return Localisation(RobotErrors(drift, closing), np.random.default_rng(1))
 

@@ -104,16 +104,6 @@ def test_everything_can_be_approached(seed: int, style: Style) -> None:
 
 
 @every_case
-def test_the_start_is_free_and_in_a_room(seed: int, style: Style) -> None:
-    scene = apartment(seed, style)
-    place = np.array(scene.start[:2])
-    bounds = np.array([room.bounds_m for room in scene.rooms])
-    assert ((bounds[:, :2] < place) & (place < bounds[:, 2:])).all(axis=1).any()
-    grid, free = reachable(seed, style)
-    assert free[tuple(grid.cells(place))]
-
-
-@every_case
 def test_many_categories_in_few_triangles_within_the_walls(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     assert len(scene.categories) >= 45
@@ -197,10 +187,6 @@ def draw(category: str, seed: int, style: Style = TRAINING) -> Model:
     return sampler.choice(FACTORIES[category])(sampler)
 
 
-def outline(model: Model) -> tuple[float, ...]:
-    return tuple((model.upper - model.lower).round(6).tolist())
-
-
 @pytest.mark.parametrize("category", EVERY)
 @pytest.mark.parametrize("style", [TRAINING, HELD_OUT], ids=lambda style: style.name)
 def test_models_are_sound(category: str, style: Style) -> None:
@@ -219,17 +205,6 @@ def test_models_are_sound(category: str, style: Style) -> None:
             assert shape.faces.max() < len(shape.vertices)
             assert material.texture.dtype == np.uint8
             assert material.texture.shape[2] == 3
-
-
-@pytest.mark.parametrize("category", EVERY)
-def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
-    models = [draw(category, seed) for seed in range(5)]
-    looks = {model.parts[0].material.texture.tobytes() for model in models}
-    assert len(looks) == len(models)
-    assert len({outline(model) for model in models}) > 1
-    again = draw(category, 3)
-    assert outline(again) == outline(models[3])
-    assert (again.parts[0].material.texture == models[3].parts[0].material.texture).all()
 
 
 def plan_of(seed: int) -> FloorPlan:

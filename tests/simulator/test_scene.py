@@ -169,12 +169,9 @@ def test_a_check_reads_the_yaml_and_not_the_scene(tmp_path: Path) -> None:
         ("Sofa-01", "sofa"),
         ("coffee_table_1", "coffee table"),
         ("CoffeeTable.001", "coffee table"),
-        ("chair_1_2", "chair"),
         ("  potted  plant ", "potted plant"),
-        ("chair_1_", "chair"),
         ("geometry_0", "object"),
         ("42", "object"),
-        ("0.", "object"),
         ("", "object"),
     ],
 )
@@ -203,12 +200,9 @@ def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
         ("starts: [1, 2, 3]", "unknown key 'starts'"),
         ("start: [1, 2]", "three numbers"),
         ("start: [1, 2, .nan]", "three numbers"),
-        ("start: here", "three numbers"),
         ("up: x", "must be y or z"),
-        ("floor: low", "height in metres"),
         ("floor: true", "height in metres"),
         ("categories: [sofa]", "must map"),
-        ("categories: {Sofa-01: 3}", "must map"),
     ],
 )
 def test_a_wrong_yaml_is_refused_with_the_reason(tmp_path: Path, text: str, reason: str) -> None:

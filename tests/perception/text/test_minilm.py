@@ -169,11 +169,3 @@ def test_the_table_that_ships_was_made_by_it() -> None:
     table = load_table(SHIPPED)
     fresh = MiniLm(folder).embed([prompt.format(word) for word in words])
     np.testing.assert_allclose((table.embed(words) * fresh).sum(axis=1), 1, atol=1e-3)
-
-
-def test_several_texts_at_once_are_embedded_as_each_alone(tmp_path: Path) -> None:
-    folder, _ = model_folder(tmp_path)
-    model = MiniLm(folder)
-    texts = ["a sofa", "lamp", "a lamp a sofa", "sofa sofa", "a"]
-    alone = np.concatenate([model.embed([text]) for text in texts])
-    np.testing.assert_allclose(model.embed(texts), alone, atol=1e-5)
