@@ -14,25 +14,18 @@ import torch
 from typer.testing import CliRunner
 
 import onemap_tools.train
-from onemap_perception.config import SHIPPED, MiniParams
+from onemap_perception.config import MiniParams
 from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
-from onemap_perception.text.vocabulary import VOCABULARY_FILE, load_calibration
+from onemap_perception.text.vocabulary import load_calibration
 from onemap_tools.train import pipeline
 from onemap_tools.train.commands import app
 from onemap_tools.train.evaluation import figures_table
-from onemap_tools.train.frames import FrameSetSpec, render_frames
+from onemap_tools.train.frames import FrameSetSpec
 from onemap_tools.train.network import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingFolders, frame_sets
 from onemap_tools.train.trainer import TrainingRecord, TrainState
 from tests.simulator.scenes import box_room
 from tests.tools.train.tiny import embed, published, tiny_frames, tiny_params
-
-
-def write_vocabulary(folder: Path, **changes: object) -> None:
-    """The shipped vocabulary with changes."""
-    document = json.loads((SHIPPED / VOCABULARY_FILE).read_text(encoding="utf-8"))
-    folder.mkdir()
-    (folder / VOCABULARY_FILE).write_text(json.dumps(document | changes), encoding="utf-8")
 
 
 def test_no_seed_occurs_in_two_sets_of_frames() -> None:
@@ -64,43 +57,12 @@ def test_an_export_that_fails_leaves_the_encoder_that_was_there(
     state = TrainState(tiny_params(), TrainingRecord(3, 0, 6, 1), torch.device("cpu"))
     (folders.work / "run").mkdir(parents=True)
     state.save(folders.work / "run")
-    monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
+    monkeypatch.setattr(pipeline, "open_frames", lambda *_: tiny_frames())
     monkeypatch.setattr(pipeline, "compare_with_torch", lambda *_: float("nan"))
     with pytest.raises(ValueError, match="least cosine nan"):
         pipeline.export(folders)
     assert [path.name for path in folders.output.iterdir()] == [NETWORK_FILE]
     assert (folders.output / NETWORK_FILE).read_bytes() == before
-
-
-def test_frames_of_other_classes_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("onemap_tools.train.frames.generate_apartment", lambda *_: box_room())
-    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    spec = FrameSetSpec((901,), per_scene=2, width=32, height=24)
-    frames = render_frames(folders.work / "calibrate", ("wall", "sofa"), spec)
-    assert list(frames) == [2]
-    with pytest.raises(ValueError, match="rendered for other classes than those of"):
-        pipeline._open_frames(folders, "calibrate")
-
-
-@pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        ({"name": "couch"}, "draws nothing of the class 'couch'"),
-        ({"aliases": []}, "the class 'wall' has no aliases"),
-        ({"held_out": []}, "no class has a word in 'held_out'"),
-    ],
-)
-def test_a_vocabulary_that_cannot_be_trained_is_refused_first(
-    tmp_path: Path, change: dict[str, object], named: str
-) -> None:
-    entry: dict[str, object] = {"name": "wall", "aliases": ["wall"], "held_out": ["panel"]}
-    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    write_vocabulary(folders.output, classes=[entry | change])
-    with pytest.raises(ValueError, match=named):
-        pipeline.render(folders, 1, 2, 1)
-    assert not folders.work.exists()
 
 
 @pytest.mark.slow
@@ -115,7 +77,6 @@ def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: None)  # for this process's sake
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    write_vocabulary(folders.output, common=["aquarium"])
     pipeline.render(folders, 1, 4, 1)
     pipeline.train(folders, tiny_params(), "cpu", 1)
     least_cosine, dropped_floor = pipeline.export(folders)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -190,14 +189,6 @@ def weights_of(network: MiniNetwork) -> torch.Tensor:
 def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     whole, reports = train(tmp_path / "whole", tiny_params())
     assert [report.step for report in reports] == [1, 2, 3, 4]
-    lines = [
-        json.loads(line)
-        for line in (tmp_path / "whole" / trainer.LOG_FILE).read_text().splitlines()
-    ]
-    assert all(line.pop("step_s") > 0 for line in lines)
-    assert lines == [
-        {"step": r.step, "steps": 4, "loss": round(r.loss, 4)} for r in reports if r.step % 2 == 0
-    ]
     assert torch.equal(
         weights_of(trainer.load_averaged_network(tmp_path / "whole")[0]), weights_of(whole)
     )

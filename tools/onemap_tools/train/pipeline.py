@@ -30,7 +30,6 @@ from onemap_perception.text.vocabulary import (
     CALIBRATION_FILE,
     VOCABULARY_FILE,
     Calibration,
-    Vocabulary,
     load_calibration,
     load_vocabulary,
 )
@@ -73,12 +72,6 @@ class TrainingFolders:
     work: Path
     output: Path
 
-    @property
-    def vocabulary(self) -> Vocabulary:
-        """The vocabulary in the output folder, else the shipped one."""
-        own = (self.output / VOCABULARY_FILE).exists()
-        return load_vocabulary(self.output if own else SHIPPED)
-
 
 def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
     """The frames to render, by folder. No seed occurs in two of them."""
@@ -105,31 +98,11 @@ def find_pretrained() -> tuple[Path, EmbedTexts]:
 
 def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
     """Render all frames; continues an interrupted rendering."""
-    names = check_vocabulary(folders.vocabulary).names
+    names = load_vocabulary(SHIPPED).names
     for name, spec in frame_sets(apartments, per_apartment).items():
         with _progress_bar(f"rendering {name}", spec.count) as show:
             for done in render_frames(folders.work / name, names, spec, processes):
                 show(done)
-
-
-def check_vocabulary(vocabulary: Vocabulary) -> Vocabulary:
-    """The vocabulary; ValueError where a training with it cannot work."""
-    known = set(load_vocabulary(SHIPPED).names)
-    if unknown := [name for name in vocabulary.names if name not in known]:
-        raise ValueError(
-            f"{VOCABULARY_FILE}: the simulator draws nothing of the class {unknown[0]!r}: name "
-            "classes as the shipped one does, and put other words for them into 'aliases'"
-        )
-    if bare := [entry.name for entry in vocabulary.classes if not entry.aliases]:
-        raise ValueError(
-            f"{VOCABULARY_FILE}: the class {bare[0]!r} has no aliases: list at least its name"
-        )
-    if not any(entry.held_out for entry in vocabulary.classes):
-        raise ValueError(
-            f"{VOCABULARY_FILE}: no class has a word in 'held_out', by which synonyms are "
-            "evaluated: add one"
-        )
-    return vocabulary
 
 
 def train(folders: TrainingFolders, params: TrainParams, device: str, threads: int) -> None:
@@ -137,9 +110,9 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
 
     ``device``: auto means CUDA if there is a device.
     """
-    frames = _open_frames(folders, "train")
+    frames = open_frames(folders.work / "train")
     weights, sentence_encoder = find_pretrained()
-    bank = build_text_bank(folders.vocabulary, sentence_encoder)
+    bank = build_text_bank(load_vocabulary(SHIPPED), sentence_encoder)
     if sys.platform == "linux":
         keep_freed_memory()
     torch.set_num_threads(threads)
@@ -181,17 +154,16 @@ def export(folders: TrainingFolders) -> tuple[float, float]:
     """
     output = folders.output
     network, record = load_averaged_network(folders.work / "run")
-    frames = _open_frames(folders, "calibrate")
+    frames = open_frames(folders.work / "calibrate")
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".export-") as name:
         made = Path(name)
-        own = (output / VOCABULARY_FILE).exists()
-        shutil.copy((output if own else SHIPPED) / VOCABULARY_FILE, made)
+        shutil.copy(SHIPPED / VOCABULARY_FILE, made)
         path = export_network(network, made)
         cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
         if not cosine >= MIN_COSINE:  # also if it is NaN
             raise ValueError(f"the exported network differs from torch: least cosine {cosine:.5f}")
-        write_embedding_table(folders.vocabulary, _open_sentence_encoder(), made)
+        write_embedding_table(load_vocabulary(SHIPPED), _open_sentence_encoder(), made)
         before = floor_of(output)
         same = before > 0 and (output / NETWORK_FILE).read_bytes() == path.read_bytes()
         save_calibration(made, replace(DEFAULT_CALIBRATION, floor=before if same else 0.0))
@@ -229,21 +201,10 @@ def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
     encoder = MiniEncoder(MiniParams(folder=folders.output), raw=True)
     result: dict[str, Any] = {"encoder_id": encoder.encoder_id}
     for name in EVALUATION_SETS:
-        frames = _open_frames(folders, name)
+        frames = open_frames(folders.work / name)
         with _progress_bar(f"evaluating {name}", len(frames)) as show:
-            result[name] = evaluate(encoder, folders.vocabulary, frames, show)
+            result[name] = evaluate(encoder, load_vocabulary(folders.output), frames, show)
     return result
-
-
-def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
-    """The frames of a set, whose labels are indices into the vocabulary's classes."""
-    frames = open_frames(folders.work / name)
-    if frames.classes != folders.vocabulary.names:
-        raise ValueError(
-            f"the pictures in {folders.work / name} were rendered for other classes than those of "
-            f"{folders.output}: give the --output they were rendered with, or another --work"
-        )
-    return frames
 
 
 def _open_sentence_encoder() -> EmbedTexts:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -35,7 +34,6 @@ from onemap_tools.train.network import MiniNetwork, load_backbone_weights
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = "7"  # of the checkpoint; those before hold other weights that learn, or other names
-LOG_FILE = "log.jsonl"
 LOSS_WEIGHT = 0.02  # of the newest step in the reported moving average
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
@@ -93,21 +91,15 @@ def train_mini(
         state.load(folder)
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
-    average, logged = math.nan, (state.step, time.perf_counter())
+    average = math.nan
     for batch in BatchSource(frames, params).stream(state.step, params.total_steps):
         loss = loss_of(state.network, batch, state.step)
         state.optimize(loss)
         new = loss.item()
         average = new if math.isnan(average) else (1 - LOSS_WEIGHT) * average + LOSS_WEIGHT * new
-        progress = TrainingProgress(state.step, params.total_steps, average)
-        report(progress)
+        report(TrainingProgress(state.step, params.total_steps, average))
         if state.step % params.checkpoint_interval == 0 or state.step == params.total_steps:
             state.save(folder)
-            before, logged = logged, (state.step, time.perf_counter())
-            step_s = (logged[1] - before[1]) / (logged[0] - before[0])
-            line = asdict(progress) | {"loss": round(average, 4), "step_s": round(step_s, 3)}
-            with (folder / LOG_FILE).open("a", encoding="utf-8") as file:
-                file.write(json.dumps(line) + "\n")
     return state.averaged_network.eval()
 
 
