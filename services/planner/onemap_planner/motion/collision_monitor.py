@@ -254,10 +254,9 @@ class _Surroundings:
 
     here (1, 2): the robot's centre in metres. occupied and unknown (N, 2): centres in metres;
     occupied_m and unknown_m: metres to keep from their edges. drops (N, 2): occupied cells without
-    floor. known (N, 2): cells that are not
-    unknown, which the centre may leave by leave_m. unseen and blind (N, 2): cells that no camera
-    saw, elsewhere and below its image at the start. here_m: metres from the centre to the nearest
-    occupied cell; corner_m: to keep when creeping past one.
+    floor. known (N, 2): cells that are not unknown, which the centre may leave by leave_m. unseen
+    and blind (N, 2): cells that no camera saw, elsewhere and below its image at the start. here_m:
+    metres from the centre to the nearest occupied cell; corner_m: to keep when creeping past one.
     """
 
     costmap: Costmap
@@ -285,7 +284,7 @@ class _Surroundings:
         at = tuple(np.clip(cells, 0, np.array(grid.shape) - 1).T)
         size, here = grid.cell_size_m, np.array([pose.xy])
         occupied = _without_own(centres[inside & costmap.occupied[at]], here, size, radius_m)
-        known = inside & (costmap.free | costmap.occupied | costmap.crossable)[at]
+        known = inside & (costmap.free | costmap.occupied | costmap.passable)[at]
         unknown = centres[~known]
         keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
         here_m = float(edge_distance(here, occupied, size)[0])
@@ -296,7 +295,7 @@ class _Surroundings:
             _without_own(centres[inside & costmap.drops[at]], here, size, radius_m),
             unknown,
             centres[known],
-            centres[~inside | (costmap.unseen & ~costmap.blind)[at]],
+            centres[~inside | costmap.unseen[at]],
             centres[inside & costmap.blind[at]],
             here_m,
             min(radius_m - SLACK_M, here_m) - NOT_WORSE_M,

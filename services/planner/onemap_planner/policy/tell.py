@@ -208,7 +208,7 @@ def creeping_reason(context: PlanningContext) -> str:
     costmap, grid = context.costmap, context.costmap.grid
     away_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
     near = away_m <= context.params.radius_m + CREEPS_WITHIN_M
-    if not (costmap.unseen & ~costmap.blind & near).any():
+    if not (costmap.unseen & near).any():
         return CREEPS_CLOSE_BY
     camera = context.bands.camera
     tilted = camera.down_deg > 0

@@ -141,15 +141,14 @@ class Costmap:
     robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
     the nearest obstacle's edge, infinity beyond ``clear_m``; near_trail bool: within
     ``BLIND_RADIUS_M`` of where the robot's centre has been; returning bool: the robot's way until
-    a metre ago, which it may drive back slowly; crossable bool: unknown cells that a path may enter
-    all the same, slowly; unseen bool: neither occupied nor floor that a camera saw or the robot's
-    disc covered; blind bool: of these, assumed floor around the place where the search began, below
-    the camera's image, until the robot ran into something there; creeping bool: the robot's disc
-    there comes over unseen floor that is not blind, so that it creeps;
+    a metre ago, which it may drive back slowly; unseen bool: neither occupied nor floor that a
+    camera saw or the robot's disc covered, and not blind; blind bool: assumed floor around the
+    place where the search began, below the camera's image, until the robot ran into something
+    there; creeping bool: the robot's disc there comes over unseen floor, so that it creeps;
     appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
-    size. keep_out: zones that no path enters and that hide nothing; None without any.
-    drops bool: of the occupied, where there is no floor, or beside that none that was seen: no part
-    of the robot comes over them, however slowly.
+    size. keep_out: zones that no path enters and that hide nothing; None without any. drops bool:
+    of the occupied, where there is no floor, or beside that none that was seen: no part of the
+    robot comes over them, however slowly.
     """
 
     grid: GridSpec
@@ -161,7 +160,6 @@ class Costmap:
     clearance_m: F32
     near_trail: Bool
     returning: Bool
-    crossable: Bool
     unseen: Bool
     blind: Bool
     creeping: Bool
@@ -173,6 +171,12 @@ class Costmap:
     def passable(self) -> Bool:
         """Mask (nx, ny) of the cells that a path may enter."""
         mask: Bool = self.cost > 0
+        return mask
+
+    @property
+    def crossable(self) -> Bool:
+        """Mask (nx, ny) of the unknown cells that a path may enter all the same, slowly."""
+        mask: Bool = self.passable & ~self.free & ~self.occupied
         return mask
 
 
@@ -224,8 +228,9 @@ def build_costmap(
     from_start = np.hypot(*(np.argwhere(blind) - grid.cells(start_xy)).T)
     blind[blind] = from_start * size <= params.blind_m
     blind &= ran_into_m > params.blind_m + params.radius_m
+    unseen &= ~blind
     clearance_m = _clearance_m(occupied, size, params.clear_m)
-    unseen_m = _clearance_m(unseen & ~blind, size, params.min_clearance_m)
+    unseen_m = _clearance_m(unseen, size, params.min_clearance_m)
 
     navigable = free & (clearance_m >= params.min_clearance_m)
     navigable &= ~_near_unknown(free | occupied, size, params)
@@ -252,7 +257,6 @@ def build_costmap(
         clearance_m=clearance_m.astype(np.float32),
         near_trail=trail_m <= BLIND_RADIUS_M + ROUNDING_M,
         returning=_beside(grid, earlier_xy) & wide_enough,
-        crossable=(cost > 0) & ~free & ~occupied,
         unseen=unseen,
         blind=blind,
         creeping=unseen_m < params.radius_m,
@@ -293,7 +297,6 @@ def _without_zones(costmap: Costmap, zones: Zones, robot_cell: I64) -> Costmap:
         navigable=costmap.navigable & ~closed,
         cost=cost,
         clearance_m=np.minimum(costmap.clearance_m, away_m).astype(np.float32),
-        crossable=costmap.crossable & (cost > 0),
         keep_out=KeepOut(grid, cells_xy, closed, way_out_m),
     )
 
@@ -321,7 +324,7 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
     gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
-    return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
+    return replace(costmap, cost=cost)
 
 
 def _escape_cells(
