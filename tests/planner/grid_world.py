@@ -19,17 +19,7 @@ from onemap_planner.policy.evidence import rival_names
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
-from onemap_planner.search.state_machine import (
-    Approaching,
-    Confirming,
-    Destination,
-    Driving,
-    EventStamp,
-    Exploring,
-    Search,
-    new_search,
-    told,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import confirming
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
@@ -269,7 +259,7 @@ class SimulatedSearch:
     """One search in the world, stepped from outside."""
 
     world: GridWorld
-    search: Search
+    search: sm.Search
     config: PlannerConfig = field(default_factory=PlannerConfig)
     now_s: float = 0.0
     decision: Decision | None = None
@@ -328,15 +318,15 @@ class SimulatedSearch:
         """At every step the goal that is explained is the one at the end of the path."""
         search = self.state.search
         explained = search.choice.chosen_xy
-        if isinstance(search.phase, Confirming):
-            assert told(search) == confirming(search.target)
+        if isinstance(search.phase, sm.Confirming):
+            assert sm.told(search) == confirming(search.target)
         for end in planned_path(search, decision, 0).goal_m:
             assert explained is not None, search
             off_m = np.hypot(*np.subtract(explained, end))
-            stands = isinstance(search.phase, Confirming) or self.reached is not None
+            stands = isinstance(search.phase, sm.Confirming) or self.reached is not None
             assert off_m < (self.off_m if stands else 1e-3)
         assert explained is None or isinstance(
-            search.phase, Exploring | Approaching | Confirming | Driving
+            search.phase, sm.Exploring | sm.Approaching | sm.Confirming | sm.Driving
         )
 
     def _control(self) -> None:
@@ -352,7 +342,7 @@ class SimulatedSearch:
         self.trace.append(self.world.pose.xy)
         self.now_s += STEP_S
 
-    def until_over(self, limit_s: float) -> Search:
+    def until_over(self, limit_s: float) -> sm.Search:
         while self.state.search.active and self.now_s < limit_s:
             self.step()
         return self.state.search
@@ -360,15 +350,15 @@ class SimulatedSearch:
 
 def start(world: GridWorld, *objects: str, detail: Detail | None = None) -> SimulatedSearch:
     """A search for the objects, about to begin; detail: what is said of the only one."""
-    stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
-    search = new_search("search-1", objects, stamp, started_ns=0)
+    stamp = sm.EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
+    search = sm.new_search("search-1", objects, stamp, started_ns=0)
     return SimulatedSearch(world, replace(search, details=(detail,) if detail else ()))
 
 
-def start_drive(world: GridWorld, destination: Destination) -> SimulatedSearch:
+def start_drive(world: GridWorld, destination: sm.Destination) -> SimulatedSearch:
     """A drive to a place, about to begin."""
-    stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
-    return SimulatedSearch(world, new_search("drive-1", (), stamp, 0, destination))
+    stamp = sm.EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
+    return SimulatedSearch(world, sm.new_search("drive-1", (), stamp, 0, destination))
 
 
 def in_plan(floor_plan: FloorPlan, x: float = 1.0, y: float = 1.0, yaw: float = 0.0) -> GridWorld:

@@ -20,23 +20,13 @@ from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
-from onemap_planner.policy.evidence import rival_names
+from onemap_planner.policy.evidence import view_request
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
-from onemap_planner.search.state_machine import (
-    Approaching,
-    Confirming,
-    Driving,
-    Ending,
-    EventStamp,
-    Exploring,
-    Search,
-    Starting,
-    told,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.sentences import waiting_for
 from onemap_planner.world.map_view import (
@@ -178,7 +168,7 @@ NO_GOAL = "none"
 MOTIONS = {Drive: "drive", Rotate: "rotate", Reverse: "reverse", Rest: "rest"}  # in messages
 
 
-def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
+def planned_path(search: sm.Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
     """The message of a decision; empty without one, or when the search is over."""
     if not search.active:
         decision = None
@@ -189,14 +179,14 @@ def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> Pl
     points = np.zeros((0, 2))
     if isinstance(motion, Drive):  # else the robot rests, rotates or backs up
         points, look = motion.points_xy, motion.look_xy
-        if isinstance(search.phase, Approaching | Confirming):
+        if isinstance(search.phase, sm.Approaching | sm.Confirming):
             kind = str(GoalKind.DETECTION)
-        elif goal is not None and isinstance(search.phase, Exploring | Driving):
-            kind = str(search.kind if isinstance(search.phase, Driving) else goal.kind)
+        elif goal is not None and isinstance(search.phase, sm.Exploring | sm.Driving):
+            kind = str(search.kind if isinstance(search.phase, sm.Driving) else goal.kind)
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,
-        goal_reason=told(search),
+        goal_reason=sm.told(search),
         points_m=points.astype(np.float32),
         goal_m=(points[-1:] if kind != NO_GOAL else points[:0]).astype(np.float32),
         frontiers_m=_stack([frontier.beyond_xy for frontier in offered.frontiers]),
@@ -409,22 +399,23 @@ class PlanningThread:
         A drive to a place needs neither a similarity nor the searched layer.
         """
         search = state.search
-        if not search.target:
-            return self._views.view(SearchViewRequest())
-        if isinstance(search.phase, Starting) and self._reset_target != _target_key(search):
+        if (
+            search.target
+            and isinstance(search.phase, sm.Starting)
+            and self._reset_target != _target_key(search)
+        ):
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._reset_target = _target_key(search)
-        rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
-        return self._views.view(SearchViewRequest(search.target, rivals, search.detail.negatives))
+        return self._views.view(view_request(state))
 
     def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
-        stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
+        stamp = sm.EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
         next_state = state.copy()
-        next_state.apply(Ending(SearchState.FAILED, reason, code), stamp)
+        next_state.apply(sm.Ending(SearchState.FAILED, reason, code), stamp)
         self._registry.compare_and_swap(state, next_state)
 
     def _new_detections(self) -> tuple[Detections, ...]:
@@ -434,5 +425,5 @@ class PlanningThread:
         return tuple(taken)
 
 
-def _target_key(search: Search) -> tuple[str, int]:
+def _target_key(search: sm.Search) -> tuple[str, int]:
     return search.search_id, search.index

@@ -16,16 +16,7 @@ from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.evidence import synonyms_of
 from onemap_planner.policy.state import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search import decision_log
-from onemap_planner.search.state_machine import (
-    CANCELLED,
-    Budget,
-    Destination,
-    Ending,
-    EventStamp,
-    Search,
-    new_search,
-    transition,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import no_place
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -63,14 +54,14 @@ class SearchRegistry:
         self._clock_ns = clock_ns
         self._lock = threading.RLock()
         self._state: PlannerState | None = None
-        self._past: dict[str, Search] = {}
+        self._past: dict[str, sm.Search] = {}
 
     @property
     def state(self) -> PlannerState | None:
         """State of the newest search; None if there was none."""
         return self._state
 
-    def start(self, search: Search, synonyms: Synonyms = NO_SYNONYMS) -> Search:
+    def start(self, search: sm.Search, synonyms: Synonyms = NO_SYNONYMS) -> sm.Search:
         """Begin a new search; rejected while another is active. Found objects are kept."""
         with self._lock:
             self.reject_if_active()
@@ -103,24 +94,24 @@ class SearchRegistry:
             if self._state is not None and self._state.found_objects:
                 self._state = replace(self._state, found_objects=())
 
-    def cancel(self, search_id: str, stamp: EventStamp) -> Search:
+    def cancel(self, search_id: str, stamp: sm.EventStamp) -> sm.Search:
         """Cancel a search; one that is over stays as it ended."""
         with self._lock:
             search = self.find(search_id)
             if self._state is not None and search is self._state.search:
-                search = self._stamped(transition(search, CANCELLED, stamp))
+                search = self._stamped(sm.transition(search, sm.CANCELLED, stamp))
                 self._state = replace(self._state, search=search)
             return search
 
-    def interrupt(self, reason: str, stamp: EventStamp, ended_ns: int) -> None:
+    def interrupt(self, reason: str, stamp: sm.EventStamp, ended_ns: int) -> None:
         """End the active search, if there is one, as interrupted at ``ended_ns``."""
         with self._lock:
             if self._state is not None and self._state.search.active:
-                ending = Ending(SearchState.INTERRUPTED, reason, whole=True)
-                search = transition(self._state.search, ending, stamp)
+                ending = sm.Ending(SearchState.INTERRUPTED, reason, whole=True)
+                search = sm.transition(self._state.search, ending, stamp)
                 self._state = replace(self._state, search=replace(search, ended_ns=ended_ns))
 
-    def find(self, search_id: str) -> Search:
+    def find(self, search_id: str) -> sm.Search:
         """The search of this id, the newest for an empty id."""
         with self._lock:
             if self._state is not None and search_id in ("", self._state.search.search_id):
@@ -132,7 +123,7 @@ class SearchRegistry:
             why = f"there is no search {search_id}; the last {MAX_PAST_SEARCHES} are remembered"
         raise RequestRejected("unknown_search", why)
 
-    def all(self) -> list[Search]:
+    def all(self) -> list[sm.Search]:
         """The remembered searches, newest first."""
         with self._lock:
             newest = [] if self._state is None else [self._state.search]
@@ -146,7 +137,7 @@ class SearchRegistry:
             self._state = replace(next_state, search=self._stamped(next_state.search))
             return True
 
-    def _stamped(self, search: Search) -> Search:
+    def _stamped(self, search: sm.Search) -> sm.Search:
         if search.active or search.ended_ns is not None:
             return search
         return replace(search, ended_ns=self._clock_ns())
@@ -171,7 +162,7 @@ class SearchCommands:
         registry: SearchRegistry,
         *,
         inputs: Callable[[], LatestInputs],
-        status_of: Callable[[Search], SearchStatus],
+        status_of: Callable[[sm.Search], SearchStatus],
         folder: Path | None = None,
     ) -> None:
         self._bus, self._registry, self._folder = bus, registry, folder
@@ -190,16 +181,16 @@ class SearchCommands:
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
         _reject_if_late(request, time.monotonic() - began_s)
-        search = new_search(
+        search = sm.new_search(
             uuid.uuid4().hex[:12],
             request.objects,
             self._stamp(),
             time.time_ns(),
-            Destination.of(request),
+            sm.Destination.of(request),
         )
         search = replace(
             search,
-            budget=Budget.of(request),
+            budget=sm.Budget.of(request),
             details=request.details,
             stay_out=request.stay_out,
             continues=request.continues,
@@ -296,10 +287,10 @@ class SearchCommands:
                 where = subject_of("", request.place_m)
                 raise RequestRejected("keep_out", f"{where} lies in the keep-out zone {zone!r}")
 
-    def _stamp(self) -> EventStamp:
+    def _stamp(self) -> sm.EventStamp:
         inputs = self._inputs()
         xy = inputs.pose.xy if inputs.pose else None
-        return EventStamp(time.monotonic(), 0.0, xy, inputs.odometer_m)
+        return sm.EventStamp(time.monotonic(), 0.0, xy, inputs.odometer_m)
 
 
 def list_of(statuses: Sequence[SearchStatus]) -> SearchList:

@@ -5,51 +5,31 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.search.state_machine import (
-    CANCELLED,
-    Approaching,
-    Confirmed,
-    Confirming,
-    Destination,
-    Driving,
-    Ending,
-    EventStamp,
-    Exploring,
-    Finished,
-    LookingAround,
-    MapReady,
-    Phase,
-    Rotated,
-    Search,
-    Starting,
-    new_search,
-    status,
-    transition,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
 
 CUP = ObjectCandidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
-THEN = EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
-NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
+THEN = sm.EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
+NOW = sm.EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
 
-THERE = Destination(SearchKind.GO_TO, (1.5, -2.5))
+THERE = sm.Destination(SearchKind.GO_TO, (1.5, -2.5))
 
 
-def at(phase: Phase, *objects: str) -> Search:
-    if isinstance(phase, Driving):
-        return replace(new_search("id", (), THEN, 7, phase.destination), phase=phase)
-    return replace(new_search("id", objects or ("cup",), THEN, 7), phase=phase)
+def at(phase: sm.Phase, *objects: str) -> sm.Search:
+    if isinstance(phase, sm.Driving):
+        return replace(sm.new_search("id", (), THEN, 7, phase.destination), phase=phase)
+    return replace(sm.new_search("id", objects or ("cup",), THEN, 7), phase=phase)
 
 
 def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
-    search = at(Exploring(), "cup", "bed", "sofa")
-    search = transition(search, Ending(SearchState.NOT_FOUND, "searched everything"), NOW)
-    assert (search.target, search.phase) == ("bed", Starting())
-    search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
+    search = at(sm.Exploring(), "cup", "bed", "sofa")
+    search = sm.transition(search, sm.Ending(SearchState.NOT_FOUND, "searched everything"), NOW)
+    assert (search.target, search.phase) == ("bed", sm.Starting())
+    search = sm.transition(replace(search, phase=sm.Confirming(CUP, 0.0)), sm.Confirmed(CUP), NOW)
     assert search.target == "sofa"
-    search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
-    assert search.phase == Finished(SearchState.NOT_FOUND)
+    search = sm.transition(replace(search, phase=sm.Confirming(CUP, 0.0)), sm.Confirmed(CUP), NOW)
+    assert search.phase == sm.Finished(SearchState.NOT_FOUND)
     assert search.reason == "found 2 of 3; cup: searched everything"
     assert [result.outcome for result in search.results] == [
         SearchState.NOT_FOUND,
@@ -60,24 +40,26 @@ def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
 
 def test_every_end_has_its_code_coverage_and_evidence() -> None:
     coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
-    missed = transition(
-        at(Exploring()), Ending(SearchState.NOT_FOUND, "nothing left", coverage=coverage), NOW
+    missed = sm.transition(
+        at(sm.Exploring()), sm.Ending(SearchState.NOT_FOUND, "nothing left", coverage=coverage), NOW
     ).results[0]
     assert (missed.coverage, missed.reason_code) == (coverage, FailureCode.NONE)
-    blocked = transition(
-        at(Driving(THERE)), Ending(SearchState.FAILED, "no way", FailureCode.UNREACHABLE), NOW
+    blocked = sm.transition(
+        at(sm.Driving(THERE)), sm.Ending(SearchState.FAILED, "no way", FailureCode.UNREACHABLE), NOW
     )
-    assert status(blocked, NOW, now_ns=1).reason_code is FailureCode.UNREACHABLE
-    cancelled = transition(at(Exploring()), CANCELLED, NOW)
-    assert status(cancelled, NOW, now_ns=1).reason_code is FailureCode.NONE
+    assert sm.status(blocked, NOW, now_ns=1).reason_code is FailureCode.UNREACHABLE
+    cancelled = sm.transition(at(sm.Exploring()), sm.CANCELLED, NOW)
+    assert sm.status(cancelled, NOW, now_ns=1).reason_code is FailureCode.NONE
     view = PictureOfObject(0.9, 123, (1.0, 2.0, 3.0, 4.0), b"")
-    found = transition(at(Confirming(CUP, 0.0)), Confirmed(replace(CUP, best_view=view)), NOW)
+    found = sm.transition(
+        at(sm.Confirming(CUP, 0.0)), sm.Confirmed(replace(CUP, best_view=view)), NOW
+    )
     (result,) = found.results
     assert (result.frame_ns, result.box_px, result.cells) == (123, (1.0, 2.0, 3.0, 4.0), 1)
 
 
 def test_a_result_tells_where_how_long_and_how_far() -> None:
-    search = transition(at(Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
+    search = sm.transition(at(sm.Confirming(CUP, 0.0)), sm.Confirmed(CUP), NOW)
     (result,) = search.results
     assert result.position_m == CUP.xyz
     assert result.duration_s == pytest.approx(4.0)
@@ -89,19 +71,19 @@ def test_a_result_tells_where_how_long_and_how_far() -> None:
 @pytest.mark.parametrize(
     ("phase", "public"),
     [
-        (Starting(), SearchState.EXPLORING),
-        (LookingAround(), SearchState.EXPLORING),
-        (Exploring(), SearchState.EXPLORING),
-        (Approaching(CUP), SearchState.APPROACHING),
-        (Confirming(CUP, 0.0), SearchState.CONFIRMING),
-        (Driving(THERE), SearchState.APPROACHING),
-        (Finished(SearchState.CANCELLED), SearchState.CANCELLED),
+        (sm.Starting(), SearchState.EXPLORING),
+        (sm.LookingAround(), SearchState.EXPLORING),
+        (sm.Exploring(), SearchState.EXPLORING),
+        (sm.Approaching(CUP), SearchState.APPROACHING),
+        (sm.Confirming(CUP, 0.0), SearchState.CONFIRMING),
+        (sm.Driving(THERE), SearchState.APPROACHING),
+        (sm.Finished(SearchState.CANCELLED), SearchState.CANCELLED),
     ],
 )
-def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
-    message = status(at(phase), replace(NOW, odometer_m=12.0), now_ns=99)
+def test_the_status_names_the_phase(phase: sm.Phase, public: SearchState) -> None:
+    message = sm.status(at(phase), replace(NOW, odometer_m=12.0), now_ns=99)
     assert message.state is public
-    assert message.active is not isinstance(phase, Finished)
+    assert message.active is not isinstance(phase, sm.Finished)
 
 
 @pytest.mark.parametrize(
@@ -112,25 +94,25 @@ def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
     ],
 )
 def test_a_drive_begins_when_the_map_is_there(kind: SearchKind, reason: str) -> None:
-    there = Destination(kind, (1.5, -2.5))
-    search = new_search("id", (), THEN, 7, there)
+    there = sm.Destination(kind, (1.5, -2.5))
+    search = sm.new_search("id", (), THEN, 7, there)
     assert search.reason == "asking the map about the place (1.50, -2.50)"
-    around = transition(search, MapReady(look_around=True), NOW)
+    around = sm.transition(search, sm.MapReady(look_around=True), NOW)
     assert around.reason == "looking around for the place (1.50, -2.50)"
     for begun in (
-        transition(search, MapReady(look_around=False), NOW),
-        transition(around, Rotated(2 * math.pi), NOW),
+        sm.transition(search, sm.MapReady(look_around=False), NOW),
+        sm.transition(around, sm.Rotated(2 * math.pi), NOW),
     ):
-        assert (begun.phase, begun.reason) == (Driving(there), reason)
+        assert (begun.phase, begun.reason) == (sm.Driving(there), reason)
 
 
 def test_a_drive_has_one_result_and_its_reason() -> None:
-    search = replace(new_search("id", (), THEN, 7, THERE), phase=Driving(THERE))
-    search = transition(search, Ending(SearchState.ARRIVED, "standing 0.10 m from it"), NOW)
+    search = replace(sm.new_search("id", (), THEN, 7, THERE), phase=sm.Driving(THERE))
+    search = sm.transition(search, sm.Ending(SearchState.ARRIVED, "standing 0.10 m from it"), NOW)
     assert search.reason == "standing 0.10 m from it"
     (result,) = search.results
     assert (result.name, result.outcome, result.position_m) == ("", SearchState.ARRIVED, ())
     assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
-    message = status(search, NOW, now_ns=99)
+    message = sm.status(search, NOW, now_ns=99)
     assert (message.kind, message.place_m) == (SearchKind.GO_TO, (1.5, -2.5))
     assert (message.objects, message.active) == ((), False)

@@ -32,7 +32,7 @@ from onemap_perception.target_detection import Target, detect_in_frame, make_tar
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
-from onemap_planner.policy.evidence import rival_names, synonyms_of
+from onemap_planner.policy.evidence import synonyms_of, view_request
 from onemap_planner.policy.ledger import Ledger
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
@@ -415,12 +415,12 @@ class LockstepSimulation:
     def _view(self, state: PlannerState) -> PlanningView:
         search = state.search
         if not search.target:
-            return self._newest(SearchViewRequest())
+            return self._newest(view_request(state))
         target = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target:
             self.belief.reset_searched()
             self._reset_for = target
-        return self._changed(self._view_of(search.target, state), self._method.value_map)
+        return self._changed(self._newest(view_request(state)), self._method.value_map)
 
     def _anchor_view(self, name: str) -> PlanningView:
         return self._changed(self._newest(SearchViewRequest(name)), None)
@@ -433,10 +433,6 @@ class LockstepSimulation:
         if value_map is not None:
             whole = value_map.view(whole)
         return whole if self._method.view is None else self._method.view(whole)
-
-    def _view_of(self, name: str, state: PlannerState) -> AssembledView:
-        names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
-        return self._newest(SearchViewRequest(name, names, state.search.detail.negatives))
 
     def _newest(self, request: SearchViewRequest) -> AssembledView:
         kept = self._views.get(request)

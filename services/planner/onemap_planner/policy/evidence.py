@@ -34,7 +34,13 @@ from onemap_planner.world.map_view import MapView, WorldCells, components
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.geometry import F64, I64, wrap_angle
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import MAX_RIVALS, Detections, ObjectFind, TextEmbeddings
+from onemap_shared.messages import (
+    MAX_RIVALS,
+    Detections,
+    ObjectFind,
+    SearchViewRequest,
+    TextEmbeddings,
+)
 from onemap_shared.names import normalised, same_name
 
 AHEAD_RAD = 0.5  # of the robot's heading: well inside the image of a camera of 70 degrees or more
@@ -306,6 +312,15 @@ def rival_names(
     newest_first = reversed([found_object.name for found_object in found_objects])
     names = dict.fromkeys((*objects, *newest_first))
     return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
+
+
+def view_request(state: PlannerState) -> SearchViewRequest:
+    """What the map is asked for the present object, or for a drive, which needs no similarity."""
+    search = state.search
+    if not search.target:
+        return SearchViewRequest()
+    rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
+    return SearchViewRequest(search.target, rivals, search.detail.negatives)
 
 
 def found_under_other_names(

@@ -10,16 +10,7 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.take_in import TakenIn
-from onemap_planner.search.state_machine import (
-    Approaching,
-    Confirming,
-    Driving,
-    Ending,
-    Event,
-    Rejected,
-    driven_m,
-    elapsed_s,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import not_navigable
 from onemap_shared.messages import FailureCode, SearchState
 
@@ -28,7 +19,7 @@ PATIENCE_S = 30.0
 MAX_WAIT_S = 300.0  # for stages that start: whoever asked is still there when the robot sets out
 
 
-def patience_over(state: PlannerState, observation: Observation) -> Event | None:
+def patience_over(state: PlannerState, observation: Observation) -> sm.Event | None:
     """The event that ends a search without fresh inputs: after ``PATIENCE_S``, later while a stage
     starts."""
     if state.stale_since_s is None:
@@ -41,9 +32,9 @@ def patience_over(state: PlannerState, observation: Observation) -> Event | None
     return None
 
 
-def hindered(state: PlannerState, taken: TakenIn, observation: Observation) -> tuple[Event, ...]:
+def hindered(state: PlannerState, taken: TakenIn, observation: Observation) -> tuple[sm.Event, ...]:
     """Take in that the robot got stuck, or that its own navigation finds no way to its goal."""
-    events: tuple[Event, ...] = ()
+    events: tuple[sm.Event, ...] = ()
     if taken.stuck:
         _note_contact(state, observation, taken.context)
         events = handle_stuck(state)
@@ -63,7 +54,7 @@ def _note_contact(state: PlannerState, observation: Observation, context: Planni
     state.progress = state.progress.ran_into(met_xy, state.active_time_s)
 
 
-def handle_stuck(state: PlannerState) -> tuple[Event, ...]:
+def handle_stuck(state: PlannerState) -> tuple[sm.Event, ...]:
     """Stuck ``MAX_STUCK_COUNT`` times in one place: give up the goal; twice as often: fail."""
     assert state.progress is not None
     stuck_count = state.progress.stuck_count
@@ -72,19 +63,19 @@ def handle_stuck(state: PlannerState) -> tuple[Event, ...]:
     return () if stuck_count % MAX_STUCK_COUNT else leave_goal(state)
 
 
-def leave_goal(state: PlannerState, why: str = "") -> tuple[Event, ...]:
+def leave_goal(state: PlannerState, why: str = "") -> tuple[sm.Event, ...]:
     """Give up the goal that cannot be driven to; why: a place, which is the only one, fails.
 
     Of a candidate the way failed: detected from elsewhere, it is taken up again.
     """
     match state.search.phase:
-        case Approaching(candidate) | Confirming(candidate, _):
+        case sm.Approaching(candidate) | sm.Confirming(candidate, _):
             latest = state.evidence.latest(candidate)
             if state.progress is not None:
                 state.ledger.doubt(latest, state.progress.moved_at.xy)
             state.reject(latest)
-            return (Rejected(),)
-        case Driving() if why:
+            return (sm.Rejected(),)
+        case sm.Driving() if why:
             return (_failed(why, FailureCode.UNREACHABLE),)
         case _ if state.active_goal is not None:
             state.give_up(state.active_goal.goal, reached=False)
@@ -102,11 +93,11 @@ def is_trapped(state: PlannerState, pose: Pose2d) -> bool:
     )
 
 
-def _failed(reason: str, code: FailureCode) -> Ending:
-    return Ending(SearchState.FAILED, reason, code, whole=True)
+def _failed(reason: str, code: FailureCode) -> sm.Ending:
+    return sm.Ending(SearchState.FAILED, reason, code, whole=True)
 
 
-def stuck_failure(state: PlannerState) -> Ending:
+def stuck_failure(state: PlannerState) -> sm.Ending:
     """The event that ends the search of a robot that is stuck."""
     assert state.progress is not None
     x, y = state.progress.moved_at.xy
@@ -115,21 +106,21 @@ def stuck_failure(state: PlannerState) -> Ending:
 
 def limit_reached(
     state: PlannerState, observation: Observation, limit_s: float = inf
-) -> Event | None:
+) -> sm.Event | None:
     """The event that ends the search, or the object, whose limit is reached; None without.
 
     limit_s: of one object; the search's own limits are in its budget, and count while it waits too.
     """
     search, budget = state.search, state.search.budget
-    driven = driven_m(search, observation.odometer_m)
+    driven = sm.driven_m(search, observation.odometer_m)
     if budget.max_distance_m and driven >= budget.max_distance_m:
         reason = f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m"
         return _failed(reason, FailureCode.DISTANCE_LIMIT)
-    if budget.max_time_s and elapsed_s(search, observation.now_s) >= budget.max_time_s:
+    if budget.max_time_s and sm.elapsed_s(search, observation.now_s) >= budget.max_time_s:
         reason = f"not done within {budget.max_time_s:g} s, the limit for this search"
         return _failed(reason, FailureCode.TIME_LIMIT)
     if state.active_time_s - search.target_start.since_active_time_s > limit_s:
         missed = "not found" if search.target else "not reached"
         reason = f"{missed} within {limit_s:.0f} s, the limit for one object"
-        return Ending(SearchState.FAILED, reason, FailureCode.TIME_LIMIT)
+        return sm.Ending(SearchState.FAILED, reason, FailureCode.TIME_LIMIT)
     return None

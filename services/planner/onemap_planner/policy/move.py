@@ -25,19 +25,7 @@ from onemap_planner.policy.tell import explain_goal
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.policy.ways import drive_to_place
-from onemap_planner.search.state_machine import (
-    Approaching,
-    CandidateSelected,
-    Confirming,
-    Driving,
-    Ending,
-    Exploring,
-    LookingAround,
-    MapReady,
-    Rotated,
-    Starting,
-    without_choice,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import leaving_zone
 from onemap_planner.world.candidates import MERGE_M
 from onemap_planner.world.frontiers import find_frontiers
@@ -59,7 +47,7 @@ def next_move(state: PlannerState, taken: TakenIn, exploration: Exploration) -> 
     if move is not None:
         return move
     move = _move_of_phase(state, taken, exploration)
-    ends = isinstance(move.event, Ending) and move.event.outcome is not SearchState.ARRIVED
+    ends = isinstance(move.event, sm.Ending) and move.event.outcome is not SearchState.ARRIVED
     if ends and is_trapped(state, context.pose):  # nothing was searched: no goal could be reached
         return replace(move, event=stuck_failure(state))
     return move
@@ -70,21 +58,21 @@ def _move_of_phase(  # noqa: PLR0911
 ) -> Move:
     context = taken.context
     match state.search.phase:
-        case Starting():
+        case sm.Starting():
             seen_rad = radians(max(context.bands.camera.across_deg - OVERLAP_DEG, 0.0))
-            return Move(event=MapReady(context.known_fraction_around() < KNOWN_AROUND, seen_rad))
-        case LookingAround():
-            return Move(Rotate(), select_candidate(state, context) or Rotated(taken.turned_rad))
-        case Exploring() if not context.whole:
+            return Move(event=sm.MapReady(context.known_fraction_around() < KNOWN_AROUND, seen_rad))
+        case sm.LookingAround():
+            return Move(Rotate(), select_candidate(state, context) or sm.Rotated(taken.turned_rad))
+        case sm.Exploring() if not context.whole:
             return follow_goal(state, context)
-        case Exploring():
+        case sm.Exploring():
             selected = select_candidate(state, context)
             return Move(event=selected) if selected else exploration(state, context)
-        case Approaching() as phase:
+        case sm.Approaching() as phase:
             return approach(state, phase, context)
-        case Confirming() as phase:
+        case sm.Confirming() as phase:
             return confirm(state, phase, context)
-        case Driving(destination):
+        case sm.Driving(destination):
             return drive_to_place(state, destination, context)
         case _:
             return Move()
@@ -120,12 +108,12 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     return Move(motion, _unsupported_reached(state, active), candidates)
 
 
-def _unsupported_reached(state: PlannerState, active: ActiveGoal) -> CandidateSelected | None:
+def _unsupported_reached(state: PlannerState, active: ActiveGoal) -> sm.CandidateSelected | None:
     """Selects the candidate without the map's support that the robot has come to look at."""
     if active.goal.kind is not GoalKind.DETECTION or active.arrived_s is None:
         return None
     there = (c for c in state.evidence.unsupported if active.goal.looks_at(c.xyz[:2], MERGE_M))
-    return next((CandidateSelected(candidate) for candidate in there), None)
+    return next((sm.CandidateSelected(candidate) for candidate in there), None)
 
 
 def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
@@ -164,7 +152,7 @@ def leave_zone(state: PlannerState, context: PlanningContext) -> Move | None:
     cost_m = np.where(keep_out.closed, np.inf, context.cost_to_go.cost_m)
     end = np.array(np.unravel_index(int(np.argmin(cost_m)), cost_m.shape))
     known = bool(np.isfinite(cost_m[tuple(end)]))
-    state.search = replace(without_choice(state.search), slow=leaving_zone(name, known=known))
+    state.search = replace(sm.without_choice(state.search), slow=leaving_zone(name, known=known))
     if not known:
         return None
     state.active_goal = None

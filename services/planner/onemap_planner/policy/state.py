@@ -16,14 +16,7 @@ from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalCandidates, successor
 from onemap_planner.policy.ledger import Ledger, Xy
-from onemap_planner.search.state_machine import (
-    Confirmed,
-    Ending,
-    Event,
-    EventStamp,
-    Search,
-    transition,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import Landmarks
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.costmap import NOTHING, Appeared
@@ -188,7 +181,7 @@ class PlannerState:
     moved. refused: the last goal at which the robot's own navigation failed.
     """
 
-    search: Search
+    search: sm.Search
     evidence: Evidence = field(default_factory=Evidence)
     ledger: Ledger = field(default_factory=Ledger)
     active_goal: ActiveGoal | None = None
@@ -220,11 +213,11 @@ class PlannerState:
         """Virtual obstacles (B, 2), metres."""
         return self.progress.obstacles_xy if self.progress else np.zeros((0, 2))
 
-    def apply(self, event: Event, stamp: EventStamp) -> None:
+    def apply(self, event: sm.Event, stamp: sm.EventStamp) -> None:
         """Take in the event; the next object begins without evidence."""
-        if isinstance(event, Confirmed | Ending) and event.candidate is not None:
+        if isinstance(event, sm.Confirmed | sm.Ending) and event.candidate is not None:
             self.find(event.candidate)
-        search = transition(self.search, event, stamp)
+        search = sm.transition(self.search, event, stamp)
         if search.index != self.search.index:
             self.begin_object()
         self.search = search

@@ -18,15 +18,7 @@ from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, PlannerState
 from onemap_planner.policy.tell import explain_candidate, other_object
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
-from onemap_planner.search.state_machine import (
-    Approaching,
-    Arrived,
-    CandidateSelected,
-    Confirmed,
-    Confirming,
-    Event,
-    Rejected,
-)
+from onemap_planner.search import state_machine as sm
 from onemap_planner.world.candidates import CERTAIN, VIEWS_PER_VIEWPOINT, ObjectCandidate
 from onemap_planner.world.regions import SIMILAR
 
@@ -36,20 +28,20 @@ CONFIRM_SIGHTINGS = 6
 CONFIRM_S = 5.0  # seconds to wait for them: 20 frames at the slowest useful rate of 4 Hz
 
 
-def approach(state: PlannerState, phase: Approaching, context: PlanningContext) -> Move:
+def approach(state: PlannerState, phase: sm.Approaching, context: PlanningContext) -> Move:
     """Drive to the viewpoint of the candidate, whose position later sightings refine.
 
     Without a viewpoint it is left after ``SETTLE_S``: the map may lose a path for a moment.
     """
     candidate = state.evidence.latest(phase.candidate)
     if state.evidence.is_mismatched(candidate):
-        return Move(event=Rejected())
+        return Move(event=sm.Rejected())
     viewpoint_xy = state.ledger.next_viewpoint(candidate, context)
     if viewpoint_xy is None:
         if state.idle_s() <= SETTLE_S:
             return Move()
         _leave(state, candidate, context)
-        return Move(event=Rejected())
+        return Move(event=sm.Rejected())
     state.idle_since_s = None
     at, motion = arrive(context.drive_to(viewpoint_xy, candidate.xyz[:2]), context)
     there = at is ArrivalState.THERE
@@ -62,23 +54,23 @@ def approach(state: PlannerState, phase: Approaching, context: PlanningContext) 
     scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
     (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
     state.search = explain_candidate(state.search, goal, sightings, state.landmarks(context))
-    return Move(motion, Arrived(candidate) if there else None)
+    return Move(motion, sm.Arrived(candidate) if there else None)
 
 
-def confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
+def confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext) -> Move:
     """Confirm the candidate, and check that it is as described."""
     move = _confirm(state, phase, context)
-    if not isinstance(move.event, Confirmed):
+    if not isinstance(move.event, sm.Confirmed):
         return move
     return replace(move, event=_checked(state, move.event.candidate, context))
 
 
-def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> sm.Event:
     """The confirmed candidate is found, set aside, or found as another object of the name."""
     evidence = state.evidence
     check = check_find(candidate, context, evidence, state.found_objects)
     if check.holds:
-        return Confirmed(candidate, check.told)
+        return sm.Confirmed(candidate, check.told)
     if evidence.takes_any:
         return other_object(state, candidate, check)
     evidence.other_finds = (*evidence.other_finds, candidate)
@@ -87,7 +79,7 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
         evidence.candidates = tuple(c for c in evidence.candidates if c is not candidate)
     else:
         state.reject(candidate)
-    return Rejected()
+    return sm.Rejected()
 
 
 def sort_out(state: PlannerState, context: PlanningContext) -> None:
@@ -106,7 +98,7 @@ def sort_out(state: PlannerState, context: PlanningContext) -> None:
     evidence.candidates, evidence.unclear, evidence.mismatched = map(tuple, sorted_out.values())
 
 
-def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -> Move:
+def _confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext) -> Move:
     """Face the candidate and count the new detections that agree."""
     waited_s = state.active_time_s - phase.since_s
     candidate = state.evidence.latest(phase.candidate)
@@ -123,7 +115,7 @@ def _confirm(state: PlannerState, phase: Confirming, context: PlanningContext) -
     return Move(motion)
 
 
-def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> sm.Event:
     """Look at an unconfirmed candidate from another side, or reject it.
 
     What stands behind a corner is not detected from where the map, which is flat and blurred,
@@ -133,12 +125,12 @@ def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningCon
     tried = state.ledger.doubted_from(candidate.xyz[:2])
     worth_it = candidate.similarity >= SIMILAR and len(tried) < MAX_LOOKS
     if worth_it and find_viewpoint(candidate, context, tried) is not None:
-        return CandidateSelected(candidate)
+        return sm.CandidateSelected(candidate)
     state.reject(candidate)
-    return Rejected()
+    return sm.Rejected()
 
 
-def _sure(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> Event:
+def _sure(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> sm.Event:
     """It is the object: confirmed if it is in reach, else the robot goes nearer.
 
     New sightings may have shown that its near edge is farther away than it seemed from afar.
@@ -147,8 +139,12 @@ def _sure(state: PlannerState, candidate: ObjectCandidate, context: PlanningCont
     nearer_xy = find_viewpoint(candidate, context, state.ledger.doubted_from(candidate.xyz[:2]))
     limit_m = APPROACH_LAST_RESORT_M + 1.2 * ARRIVE_M
     if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
-        return Confirmed(candidate)
-    return Confirmed(candidate) if stands_at(nearer_xy, context) else CandidateSelected(candidate)
+        return sm.Confirmed(candidate)
+    return (
+        sm.Confirmed(candidate)
+        if stands_at(nearer_xy, context)
+        else sm.CandidateSelected(candidate)
+    )
 
 
 def _weigh(
@@ -157,7 +153,7 @@ def _weigh(
     candidate: ObjectCandidate,
     context: PlanningContext,
     waited_s: float,
-) -> Event | None:
+) -> sm.Event | None:
     """Decide about a candidate that the map does not support, or look from another side.
 
     before: as it was known on arrival, ``waited_s`` ago.
@@ -171,9 +167,9 @@ def _weigh(
         tried = candidate.exhausted_viewpoints
         seen = _telling(candidate) > _telling(before)
         if seen and find_viewpoint(candidate, context, tried) is not None:
-            return CandidateSelected(candidate)
+            return sm.CandidateSelected(candidate)
     state.reject(candidate)
-    return Rejected()
+    return sm.Rejected()
 
 
 def _telling(candidate: ObjectCandidate) -> int:
