@@ -15,7 +15,7 @@ from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import ARRIVE_M
 from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.planning_thread import planned_path
-from onemap_planner.policy.evidence import rival_names
+from onemap_planner.policy.names import rival_names
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step

@@ -10,10 +10,11 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.evidence import found_under_other_names, update_evidence
+from onemap_planner.policy.evidence import update_evidence
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
 from onemap_planner.policy.ledger import Attempt, Ended, Ledger
 from onemap_planner.policy.move import Exploration, explore
+from onemap_planner.policy.names import found_under_other_names
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import Evidence, PlannerState
 from onemap_planner.search.state_machine import Event, EventStamp, new_search

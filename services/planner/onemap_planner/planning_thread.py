@@ -20,8 +20,8 @@ from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import Plan
-from onemap_planner.policy.evidence import view_request
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
+from onemap_planner.policy.names import view_request
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState

@@ -13,7 +13,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.policy.evidence import synonyms_of
+from onemap_planner.policy.names import synonyms_of
 from onemap_planner.policy.state import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search import decision_log
 from onemap_planner.search import state_machine as sm

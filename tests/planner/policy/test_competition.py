@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.policy.evidence import conflicting_object, count_contradictions, rival_names
+from onemap_planner.policy.names import conflicting_object, count_contradictions, rival_names
 from onemap_planner.policy.state import MAX_FOUND_OBJECTS, FoundObject, PlannerState
 from onemap_planner.search.state_machine import EventStamp, Finished, new_search
 from onemap_planner.searches import SearchRegistry

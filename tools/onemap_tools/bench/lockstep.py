@@ -32,8 +32,8 @@ from onemap_perception.target_detection import Target, detect_in_frame, make_tar
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import ControllerInputs, Plan, VelocityController
-from onemap_planner.policy.evidence import synonyms_of, view_request
 from onemap_planner.policy.ledger import Ledger
+from onemap_planner.policy.names import synonyms_of, view_request
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step

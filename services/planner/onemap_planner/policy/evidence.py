@@ -1,12 +1,8 @@
-"""Evidence about an object: what detections, near views and other names say of its candidates.
-
-Other names of the search compete cell by cell on the map and detection by detection; objects
-found before compete too: a bed that was confirmed is not found again as a sofa.
-"""
+"""Evidence about an object: what detections and near views say of its candidates."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import dist
 
@@ -16,9 +12,9 @@ from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import VIEW_FARTHEST_M
 from onemap_planner.policy.ledger import MAX_LOOKS
-from onemap_planner.policy.state import NO_SYNONYMS, Evidence, FoundObject, PlannerState, Synonyms
+from onemap_planner.policy.names import conflicting_object, count_contradictions
+from onemap_planner.policy.state import Evidence, FoundObject, PlannerState
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
-from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
 from onemap_planner.world.candidates import (
     CERTAIN,
     MIN_SIGHTINGS,
@@ -32,16 +28,8 @@ from onemap_planner.world.candidates import (
 )
 from onemap_planner.world.map_view import MapView, WorldCells, components
 from onemap_planner.world.regions import UndetectedViews
-from onemap_shared.geometry import F64, I64, wrap_angle
-from onemap_shared.grid import GridSpec
-from onemap_shared.messages import (
-    MAX_RIVALS,
-    Detections,
-    ObjectFind,
-    SearchViewRequest,
-    TextEmbeddings,
-)
-from onemap_shared.names import normalised, same_name
+from onemap_shared.geometry import I64, wrap_angle
+from onemap_shared.messages import Detections
 
 AHEAD_RAD = 0.5  # of the robot's heading: well inside the image of a camera of 70 degrees or more
 LARGEST_M = 1.5  # from the middle of an object to its edge: half a bed and more
@@ -288,152 +276,3 @@ def _is_rejected(sighting: Sighting, state: PlannerState) -> bool:
 
 def _is_any(sighting: Sighting, candidates: Iterable[ObjectCandidate]) -> bool:
     return any(is_same_object(candidate, sighting) for candidate in candidates)
-
-
-# Two sets of cells overlap if they share this part of the smaller one. A pillow on a bed does
-# not: its cells never resembled the bed.
-SAME_PLACE = 0.5
-
-
-def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
-    """Pairs among the texts that mean the same to the encoder."""
-    pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
-    texts = [normalised(text) for text in embeddings.texts]
-    return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
-
-
-def rival_names(
-    target: str,
-    objects: Iterable[str],
-    found_objects: Iterable[FoundObject],
-    synonyms: Synonyms = NO_SYNONYMS,
-) -> tuple[str, ...]:
-    """Names that compete with the target: of the search, then of found objects, newest first."""
-    newest_first = reversed([found_object.name for found_object in found_objects])
-    names = dict.fromkeys((*objects, *newest_first))
-    return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
-
-
-def view_request(state: PlannerState) -> SearchViewRequest:
-    """What the map is asked for the present object, or for a drive, which needs no similarity."""
-    search = state.search
-    if not search.target:
-        return SearchViewRequest()
-    rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
-    return SearchViewRequest(search.target, rivals, search.detail.negatives)
-
-
-def found_under_other_names(
-    found_objects: Iterable[FoundObject], target: str, synonyms: Synonyms
-) -> tuple[FoundObject, ...]:
-    """The found objects whose names do not mean the target."""
-    return tuple(c for c in found_objects if not means_same(c.name, target, synonyms))
-
-
-def conflicting_object(
-    candidate: ObjectCandidate, found_objects: Iterable[FoundObject], map_view: MapView
-) -> FoundObject | None:
-    """The found object of another name that the candidate is; None if it is none of them.
-
-    It is if their cells overlap and if, averaged over the cells of both, another name is more
-    similar to the map than the target.
-    """
-    for found_object in found_objects:
-        if not _overlap(found_object.cells, candidate.cells):
-            continue
-        cells = map_view.indices_of(candidate.cells | found_object.cells)
-        margin = map_view.margin[cells[:, 0], cells[:, 1]]
-        contested = margin[np.isfinite(margin)]
-        if contested.size and contested.mean() < 0:
-            return found_object
-    return None
-
-
-def found_object_at(
-    cell: tuple[int, int], found_objects: Sequence[FoundObject]
-) -> FoundObject | None:
-    """The newest of these found objects that a world cell supported."""
-    return next(
-        (found_object for found_object in reversed(found_objects) if cell in found_object.cells),
-        None,
-    )
-
-
-def count_contradictions(
-    candidates: tuple[ObjectCandidate, ...],
-    detections: Detections,
-    sightings: Sequence[Sighting],
-    *,
-    names: Collection[str],
-    map_view: MapView,
-) -> tuple[ObjectCandidate, ...]:
-    """The candidates, with the frames counted in which another name was detected there.
-
-    names: of the target, and of what it may stand on.
-    A frame with a sighting of the candidate, among ``sightings``, is not counted: the other
-    detection lies on the object or before it.
-    """
-    others = [
-        map_view.world_cells(map_view.grid.cells(_points(detections, index)))
-        for index, name in enumerate(detections.names)
-        if not any(same_name(name, own) for own in names)
-    ]
-    return tuple(
-        replace(candidate, contradictions=candidate.contradictions + 1)
-        if any(_overlap(cells, candidate.cells) for cells in others)
-        and not any(is_same_object(candidate, sighting) for sighting in sightings)
-        else candidate
-        for candidate in candidates
-    )
-
-
-def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
-    """Whether two names are equal or synonyms."""
-    return same_name(one, other) or frozenset((normalised(one), normalised(other))) in synonyms
-
-
-def _overlap(one: WorldCells, other: WorldCells) -> bool:
-    smaller = min(len(one), len(other))
-    return smaller > 0 and len(one & other) >= SAME_PLACE * smaller
-
-
-def _points(detections: Detections, index: int) -> F64:
-    """Points (K, 3) float64 of one detection, metres in the map frame."""
-    points: F64 = detections.points_map[detections.point_owner == index].astype(np.float64)
-    return points
-
-
-def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:
-    """The finds among the events of a step, with the frames in which they were seen best.
-
-    search: before the events.
-    """
-    found = [event.candidate for event in events if isinstance(event, Confirmed | Ending)]
-    return tuple(
-        ObjectFind(
-            name=search.target,
-            position_m=candidate.xyz,
-            extent_m=extent_m(candidate, grid),
-            score=min(candidate.similarity, 1.0),  # rounding
-            stamp_ns=candidate.best_view.stamp_ns if candidate.best_view else 0,
-            search_id=search.search_id,
-            box_px=candidate.best_view.box_px if candidate.best_view else (),
-            picture=candidate.best_view.picture if candidate.best_view else b"",
-        )
-        for candidate in found
-        if candidate is not None
-    )
-
-
-def extent_m(candidate: ObjectCandidate, grid: GridSpec) -> tuple[float, float, float, float]:
-    """x_min, y_min, x_max, y_max of the candidate's cells, metres in the map frame.
-
-    ``grid``: any grid of the map, for the size of a cell.
-    """
-    cells = np.array(sorted(candidate.cells), np.int64).reshape(-1, 2)
-    if len(cells) == 0:
-        x, y, _ = candidate.xyz
-        return x, y, x, y
-    (ix, iy), (jx, jy) = cells.min(axis=0), cells.max(axis=0)
-    covered = GridSpec(grid.cell_size_m, (int(ix), int(iy)), (int(jx - ix) + 1, int(jy - iy) + 1))
-    return covered.bounds_m

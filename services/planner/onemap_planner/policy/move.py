@@ -17,7 +17,7 @@ from onemap_planner.policy.evidence import agreed
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
 from onemap_planner.policy.last_resorts import last_resort
 from onemap_planner.policy.limits import is_trapped, stuck_failure
-from onemap_planner.policy.offer import offer, ways_to_candidates
+from onemap_planner.policy.offer import borders_and_regions, offer, ways_to_candidates
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import ActiveGoal, PlannerState
 from onemap_planner.policy.take_in import TakenIn
@@ -28,8 +28,6 @@ from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import leaving_zone
 from onemap_planner.world.candidates import MERGE_M
-from onemap_planner.world.frontiers import find_frontiers
-from onemap_planner.world.regions import discounted, find_regions
 from onemap_shared.messages import SearchState
 
 # Known part of the 1 m circle below which the robot first looks around: one view shows 22 percent,
@@ -80,13 +78,8 @@ def _move_of_phase(  # noqa: PLR0911
 
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, the last resorts."""
-    now_s = state.active_time_s
-    seen = discounted(context.map_view, state.evidence.undetected)
-    candidates = GoalCandidates(
-        find_frontiers(context.believed(seen, drawn=True), context.costmap),
-        find_regions(context.believed(seen)),
-    )
     state.give_up_finished()
+    candidates = borders_and_regions(state, context)
     ways = ways_to_candidates(state, context)
     if not ways and not state.crosses_gaps:
         state.crosses_gaps = lies_across_gap(agreed(state), context)
@@ -102,6 +95,7 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     state.search = explain_goal(
         state.search, goal, options, state.landmarks(context), new=state.is_new(active)
     )
+    now_s = state.active_time_s
     active = active.at(now_s, arrived=at is ArrivalState.THERE)
     state.active_goal = active.compared(motion, candidates, now_s)
     state.idle_since_s = None

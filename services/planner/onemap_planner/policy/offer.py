@@ -31,20 +31,31 @@ from onemap_planner.policy.ways import (
 )
 from onemap_planner.search.state_machine import Destination
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
+from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
-from onemap_planner.world.regions import SimilarRegion, remaining_regions
+from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 
 
+def borders_and_regions(state: PlannerState, context: PlanningContext) -> GoalCandidates:
+    """The frontiers and regions of the map, by what is believed of the object."""
+    seen = discounted(context.map_view, state.evidence.undetected)
+    return GoalCandidates(
+        find_frontiers(context.believed(seen, drawn=True), context.costmap),
+        find_regions(context.believed(seen)),
+    )
+
+
 def offer(
     state: PlannerState, context: PlanningContext, candidates: GoalCandidates, ways: list[Goal]
 ) -> list[Goal]:
-    """The goals to choose from; ways: those on the ways to candidates without a viewpoint.
+    """The goals to choose from: ways to candidates without a viewpoint, frontiers, candidates
+    that are not sure yet, regions.
 
-    Without any, a look at what may close a way, at the largest part of the floor that no path
-    leads to, and at what looks a little like the object.
+    Without any, one alone: a look at what closes a way, then at a gap before the largest part of
+    the floor that no path leads to; else at what looks a little like the object.
     """
     goals = frontier_goals(candidates.frontiers, context)
     goals += _detection_goals(_unconfirmed(state, context), state, context)

@@ -14,13 +14,13 @@ lockstep.
 from __future__ import annotations
 
 from onemap_planner.motion.motions import Reverse
-from onemap_planner.policy.evidence import finds_of
 from onemap_planner.policy.limits import hindered, limit_reached, patience_over
 from onemap_planner.policy.move import Exploration, explore, next_move
 from onemap_planner.policy.outcome import Decision, Observation, Outcome
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.take_in import take_in
+from onemap_planner.policy.tell import finds_of
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 
 

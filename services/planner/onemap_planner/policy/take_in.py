@@ -10,7 +10,8 @@ from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.policy.choose import can_follow, follow_window
 from onemap_planner.policy.context import Bands, PlanningContext, across_gaps, build_context
 from onemap_planner.policy.displaced import notice
-from onemap_planner.policy.evidence import found_under_other_names, update_evidence
+from onemap_planner.policy.evidence import update_evidence
+from onemap_planner.policy.names import found_under_other_names
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState

@@ -9,18 +9,14 @@ from math import inf, isfinite, radians, tan
 import numpy as np
 
 from onemap_planner.policy.context import APPROACH_NEAREST_M, PlanningContext
-from onemap_planner.policy.evidence import (
-    agreed,
-    doubtful,
-    found_object_at,
-    found_under_other_names,
-)
+from onemap_planner.policy.evidence import agreed, doubtful
 from onemap_planner.policy.find_check import FindCheck, check_find
 from onemap_planner.policy.goals import Goal, GoalKind
+from onemap_planner.policy.names import found_object_at, found_under_other_names
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.state_machine import Ending, Search
+from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
 from onemap_planner.sentences import (
     CREEPS_CLOSE_BY,
     KEPT,
@@ -37,12 +33,14 @@ from onemap_planner.sentences import (
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import distance_cells
+from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
     Coverage,
     FailureCode,
     GoalChoice,
     GoalOption,
+    ObjectFind,
     Occupancy,
     SearchState,
 )
@@ -236,3 +234,39 @@ def other_object(state: PlannerState, candidate: ObjectCandidate, check: FindChe
     """The end of a search that found another object of the name than the one described."""
     reason = found_other(state.search.target, check.wrong)
     return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=check.told)
+
+
+def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:
+    """The finds among the events of a step, with the frames in which they were seen best.
+
+    search: before the events.
+    """
+    found = [event.candidate for event in events if isinstance(event, Confirmed | Ending)]
+    return tuple(
+        ObjectFind(
+            name=search.target,
+            position_m=candidate.xyz,
+            extent_m=extent_m(candidate, grid),
+            score=min(candidate.similarity, 1.0),  # rounding
+            stamp_ns=candidate.best_view.stamp_ns if candidate.best_view else 0,
+            search_id=search.search_id,
+            box_px=candidate.best_view.box_px if candidate.best_view else (),
+            picture=candidate.best_view.picture if candidate.best_view else b"",
+        )
+        for candidate in found
+        if candidate is not None
+    )
+
+
+def extent_m(candidate: ObjectCandidate, grid: GridSpec) -> tuple[float, float, float, float]:
+    """x_min, y_min, x_max, y_max of the candidate's cells, metres in the map frame.
+
+    ``grid``: any grid of the map, for the size of a cell.
+    """
+    cells = np.array(sorted(candidate.cells), np.int64).reshape(-1, 2)
+    if len(cells) == 0:
+        x, y, _ = candidate.xyz
+        return x, y, x, y
+    (ix, iy), (jx, jy) = cells.min(axis=0), cells.max(axis=0)
+    covered = GridSpec(grid.cell_size_m, (int(ix), int(iy)), (int(jx - ix) + 1, int(jy - iy) + 1))
+    return covered.bounds_m
