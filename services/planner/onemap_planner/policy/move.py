@@ -13,6 +13,7 @@ from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.choose import activated, choose, select_candidate
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.displaced import stand
+from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import agreed
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
 from onemap_planner.policy.last_resorts import last_resort
@@ -24,7 +25,6 @@ from onemap_planner.policy.take_in import TakenIn
 from onemap_planner.policy.tell import explain_goal
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import lies_across_gap
-from onemap_planner.policy.ways import drive_to_place
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import leaving_zone
 from onemap_planner.world.candidates import MERGE_M

@@ -1,43 +1,27 @@
-"""Ways through the unknown, and the drive to a place."""
+"""Ways through the unknown, and what closes the ways over known floor."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from math import cos, hypot, sin
 
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.motions import Pose2d
-from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
-from onemap_planner.policy.arrival import ArrivalState, arrive
+from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalUtility
-from onemap_planner.policy.outcome import Move
-from onemap_planner.policy.state import SETTLE_S, ActiveGoal, PlannerState
-from onemap_planner.policy.tell import explain_goal
-from onemap_planner.policy.viewpoints import (
-    BLUR_CELLS,
-    NO_CELLS,
-    SightTarget,
-    Viewpoints,
-    first_visible,
-    least_occluded,
-    viewpoints_around,
-)
-from onemap_planner.search.state_machine import Destination, Ending, without_choice
-from onemap_planner.sentences import OBSTACLE, ONWARD, driving, no_way, onward
+from onemap_planner.policy.viewpoints import NO_CELLS, SightTarget, first_visible, viewpoints_around
+from onemap_planner.search.state_machine import Destination
+from onemap_planner.sentences import OBSTACLE, ONWARD, onward
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
-from onemap_shared.messages import FailureCode, Occupancy, SearchKind, SearchState, subject_of
+from onemap_shared.messages import Occupancy, SearchKind, subject_of
 
 # Metres from a place where the robot cannot stand that still count as there: from its centre to
 # what an arm or a voice reaches.
 PLACE_TOLERANCE_M = 0.5
-# Metres from which a place is looked at, at least: nearer, the camera looks over low things.
-PLACE_NEAREST_M = 0.8
 # Metres from which a place is looked at, at most: farther, the floor is seen at less than 20
 # degrees from a camera at 1 m.
 PLACE_FARTHEST_M = 3.0
@@ -151,7 +135,6 @@ def _ends(xy: F64, context: PlanningContext, passable: Bool, within_m: float) ->
 
 MAX_VISITS = 2  # after the second one, floor that could not be seen counts as impassable
 MAX_UNREACHED = 2  # places whose ways are planned, the most similar ones: each costs a path
-INTO_M = 1.5  # from which a place inside an obstacle is looked at, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,32 +143,6 @@ class UnreachedPlace:
 
     xy: tuple[float, float]
     score: float
-
-
-def place_goals(
-    destination: Destination, context: PlanningContext, visits: I64, tried_xy: F64
-) -> Iterator[Goal]:
-    """The goals of a drive to a place, the best first; none near the views tried_xy (T, 2), metres.
-
-    A place that the map knows is reached or seen from known floor; otherwise the way to it is
-    explored. visits (nx, ny): how often the robot looked beyond a frontier near each cell without
-    result. A place that stays unknown, such as the inside of a cupboard, is reached or seen as
-    well as possible.
-    """
-    look = destination.kind is SearchKind.LOOK_AT
-    final = _seeing(destination.xy, context, tried_xy) if look else None
-    if not look and _known(destination.xy, context):
-        final = _standing(destination.xy, context)
-    if final is not None:
-        yield _goal(destination, final, context)
-    frontier = frontier_goal(destination, context, visits)
-    if frontier is not None:
-        yield frontier
-    if final is None:
-        find = _seeing_into if look else _standing
-        final = find(destination.xy, context)
-        if final is not None:
-            yield _goal(destination, final, context)
 
 
 def frontier_goal(destination: Destination, context: PlanningContext, visits: I64) -> Goal | None:
@@ -208,7 +165,7 @@ def frontier_goal(destination: Destination, context: PlanningContext, visits: I6
     if visits[tuple(frontier.ahead)]:
         viewpoint = _view_of(frontier.ahead[None], context)
     xy = context.xy_of(frontier.cell if viewpoint is None else viewpoint)
-    utility = _utility(xy, context)
+    utility = utility_at(xy, context)
     doing = onward(subject_of("", destination.xy))
     return Goal(GoalKind.FRONTIER, xy, context.xy_of(frontier.ahead), utility, doing)
 
@@ -235,89 +192,14 @@ def ways_to_unreached(
     return goals
 
 
-def nearest_reachable_m(xy: tuple[float, float], context: PlanningContext) -> float:
-    """Distance in metres from a place to the nearest reachable cell, infinity without any."""
-    cells = np.argwhere(context.reachable)
-    away = np.hypot(*(context.costmap.grid.centres(cells) - np.asarray(xy)).T)
-    return float(away.min(initial=np.inf))
-
-
-def _known(xy: tuple[float, float], context: PlanningContext) -> bool:
-    costmap, cell = context.costmap, context.cell_at(xy)
-    if not costmap.grid.contains(cell):
-        return False
-    return bool(costmap.free[tuple(cell)] | costmap.occupied[tuple(cell)])
-
-
-def _standing(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
-    """The reachable cell (2,) nearest to a place, within the tolerance; None without any.
-
-    No obstacle lies between, so that the robot does not stop behind a wall; except for the
-    obstacle that a place is in.
-    """
-    costmap, grid, cell = context.costmap, context.costmap.grid, context.cell_at(xy)
-    if not grid.contains(cell):
-        return None
-    own = (distance_cells(grid, cell) <= BLUR_CELLS) & ~costmap.free[tuple(cell)]
-    cells = np.argwhere(context.reachable)
-    away_m = np.hypot(*(grid.centres(cells) - np.asarray(xy)).T)
-    near = np.flatnonzero(away_m <= PLACE_TOLERANCE_M)
-    for index in near[np.argsort(away_m[near], kind="stable")]:
-        if line_is_clear(~costmap.occupied | own, cells[index], cell):
-            found: I64 = cells[index]
-            return found
-    return None
-
-
-def _seeing(xy: tuple[float, float], context: PlanningContext, tried_xy: F64) -> I64 | None:
-    """The cheapest reachable cell (2,) from which a known place is in sight; None without any."""
-    if not _known(xy, context):
-        return None
-    tried = context.costmap.grid.cells(tried_xy)
-    return first_visible(_around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M), tried))
-
-
-def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
-    """The reachable cell (2,) near a place from which the least hides it; None without any."""
-    if not context.costmap.grid.contains(context.cell_at(xy)):
-        return None
-    return least_occluded(_around(xy, context, (PLACE_NEAREST_M, INTO_M)))
-
-
-def _around(
-    xy: tuple[float, float],
-    context: PlanningContext,
-    band_m: tuple[float, float],
-    tried: I64 = NO_CELLS,
-) -> Viewpoints:
-    """Viewpoints around a place, not near tried ones (T, 2).
-
-    What is unknown hides it, except around the robot.
-    """
-    costmap, grid = context.costmap, context.costmap.grid
-    here_m = distance_cells(grid, context.cell_at(context.pose.xy)) * grid.cell_size_m
-    beneath = here_m <= context.params.escape_radius_m
-    opaque = replace(costmap, occupied=costmap.occupied | ~(costmap.free | beneath))
-    target = SightTarget(context.cell_at(xy)[None])
-    return viewpoints_around(target, replace(context, costmap=opaque), band_m, tried=tried)
-
-
 def _view_of(cells: I64, context: PlanningContext, tried: I64 = NO_CELLS) -> I64 | None:
     """The nearest view (2,) of cells (K, 2) from where the floor before them is seen."""
     band_m = (context.params.escape_radius_m, PLACE_FARTHEST_M)
     return first_visible(viewpoints_around(SightTarget(cells), context, band_m, tried=tried))
 
 
-def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal:
-    viewpoint_xy = context.xy_of(cell)
-    utility = _utility(viewpoint_xy, context)
-    look = destination.kind is SearchKind.LOOK_AT
-    doing = driving(subject_of("", destination.xy), look=look, where="{where}")
-    kind = GoalKind.LOOK_AT if look else GoalKind.GO_TO
-    return Goal(kind, viewpoint_xy, destination.xy, utility, doing)
-
-
-def _utility(viewpoint_xy: tuple[float, float], context: PlanningContext) -> GoalUtility:
+def utility_at(viewpoint_xy: tuple[float, float], context: PlanningContext) -> GoalUtility:
+    """The utility of a place (metres), which is the way to it."""
     cell = context.cell_at(viewpoint_xy)
     return GoalUtility.of_place(float(context.cost_to_go.cost_m[tuple(cell)]))
 
@@ -350,7 +232,7 @@ def _look_at(obstacle: I64, context: PlanningContext, tried: I64) -> Goal | None
         return None
     x, y = context.costmap.grid.centres(obstacle).mean(axis=0)
     there, look_xy = context.xy_of(cell), (float(x), float(y))
-    return Goal(GoalKind.LOOK_AT, there, look_xy, _utility(there, context), OBSTACLE)
+    return Goal(GoalKind.LOOK_AT, there, look_xy, utility_at(there, context), OBSTACLE)
 
 
 def _closing_obstacle(context: PlanningContext, beyond: I64) -> I64:
@@ -389,76 +271,3 @@ def _cost_without_passers_by(context: PlanningContext) -> F64:
     if costmap.keep_out is not None:
         cost[costmap.keep_out.closed & ~costmap.passable] = IMPASSABLE
     return cost
-
-
-SAME_VIEWPOINT_M = 0.3  # a viewpoint that moves less between two maps, by three cells, is the same
-FACED_FROM_M = 0.25  # nearer to the place the robot stands on it and faces nothing
-
-
-def drive_to_place(state: PlannerState, destination: Destination, context: PlanningContext) -> Move:
-    """Drive to the best goal; without one for ``SETTLE_S`` the drive has failed."""
-    state.give_up_finished()
-    goal = _select(state, destination, context)
-    if goal is None:
-        state.active_goal, state.search = None, without_choice(state.search)
-        waits = state.idle_s() < SETTLE_S
-        return Move(event=None if waits else _failure(destination, context))
-    at, motion = arrive(context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose)), context)
-    if at is ArrivalState.NO_VIEW:
-        state.give_up(goal, reached=False)
-        return Move()
-    active = _activated(state, goal)
-    around, new = state.landmarks(context), state.is_new(active)
-    state.search = explain_goal(state.search, goal, [goal], around, new=new)
-    there = at is ArrivalState.THERE
-    final = there and goal.kind is not GoalKind.FRONTIER
-    state.active_goal = active.at(state.active_time_s, arrived=there and not final)
-    state.idle_since_s = None
-    event = _arrival(destination, context.pose) if final else None
-    return Move(motion, event)
-
-
-def _select(state: PlannerState, destination: Destination, context: PlanningContext) -> Goal | None:
-    """The best goal that was not given up; a frontier is given up by its visits."""
-    visits = visit_counts(context, state.ledger.visited_frontiers)
-    tried_xy = state.ledger.tried_xy(GoalKind.LOOK_AT)
-    goals = place_goals(destination, context, visits, tried_xy)
-    fresh = (g for g in goals if g.kind is GoalKind.FRONTIER or not state.ledger.is_given_up(g))
-    return next(fresh, None)
-
-
-def _look_xy(goal: Goal, pose: Pose2d) -> tuple[float, float]:
-    """What the robot faces at the goal: it keeps its heading where it stands on the place."""
-    if goal.kind is GoalKind.GO_TO and goal.looks_at(goal.viewpoint_xy, FACED_FROM_M):
-        return pose.x_m + cos(pose.yaw_rad), pose.y_m + sin(pose.yaw_rad)
-    return goal.look_xy
-
-
-def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
-    """The active goal: the present one while its viewpoint stays, else a new one."""
-    active = state.active_goal
-    if active is not None and active.goal.kind is goal.kind:
-        (x, y), (old_x, old_y) = goal.viewpoint_xy, active.goal.viewpoint_xy
-        if hypot(x - old_x, y - old_y) <= SAME_VIEWPOINT_M:
-            return active
-    return state.new_goal(goal)
-
-
-def _arrival(destination: Destination, pose: Pose2d) -> Ending:
-    away_m, place = pose.distance_to(destination.xy), subject_of("", destination.xy)
-    look = destination.kind is SearchKind.LOOK_AT
-    told = f"looking at {place} from {away_m:.2f} m"
-    return Ending(SearchState.ARRIVED, told if look else f"standing {away_m:.2f} m from {place}")
-
-
-def _failure(destination: Destination, context: PlanningContext) -> Ending:
-    away_m = nearest_reachable_m(destination.xy, context)
-    done = "seen" if destination.kind is SearchKind.LOOK_AT else "reached"
-    nearest = (
-        f"the nearest reachable point is {away_m:.1f} m from it"
-        if np.isfinite(away_m)
-        else "no floor around the robot is known to be free"
-    )
-    zones = context.zones.names if context.costmap.keep_out is not None else ()
-    reason = f"{subject_of('', destination.xy)} cannot be {done}: {no_way(zones)}; {nearest}"
-    return Ending(SearchState.FAILED, reason, FailureCode.UNREACHABLE)
