@@ -108,6 +108,7 @@ SAVED = {
 }
 CHANGED = "flat.npz: 81 cells from 9 frames, 2.5 MB.\n"
 FOUND, ABSENT = QueryResult.model_json_schema()["examples"]
+BOTH = {"answers": [FOUND, ABSENT]}
 WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
 
 
@@ -116,6 +117,7 @@ WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
     [
         ("query sofa", "POST /v1/queries", FOUND, EXIT_OK, "'sofa' is at"),
         ("query sofa", "POST /v1/queries", ABSENT, EXIT_FAILED, "was not seen"),
+        ("query sofa, bed", "POST /v1/queries", BOTH, EXIT_FAILED, "'sofa' is at"),
         ("search sofa", "POST /v1/searches", SEARCH, EXIT_OK, "7.5 m confirmed"),
         ("search sofa", "POST /v1/searches", MISSED, EXIT_FAILED, "searched all rooms\n"),
         ("go -1.2 -3", "POST /v1/searches", ARRIVED, EXIT_OK, f"Arrived: {WENT}"),

@@ -69,10 +69,11 @@ def query(
     """Where is it? Places on the map that look like it, best first, and a verdict.
 
     Found, not here (the reachable area was looked at), or not looked yet, with the
-    place to look at next. Exit code 0 only if it was found. The scores of an
-    image rank places; they are no probabilities.
+    place to look at next. A text may list several: "sofa, bed". Exit code 0 only if
+    all were found. The scores of an image rank places; they are no probabilities.
     """
     from onemap import QueryOptions
+    from onemap_shared.sentence import listed_sentences
     from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
@@ -88,13 +89,17 @@ def query(
             except KeyboardInterrupt:
                 return
         if crop is not None:
-            result = gateway.query_image(crop, options)
+            results = [gateway.query_image(crop, options)]
+        elif len(listed_sentences(words)) > 1:
+            results = [*gateway.query_all([words], options)]
         else:
-            result = gateway.query(
-                words, regions, negatives=options.negatives, area_m=options.area_m
-            )
-    show(dict(result.document), as_json, remote.describe_query)
-    raise typer.Exit(EXIT_OK if result.found else EXIT_FAILED)
+            results = [
+                gateway.query(words, regions, negatives=options.negatives, area_m=options.area_m)
+            ]
+    documents = [dict(each.document) for each in results]
+    shown = documents[0] if len(documents) == 1 else {"answers": documents}
+    show(shown, as_json, remote.describe_queries)
+    raise typer.Exit(EXIT_OK if all(each.found for each in results) else EXIT_FAILED)
 
 
 @app.command(rich_help_panel=FIRST)

@@ -145,6 +145,12 @@ def describe_drive(report: dict[str, Any], console: Console) -> None:
     console.print(again(report) or ended, soft_wrap=True)
 
 
+def describe_queries(reply: dict[str, Any], console: Console) -> None:
+    """Print the answer to one text, or to each of several."""
+    for each in reply.get("answers", [reply]):
+        describe_query(each, console)
+
+
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print the regions of the map that match, best first."""
     if understood := _understood(reply, reply["text"]):
