@@ -38,7 +38,7 @@ def test_blocks_equal_one_dense_table(compiled: bool, seed: int) -> None:
         store = new_store(compiled=compiled)
         F, c = torch.zeros((40, 3)), np.zeros(40)
         for revision in range(1, 6):
-            store.add(rng.integers(-9, 9, (rng.integers(0, 9), 2)))
+            store.new_slots(rng.integers(-9, 9, (rng.integers(0, 9), 2)))
             slots = rng.permutation(store.count)[: rng.integers(0, store.count + 1)]
             F_new = torch.from_numpy(rng.normal(size=(len(slots), 3)).astype(np.float32))
             c_new = rng.uniform(0.1, 1, len(slots)).astype(np.float32)
@@ -81,7 +81,7 @@ def after_views(
     store = CellStore(
         observations.shape[1], device=CPU, dtype=dtype, compiled=True, max_prior=max_prior
     )
-    slot = store.add(np.zeros((1, 2), np.int64))
+    slot = store.new_slots(np.zeros((1, 2), np.int64))
     seen = []
     for frame, new in enumerate(torch.from_numpy(observations.astype(np.float32)), start=1):
         store.fuse(slot, new[None], np.array([VIEW], np.float32), revision=frame)
@@ -110,7 +110,7 @@ def test_an_hour_follows_the_exact_belief() -> None:
 def test_what_further_robots_searched_grows_with_the_cells() -> None:
     store = CellStore(2, device=CPU, dtype=torch.float32)
     count = BLOCK + 2
-    slots = store.add(np.stack([np.arange(count), np.zeros(count, np.int64)], axis=-1))
+    slots = store.new_slots(np.stack([np.arange(count), np.zeros(count, np.int64)], axis=-1))
     ones = torch.ones((count, 2)), np.ones(count, np.float32)
     store.fuse(slots[:2], ones[0][:2], ones[1][:2], revision=1)
     store.fuse(slots, *ones, revision=2, views=Views(1.0, 1.0, robot=2))
@@ -119,7 +119,7 @@ def test_what_further_robots_searched_grows_with_the_cells() -> None:
     own, first, second = (searched_row(robot) for robot in range(3))
     rows = store.confidences(everything)
     assert rows.sum(axis=1)[[own, first, second]].tolist() == [2, 5, count]
-    more = store.add(np.array([[7, k] for k in range(1, BLOCK + 1)]))
+    more = store.new_slots(np.array([[7, k] for k in range(1, BLOCK + 1)]))
     assert not store.confidences(slice(int(more[0]), store.count)).any()
     store.reset_searched(2)
     assert store.confidences(everything)[[own, first, second]].sum(axis=1).tolist() == [2, 5, 0]
@@ -133,7 +133,7 @@ def test_the_compiled_loop_rounds_as_torch_does(max_prior: float) -> None:
         for compiled in (True, False)
     ]
     rng = np.random.default_rng(0)
-    _, slots = (store.add(np.zeros((300, 2), np.int64)) for store in stores)
+    _, slots = (store.new_slots(np.zeros((300, 2), np.int64)) for store in stores)
     for revision in range(12):
         some = rng.permutation(slots)[:200]
         features = torch.from_numpy(rng.normal(size=(200, 96)).astype(np.float32))

@@ -55,7 +55,7 @@ def fused(data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype) -> t
         )
         place = tuple(kernel.cells.T + CELLS // 2)
         new = slots[place] < 0
-        slots[tuple(axis[new] for axis in place)] = store.add(kernel.cells[new])
+        slots[tuple(axis[new] for axis in place)] = store.new_slots(kernel.cells[new])
         patches = torch.from_numpy(features.reshape(32, 64).T.copy())
         store.fuse(
             slots[place],

@@ -85,7 +85,7 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
     query = text_query(embeddings(rng, 3), 0, CPU)
     read = reads(monkeypatch)
     for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
-        store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
+        store.new_slots(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
         store.fuse(np.array(slots), features, np.ones(len(slots), np.float32), revision=revision)
         cached = cache.scores_of_all([query], store, revision)[0].scores
@@ -124,7 +124,7 @@ def test_texts_asked_together_score_as_one_by_one(seed: int, dtype: torch.dtype)
     reply = embeddings(rng, int(rng.integers(0, 5)))
     queries = [text_query(reply, text, CPU) for text in range(2)]
     for revision in range(1, 4):
-        store.add(np.zeros((3, 2), np.int64))
+        store.new_slots(np.zeros((3, 2), np.int64))
         some = np.flatnonzero(rng.random(store.count) < 0.7)
         features = torch.from_numpy(unit(rng, len(some), 8)).reshape(-1, 8)
         store.fuse(some, features, np.ones(len(some), np.float32), revision=revision)
@@ -143,7 +143,7 @@ def test_products_are_those_of_the_whole_table(
 ) -> None:
     rng = np.random.default_rng(0)
     store = CellStore(8, device=CPU, dtype=dtype, compiled=compiled)
-    slots = store.add(np.zeros((5000, 2), np.int64))
+    slots = store.new_slots(np.zeros((5000, 2), np.int64))
     store.fuse(slots, torch.from_numpy(unit(rng, 5000, 8)), np.ones(5000, np.float32), revision=1)
     vectors = torch.from_numpy(unit(rng, texts, 8))
     for chosen in (slots, slots[::7], slots[4000:4200]):
@@ -169,7 +169,7 @@ def test_ranks_keep_the_order_and_span_the_range(values: F32) -> None:
 def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.zeros((5, 2), np.int64))
+    slots = store.new_slots(np.zeros((5, 2), np.int64))
     store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), np.ones(5, np.float32), revision=1)
     one, two = (text_query(embeddings(rng, 3), 0, CPU) for _ in range(2))
     cache.scores_of_all([one], store, 1)
@@ -182,7 +182,7 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
 ) -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
+    slots = store.new_slots(np.stack([np.arange(6), np.arange(6)], axis=1))
     store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=1)
     reply = embeddings(rng, 40)
     read = reads(monkeypatch)
@@ -206,7 +206,7 @@ def test_words_that_do_not_compete_are_taken_out_of_the_sum(seed: int, temperatu
     mask = np.ones((2, 6), np.uint8)
     mask[0, 0] = mask[1, 1] = mask[1, 2] = 0
     features = np.concatenate([unit(rng, 5, 8), reply.neutral, reply.neutral[:3] + 1e-3])
-    slots = store.add(np.zeros((len(features), 2), np.int64))
+    slots = store.new_slots(np.zeros((len(features), 2), np.int64))
     store.fuse(slots, torch.from_numpy(features), np.ones(len(features), np.float32), revision=1)
     reply = replace(reply, embeddings=text.numpy().copy(), neutral_mask=mask)
     queries = [text_query(reply, k, CPU) for k in range(2)]
@@ -224,7 +224,7 @@ def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPa
     cache.learn(query)
     for revision in range(1, 40):
         seen = np.arange(revision, revision + 6)
-        store.add(np.zeros((revision + 6 - store.count, 2), np.int64))
+        store.new_slots(np.zeros((revision + 6 - store.count, 2), np.int64))
         store.fuse(
             seen, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=revision
         )
@@ -250,7 +250,7 @@ def test_a_floor_is_fitted_to_the_map_and_again_when_it_has_grown() -> None:
 
     def fuse(features: F32, revision: int) -> float:
         slots, sure = (
-            store.add(np.zeros((len(features), 2), np.int64)),
+            store.new_slots(np.zeros((len(features), 2), np.int64)),
             np.ones(len(features), np.float32),
         )
         store.fuse(slots, torch.from_numpy(features), sure, revision=revision)

@@ -195,7 +195,7 @@ class CellStore:
         """Shares (count, LEVELS) of height of all slots; not to be written."""
         return self._heights[: self.count]
 
-    def add(self, cells: I64) -> I64:
+    def new_slots(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
         first, self.count = self.count, self.count + len(cells)
         while len(self._blocks) * BLOCK < self.count:

@@ -168,7 +168,7 @@ class BeliefMap:
         slots: I64 = self.slots.values[rows].astype(np.int64)
         new = slots == NO_SLOT
         if new.any():
-            slots[new] = self.store.add(cells[new])
+            slots[new] = self.store.new_slots(cells[new])
             self.slots.values[rows[new]] = slots[new]
         return slots
 

@@ -54,19 +54,6 @@ RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height an
 
 
 @compiled
-def columns_seen(planes: tuple[F32, F32, F32, F32], step: int, camera: F32) -> F32:
-    """The planes (4, rows, columns) of ``_Image``, of every so manieth column."""
-    rows, columns = planes[0].shape[0], -(-planes[0].shape[1] // step)
-    seen = np.empty((4, rows, columns), np.float32)
-    for k, plane in enumerate(planes):
-        less = camera[k - 1] if k in {1, 2} else np.float32(0)
-        for i in range(rows):
-            for j in range(columns):
-                seen[k, i, j] = plane[i, j * step] - less
-    return seen
-
-
-@compiled
 def floor_and_edges(depth: F32, z: F32, farthest: np.float32) -> tuple[Bool, Bool]:
     """Pixels (rows, columns) of floor up to a depth, and those just beyond the edge of a step down.
 
@@ -192,8 +179,8 @@ class _Image:
     @classmethod
     def of(cls, cloud: PointCloud) -> _Image:
         step = max(1, cloud.depth_m.shape[1] // COLUMNS)
-        depth, x, y, z = columns_seen(cloud.planes, step, cloud.camera_m)
-        return cls(depth, x, y, z, cloud.camera_m)
+        depth, x, y, z = (np.ascontiguousarray(plane[:, ::step]) for plane in cloud.planes)
+        return cls(depth, x - cloud.camera_m[0], y - cloud.camera_m[1], z, cloud.camera_m)
 
     @property
     def valid(self) -> Bool:

@@ -114,62 +114,26 @@ def _of_kind(kind: U8, wanted: int, x: F32, y: F32, z: F32) -> F32:
     return found
 
 
-@compiled
-def every_point(planes: tuple[F32, F32, F32, F32], stride: int) -> F32:
+def ray_ends(cloud: PointCloud) -> F32:
     """Points (n, 3) with depth of every so manieth pixel of every so manieth row."""
-    depth_m, x, y, z = planes
-    height, width = depth_m.shape
-    found = np.empty((-(-height // stride) * -(-width // stride), 3), np.float32)
-    filled = 0
-    for i in range(0, height, stride):
-        for j in range(0, width, stride):
-            if depth_m[i, j] > 0:
-                found[filled, 0], found[filled, 1] = x[i, j], y[i, j]
-                found[filled, 2] = z[i, j]
-                filled += 1
-    return found[:filled]
+    thinned = cloud.strided(RAY_STRIDE)
+    seen = thinned.depth_m > 0
+    return np.stack([plane[seen] for plane in thinned.planes[1:]], axis=1)
 
 
-@compiled
-def _bounds_of(places_m: F32) -> tuple[float, float, float, float]:
-    """The least and greatest x and y of places (n, 2 or 3): low x, low y, high x, high y.
-
-    Infinite where there are none, the low ones above the high ones.
-    """
-    low_x = low_y = np.float32(np.inf)
-    high_x = high_y = -np.float32(np.inf)
-    for k in range(len(places_m)):
-        x, y = places_m[k, 0], places_m[k, 1]
-        low_x, low_y = min(low_x, x), min(low_y, y)
-        high_x, high_y = max(high_x, x), max(high_y, y)
-    return low_x, low_y, high_x, high_y
-
-
-@compiled
-def _reached_bounds(camera: F32, ends: F32) -> tuple[float, float, float, float]:
-    """``_bounds_of`` the camera (3,) and the ends (m, 3) of rays, no further than they clear."""
-    range_m = np.float32(CLEARING_RANGE_M)
-    low_x = high_x = camera[0]
-    low_y = high_y = camera[1]
-    for k in range(len(ends)):
-        x, y, z = ends[k, 0] - camera[0], ends[k, 1] - camera[1], ends[k, 2] - camera[2]
-        length = np.sqrt(x * x + y * y + z * z)
-        share = min(range_m / max(length, np.float32(1e-6)), np.float32(1))
-        x, y = camera[0] + x * share, camera[1] + y * share
-        low_x, low_y = min(low_x, x), min(low_y, y)
-        high_x, high_y = max(high_x, x), max(high_y, y)
-    return low_x, low_y, high_x, high_y
-
-
-@compiled
-def bounds_of_all(camera: F32, ends: F32, places: Places) -> tuple[float, float, float, float]:
-    """The bounds of what rays from camera (3,) to ends (m, 3) clear, and of places."""
-    low_x, low_y, high_x, high_y = _reached_bounds(camera, ends)
-    for each in places:
-        left, below, right, above = _bounds_of(each)
-        low_x, low_y = min(low_x, left), min(low_y, below)
-        high_x, high_y = max(high_x, right), max(high_y, above)
-    return low_x, low_y, high_x, high_y
+def _covering(camera: F32, ends: F32, places: Places, cell_size_m: float) -> GridSpec:
+    """The grid over what rays from camera (3,) to ends (m, 3) clear, and places."""
+    rays = ends - camera
+    x, y, z = rays.T
+    length = np.maximum(np.sqrt(x * x + y * y + z * z), np.float32(1e-6))
+    share = np.minimum(np.float32(CLEARING_RANGE_M) / length, np.float32(1))
+    sides = []
+    for k, along in enumerate((x, y)):  # each in one piece: minima of pairs are slow
+        reached = camera[k] + along * share
+        side = np.concatenate([camera[k : k + 1], reached, *(each[:, k] for each in places)])
+        sides.append((float(side.min()), float(side.max())))
+    (low_x, high_x), (low_y, high_y) = sides
+    return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))
 
 
 class VoxelGrid(NamedTuple):
@@ -261,14 +225,13 @@ def occupancy_update(cloud: PointCloud, params: MapParams) -> OccupancyUpdate:
     """Evidence of one depth image. Flying pixels are neither obstacles nor floor."""
     cloud = cloud.without(flying_pixels(cloud.depth_m))
     camera, planes = cloud.camera_m, cloud.planes
-    rays = every_point(planes, RAY_STRIDE)
+    rays = ray_ends(cloud)
     heights = (OBSTACLE_MIN_HEIGHT_M, params.obstacle_max_height_m)
     values = (HEIGHT_ERROR_PER_M, FLOOR_TOLERANCE_M, *heights, params.obstacle_range_m)
     obstacles, low = obstacle_points(planes, ObstacleLimits(*map(np.float32, values)))
     floor = floor_points(cloud, params)
     places = obstacles, low, floor.drops, floor.seen, floor.blind
-    low_x, low_y, high_x, high_y = bounds_of_all(camera, rays, places)
-    box = GridSpec.covering(params.cell_size_m, (low_x, low_y), (high_x, high_y))
+    box = _covering(camera, rays, places, params.cell_size_m)
     lowest_m, thickness_m, highest_m = map(
         np.float32, (heights[0], params.voxel_height_m, heights[1])
     )

@@ -19,7 +19,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.npyio import NpzFile
 from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.belief.view_log import SeenFrom
@@ -50,7 +51,7 @@ from onemap_mapper.transfers import to_host
 from onemap_shared.atomic_file import replacing
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.grid import MAX_CELLS
-from onemap_shared.messages import MAX_FILE_TEXT_CHARS, Place
+from onemap_shared.messages import Place
 
 
 def _add(
@@ -78,7 +79,6 @@ def _add(
 
 
 MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
-MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
 MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
 MAX_KEPT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
 MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
@@ -102,6 +102,9 @@ class Declared:
         return prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
+HEADERS = TypeAdapter(MapHeader)
+
+
 def _checked(raw: object, name: str) -> MapHeader:
     """The header of a map that can be read; MapFileError for another."""
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
@@ -111,27 +114,15 @@ def _checked(raw: object, name: str) -> MapHeader:
             f"{name} has format version {str(raw.get('version'))[:40]}; this program reads "
             f"{VERSION_WITHOUT_DROPS} and {VERSION}"
         )
-    header = MapHeader(**raw)
-    for field in fields(MapHeader):
-        value = getattr(header, field.name)
-        fits = {
-            "str": isinstance(value, str) and _fits_a_message(value),
-            "int": type(value) is int and 0 <= value < 2**63,
-            "float": isinstance(value, float) and 0 <= value < 1e6,
-        }
-        if not fits[str(field.type)]:
-            raise MapFileError(f"{name} is damaged: {field.name} is {str(value)[:80]!a}")
-    if header.dimension > MAX_DIMENSION:
-        raise MapFileError(
-            f"{name} has features of {header.dimension} channels; the limit is {MAX_DIMENSION}"
-        )
+    try:
+        header = HEADERS.validate_json(json.dumps(raw), strict=True)
+    except ValidationError as problem:
+        first = problem.errors()[0]
+        field = first["loc"][0] if first["loc"] else "its header"
+        raise MapFileError(f"{name} is damaged: {field}: {first['msg']}") from problem
     if header.dimension and not (header.encoder_id and header.text_space):
         raise MapFileError(f"{name} is damaged: it does not say which encoder made its features")
     return header
-
-
-def _fits_a_message(text: str) -> bool:
-    return len(text) <= MAX_FILE_TEXT_CHARS and text.isprintable()  # no lone surrogates either
 
 
 def check_arrays(
@@ -435,7 +426,6 @@ def _bytes(archive: Any, name: str) -> bytes:
 
 
 PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
-ATTEMPTS = 3
 
 
 class MapReplaced(Exception):
@@ -460,11 +450,10 @@ class LiveMap:
         """Write the file atomically; returns its size in bytes, 0 and no file of an empty map.
 
         A cell's feature and confidences are of one moment; two cells may be some frames apart.
-        If another map takes the place meanwhile, it begins again, the last time from a copy of the
-        whole. ``accept`` is given about how many bytes it will be, and may raise. Raises OSError,
-        MapFileError.
+        If another map takes the place meanwhile, it begins again. ``accept`` is given about how
+        many bytes it will be, and may raise. Raises OSError, MapFileError.
         """
-        for _ in range(ATTEMPTS):
+        while True:
             with self.lock:
                 belief = self.current()
                 content = replace(outline(belief), objects=objects, places=places)
@@ -475,9 +464,6 @@ class LiveMap:
                 return write(content, path, self._feature_parts(belief, content))
             except MapReplaced:
                 continue
-        with self.lock:
-            content = take(self.current(), objects, places)
-        return write(content, path) if content.header.dimension else 0
 
     def whole(self) -> tuple[MapSnapshot, int]:
         """A copy of one whole revision, and its number; frames wait for it."""

@@ -6,10 +6,12 @@ import hashlib
 import json
 import platform
 from dataclasses import asdict, dataclass, fields, replace
+from typing import Annotated, ClassVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from pydantic import AfterValidator, ConfigDict, Field
 
 from onemap_mapper.belief.cells import SEARCHED, FeatureShare
 from onemap_mapper.belief.map import BeliefMap
@@ -23,11 +25,26 @@ from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_cells
 from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import I64
-from onemap_shared.messages import MapDigest, Place
+from onemap_shared.messages import MAX_FILE_TEXT_CHARS, MapDigest, Place
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
 ASSUMED = 2  # of ``clear``: free floor that no camera saw; 1: it was seen
+
+
+MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():  # no lone surrogates either
+        raise ValueError("holds what cannot be printed")
+    return text
+
+
+# As messages can hold them.
+Text = Annotated[str, Field(max_length=MAX_FILE_TEXT_CHARS), AfterValidator(_printable)]
+Count = Annotated[int, Field(ge=0, lt=2**63)]
+Metres = Annotated[float, Field(ge=0, lt=1e6, allow_inf_nan=False)]
 
 
 class MapFileError(ValueError):
@@ -42,17 +59,19 @@ class EncoderMismatch(MapFileError):
 class MapHeader:
     """The header of a map file, described in docs/formats.md."""
 
-    format: str
-    version: int
-    encoder_id: str
-    text_space: str
-    dimension: int
-    cell_size_m: float
-    obstacle_min_height_m: float
-    obstacle_max_height_m: float
-    frames_fused: int
-    sequence: int
-    stamp_ns: int
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    format: Text
+    version: Count
+    encoder_id: Text
+    text_space: Text
+    dimension: Annotated[int, Field(ge=0, le=MAX_DIMENSION)]
+    cell_size_m: Metres
+    obstacle_min_height_m: Metres
+    obstacle_max_height_m: Metres
+    frames_fused: Count
+    sequence: Count
+    stamp_ns: Count
 
     @property
     def grid(self) -> tuple[float, float, float]:
