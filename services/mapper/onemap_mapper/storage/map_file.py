@@ -103,6 +103,26 @@ class Declared:
 
 
 HEADERS = TypeAdapter(MapHeader)
+# The arrays of a map of n cells, m of them with evidence of obstacles: dtypes and shape of each.
+FORMS: dict[str, tuple[tuple[str, ...], tuple[str | int, ...]]] = {
+    "cells": (("int32",), ("n", 2)),
+    "features": (("float16", "float32"), ("n", "D")),
+    "confidence": (("float32",), ("n",)),
+    "searched": (("float32",), ("n",)),
+    "driving_cells": (("int32",), ("m", 2)),
+    "evidence": (("int8",), ("m", "levels")),
+    "clear": (("uint8",), ("m",)),
+    "explored": (("float32",), ("n",)),
+    "heights": (("float32",), ("n", LEVELS)),
+    "view_poses": (("float64",), ("views", 3)),
+    "best_view": (("int32",), ("n",)),
+    "view_confidence": (("float32",), ("n",)),
+    "last_seen_ns": (("int64",), ("n",)),
+}
+# Arrays that files of earlier releases do not have; earlier releases leave them unread.
+SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
+ADDED = ("explored", "heights", *SEEN)
+ARRAYS = tuple(name for name in FORMS if name not in ADDED)
 
 
 def _checked(raw: object, name: str) -> MapHeader:
@@ -137,45 +157,25 @@ def check_arrays(
                 f"{name} is damaged: {part} takes {array.nbytes} bytes, but the file holds "
                 f"{array.stored_bytes}"
             )
-    (n,), (m,) = declared["cells"].shape[:1] or (0,), declared["driving_cells"].shape[:1] or (0,)
+    n, m = (max(declared[name].shape[:1], default=0) for name in ("cells", "driving_cells"))
     if max(n, m) > max_cells:
         raise MapFileError(
             f"{name} has {max(n, m)} cells; max_extent_m and cell_size_m allow {max_cells}"
         )
-    for part, (dtype, shape) in _layout(declared, header, n, m).items():
-        array = declared[part]
-        if (array.dtype, array.shape) != (dtype, shape):
-            raise MapFileError(
-                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected {dtype} "
-                f"{shape}"
-            )
-    if declared["evidence"].shape[1] > MAX_LEVELS:
-        raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
-
-
-def _layout(
-    declared: Mapping[str, Declared], header: MapHeader, n: int, m: int
-) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Type and shape of each array of a map of n cells, and m with evidence of obstacles."""
-    half = declared["features"].dtype == "float16"
+    levels = max(declared["evidence"].shape[1:], default=0)
+    if levels > MAX_LEVELS:
+        raise MapFileError(f"{name} is damaged: columns of {levels} levels")
     poses = declared.get("view_poses")
     views = min(*poses.shape[:1], n) if poses else 0  # each is the best one of some cell
-    layout: dict[str, tuple[str, tuple[int, ...]]] = {
-        "cells": ("int32", (n, 2)),
-        "features": ("float16" if half else "float32", (n, header.dimension)),
-        "confidence": ("float32", (n,)),
-        "searched": ("float32", (n,)),
-        "driving_cells": ("int32", (m, 2)),
-        "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
-        "clear": ("uint8", (m,)),
-        "explored": ("float32", (n,)),
-        "heights": ("float32", (n, LEVELS)),
-        "best_view": ("int32", (n,)),
-        "view_confidence": ("float32", (n,)),
-        "last_seen_ns": ("int64", (n,)),
-        "view_poses": ("float64", (views, 3)),
-    }
-    return {part: form for part, form in layout.items() if part in declared}
+    sizes = {"n": n, "m": m, "D": header.dimension, "levels": levels, "views": views}
+    for part, array in declared.items():
+        dtypes, axes = FORMS[part]
+        shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
+        if array.dtype not in dtypes or array.shape != shape:
+            raise MapFileError(
+                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected "
+                f"{' or '.join(dtypes)} {shape}"
+            )
 
 
 def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
@@ -227,19 +227,7 @@ UNREADABLE = (  # what zipfile, NumPy, JSON and msgpack raise on files of any co
     zipfile.BadZipFile,
     zlib.error,
 )
-ARRAYS = (
-    "cells",
-    "features",
-    "confidence",
-    "searched",
-    "driving_cells",
-    "evidence",
-    "clear",
-)
 OBJECTS, PLACES = "objects", "places"  # only in files of maps with found objects, named places
-# Arrays that files of earlier releases do not have; earlier releases leave them unread.
-SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
-ADDED = ("explored", "heights", *SEEN)
 NOT_FINITE = "features that are not finite"
 
 
