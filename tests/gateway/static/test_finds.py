@@ -97,6 +97,7 @@ def test_a_new_find_appears_and_a_forgotten_one_goes(page: Page, robot: Robot) -
     robot.keep("sofa", 0.4, 1.1)
     page.wait_for("document.querySelectorAll('#finds li').length === 1")
     open_card(page)
+    page.wait_for(PHOTO_SHOWN)  # asked for later, it would be gone: an error of the console
     page.click("#find-forget")
     page.click("#forget-yes")
     page.wait_for(f"!{CARD_OPEN}")
