@@ -18,6 +18,8 @@ case $engine in
   --self-test) . "$HERE/check/self_test.sh"; self_test "${@:2}"; exit ;;
   *) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
 esac
+# Also from one that still builds, and so has left no trace yet. To the end of this process.
+exec 8>>"${TMPDIR:-/tmp}/onemap-check-$engine.lock" && flock --nonblock 8 || refuse "another check of $engine runs"
 "refuse_$engine"
 work=$(mktemp -d)
 finish() { "clean_$engine" >/dev/null 2>&1; rm -rf "$work"; }

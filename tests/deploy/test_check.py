@@ -55,7 +55,11 @@ def test_it_refuses_what_is_not_its_own(
         (stubs / there).chmod(0o755)
     result = subprocess.run(
         ["bash", script, engine],
-        env={**os.environ, "PATH": f"{stubs}{os.pathsep}/usr/bin{os.pathsep}/bin"},
+        env={
+            **os.environ,
+            "PATH": f"{stubs}{os.pathsep}/usr/bin{os.pathsep}/bin",
+            "TMPDIR": str(tmp_path),
+        },
         capture_output=True,
         text=True,
         check=False,
