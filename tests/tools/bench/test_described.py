@@ -1,41 +1,26 @@
-"""Goals of which others of the kind are there: their truth by geometry, and the plain search."""
+"""Goals of which others of the kind are there: their truth by geometry."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from onemap_planner.policy.state import Evidence, FoundObject
-from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.scene.scene import Room, Scene
-from onemap_tools.bench.lockstep import (
-    LockstepSimulation,
-    PerceptionPipeline,
-    SimulatedRobot,
-    SystemConfig,
-)
 from onemap_tools.bench.navigation.benchmark import setups
 from onemap_tools.bench.navigation.described import (
     PAINTS,
     DescribedObject,
-    cells_of,
     described_objects,
-    merged,
     painted,
 )
-from onemap_tools.bench.navigation.results import Failure, ResultsFolder, read_beside
 from onemap_tools.bench.options import GoalsName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
-from tests.planner.one_room import candidate
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
-from tests.tools.bench.test_results import OPTIONS, episode, failed, found
 
 NOUNS = frozenset({"bed", "desk", "lamp", "stool", "dresser", "chair"})
-FOUND = ObjectResult("lamp", SearchState.FOUND, "", (), 0.9, 7.0, 3.0, (1.0, 2.0), ())
 
 
 def two_rooms() -> Scene:
@@ -106,49 +91,13 @@ def test_a_claim_of_another_one_is_wrong_however_near_the_right_one() -> None:
     assert lamp.marked(scene).objects[3].category == "lamp next to the bed"
 
 
-def test_a_plain_search_that_goes_on_adds_up_and_is_compared_as_two(tmp_path: Path) -> None:
-    second = replace(FOUND, start_xy_m=(5.0, 5.0), duration_s=20.0, path_length_m=11.0)
-    (both,) = merged([FOUND, second])
-    assert (both.start_xy_m, both.duration_s, both.path_length_m) == ((1.0, 2.0), 27.0, 14.0)
-    assert merged([]) == ()
-    wrong, right = failed("lamp", 3, Failure.WRONG_OBJECT), found("lamp", 7, 14)
-    ResultsFolder(tmp_path, {**OPTIONS, "method": "plain"}).add(
-        replace(episode(0, right), plain=(wrong,))
-    )
-    beside = read_beside(tmp_path, OPTIONS)
-    assert [item.objects for (item,) in beside.values()] == [(wrong,), (right,)]
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"method": "plain"}, "not with --goals names"),
-        ({"method": "plain", "goals": "absent"}, "not with --goals absent"),
-        ({"method": "oracle", "goals": "absent"}, "drives to what is there"),
         ({"goals": "colours"}, "--goals colours is for --features mini"),
-        ({"method": "vlfm", "goals": "rooms"}, "--goals rooms is for onemap, plain, oracle"),
+        ({"method": "vlfm", "goals": "rooms"}, "--goals rooms is for onemap, oracle"),
     ],
 )
 def test_methods_and_goals_that_do_not_fit_are_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         setups(NavigationBench(**options))
-
-
-def test_a_search_that_goes_on_rejects_what_was_found_whatever_the_map_says_of_it() -> None:
-    config = SystemConfig(simulator=SimulatorConfig())
-    robot = SimulatedRobot(two_rooms(), config.simulator)
-    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
-    simulation.search(("dresser",), 0.0)
-    wrong, other = candidate(3.5, 2.3), candidate(9.1, 4.6)
-    simulation.state = replace(
-        simulation.state,
-        evidence=Evidence(candidates=(wrong, other)),
-        found_objects=(FoundObject("dresser", wrong.cells),),
-    )
-    covered = cells_of(two_rooms(), 6, 0.1)
-    search, evidence = simulation.search_on(0.0, covered), simulation.state.evidence
-    assert search.active
-    assert evidence.candidates == (other,)
-    assert {each.supported for each in evidence.rejected} == {True, False}
-    assert {each.cells for each in evidence.rejected} == {wrong.cells | covered}
-    assert {(30, 21), (39, 24)} <= covered

@@ -60,9 +60,7 @@ def cells_once(scene: Scene, *sizes_m: float) -> Any:
 
 @pytest.fixture(autouse=True)
 def _apartments_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("episode", "results"):
-        module = f"onemap_tools.bench.navigation.{name}"
-        monkeypatch.setattr(f"{module}.generate_apartment", APARTMENT)
+    monkeypatch.setattr("onemap_tools.bench.navigation.episode.generate_apartment", APARTMENT)
     monkeypatch.setattr("onemap_simulator.physics.collision.occupied_cells", cells_once)
 
 
@@ -206,6 +204,8 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
     first, second = (run_episode(setup("onemap", 3.0, errors="all")) for _ in range(2))
+    assert 0 < first.planning_p50_ms <= first.planning_p95_ms
+    first, second = (replace(e, planning_p50_ms=0, planning_p95_ms=0) for e in (first, second))
     assert first == second
     assert first.frames_lost > 0
     assert first.pose_error_m > 0  # rounded to millimetres
@@ -230,18 +230,7 @@ def test_every_method_and_kind_of_features_runs_an_episode(
     assert len(record.objects) == 2
     assert len(record.trajectory) == pytest.approx(4 * record.simulated_s, abs=2)
     assert record.trajectory[0] == pytest.approx(record.start[:2])
-
-
-@pytest.mark.slow
-def test_what_is_absent_is_sought_and_what_came_into_view_is_told() -> None:
-    record = run_episode(setup("onemap", 8.0, goals="absent"))
-    assert [item.success for item in record.objects] == [False]
-    seen = [view for view in record.first_views if view.time_s is not None]
-    assert 0 < len(seen) < len(record.first_views)
-    for view in seen:
-        assert view.driven_m is not None
-        assert 0 <= view.driven_m <= record.objects[0].path_length_m + 0.5
-        assert 0 <= (view.time_s or 0) <= record.simulated_s
+    assert all(0 < iou <= 1 for iou in record.room_ious)
 
 
 @pytest.mark.slow

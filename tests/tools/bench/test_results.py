@@ -92,26 +92,6 @@ def test_metrics_are_those_of_habitat_and_of_the_paper() -> None:
     assert str(results.Estimate(**nothing["spl_2"])) == "-"
 
 
-def test_of_a_search_for_what_is_absent_the_first_views_are_measured() -> None:
-    nothing = failed("airplane", 20.0, results.Failure.NEVER_IN_VIEW)
-    views = tuple(
-        results.FirstView(*each)
-        for each in (("bed", 4.0, 2.0, 5.0), ("sofa", 3.0, 6.0, 15.0), ("fan", 9.0))
-    )
-    sought = replace(episode(0, nothing), first_views=views, simulated_s=40.0)
-    document = {**OPTIONS, "features": "mini", "compared_with": {}}
-    document |= results.summary([sought], seed=1)
-    values = {name: each["value"] for name, each in document["metrics"].items()}
-    assert (values["in_view"], values["view_s"]) == pytest.approx((2 / 3, 20.0), abs=1e-3)
-    assert values["view_spl"] == pytest.approx((1.0 + 0.5) / 3, abs=1e-3)
-    assert not {"sr", "spl"} & values.keys()
-    assert not any("failed" in line for line in results.table_lines(document))
-    slower = replace(sought, first_views=(*views[:2], results.FirstView("fan", 9.0, 18.0, 35.0)))
-    compared = results.comparison([slower], [sought], seed=1)
-    assert compared["in_view"]["value"] == pytest.approx(1 / 3, abs=1e-3)
-    assert compared["view_spl"]["value"] == pytest.approx(4 / 3, abs=1e-3)
-
-
 def test_intervals_cover_the_truth_about_as_often_as_they_say() -> None:
     rng, covered = np.random.default_rng(3), 0
     for trial in range(200):
@@ -194,11 +174,11 @@ def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> N
 
 def test_only_runs_of_the_same_task_are_compared(tmp_path: Path) -> None:
     results.ResultsFolder(tmp_path, OPTIONS).add(FIRST)
-    assert results.read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == {"onemap": [FIRST]}
+    assert results.read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == ("onemap", [FIRST])
     other = {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}}
-    assert results.read_beside(tmp_path, other) == {"onemap, planner.plan_hz 4.0": [FIRST]}
+    assert results.read_beside(tmp_path, other) == ("onemap, planner.plan_hz 4.0", [FIRST])
     later = {"seed": 3, "config": {**OPTIONS["config"], "simulator": {"seed": 3}}}
-    assert results.read_beside(tmp_path, {**OPTIONS, **later}).keys() == {"onemap"}
+    assert results.read_beside(tmp_path, {**OPTIONS, **later})[0] == "onemap"
     with pytest.raises(ValueError, match=r"simulator\.rgbd_hz None instead of 8\.0: only runs"):
         results.read_beside(tmp_path, {**other, "config": {"simulator": {"rgbd_hz": 8.0}}})
     with pytest.raises(ValueError, match="holds no results"):

@@ -8,6 +8,7 @@ one that the mapper would tell it, so that searches compare with those of before
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import dist
@@ -38,7 +39,7 @@ from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Search, Starting, new_search
-from onemap_planner.world.map_view import AssembledView, PlanningView, WorldCells, after
+from onemap_planner.world.map_view import AssembledView, PlanningView, after
 from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
@@ -234,6 +235,7 @@ class LockstepSimulation:
         self.robot, self.now_s = robot, 0.0  # simulated seconds since the start
         self.path: list[tuple[float, float]] = [self.xy]
         self._named = tuple(places)
+        self.planning_s: list[float] = []  # processor time of each step
         self.ends: list[SearchEnd] = []  # one for each result of the search
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -265,24 +267,6 @@ class LockstepSimulation:
         stamp = EventStamp(self.now_s, 0.0, self.xy, self.odometer_m)
         search = replace(new_search("lockstep", objects, stamp, 0), details=details)
         return self._run(PlannerState(search, synonyms=synonyms), limit_s)
-
-    def search_on(self, limit_s: float, wrong: WorldCells) -> Search:
-        """Search for one object again, knowing all that is known.
-
-        wrong: cells that what was found just now covers beside those that were seen: it is none.
-        """
-        before = self.state
-        evidence, cells = before.evidence.copy(), before.found_objects[-1].cells | wrong
-        for candidate in (*evidence.candidates, *evidence.unsupported):
-            if not candidate.cells.isdisjoint(cells):
-                whole = replace(candidate, cells=candidate.cells | wrong)
-                evidence.reject(whole)
-                other = replace(whole, supported=not whole.supported)
-                evidence.rejected = (*evidence.rejected, other)  # whatever the map says of it
-        stamp = EventStamp(self.now_s, before.active_time_s, self.xy, self.odometer_m)
-        search = new_search(before.search.search_id, before.search.objects, stamp, 0)
-        state = replace(before, search=search, evidence=evidence, idle_since_s=None)
-        return self._run(state, limit_s)
 
     def _run(self, state: PlannerState, limit_s: float) -> Search:
         self.state = state
@@ -392,10 +376,11 @@ class LockstepSimulation:
             offset_m=self.belief.history().offset_m,
         )
         self._detections.clear()
-        method = self._method
+        method, began_s = self._method, time.process_time()
         outcome = step(
             state, observation, self._config.planner, method.exploration, method.consensus
         )
+        self.planning_s.append(time.process_time() - began_s)
         self.state, decision = outcome.state, outcome.decision
         if len(self.state.search.results) > len(self.ends):
             reported = pose_2d(pose.x_m, pose.y_m, pose.yaw_rad)

@@ -30,12 +30,11 @@ MethodName = Literal[
     "esc",
     "nearest_frontier",
     "oracle",
-    "plain",
 ]
 FeaturesName = Literal["simulated", "uncalibrated", "mini"]
 ErrorsName = Literal["none", "drift", "jump", "late", "dropped", "depth", "people", "all"]
 Parity = Literal["all", "even", "odd"]
-GoalsName = Literal["names", "absent", "relations", "rooms", "colours"]
+GoalsName = Literal["names", "relations", "rooms", "colours"]
 
 Method = Annotated[MethodName, Option(help="Of searching.")]
 
@@ -189,9 +188,8 @@ class NavigationBench(Options):
     goals: Annotated[
         GoalsName,
         Option(
-            help="names: kinds of object; absent: something that is not there, and how soon "
-            "all that is there comes into view; others: in each apartment one object of several "
-            "of its kind, as 'lamp next to the bed'. The method plain knows its name alone."
+            help="names: kinds of object; others: in each apartment one object of several of its "
+            "kind, as 'lamp next to the bed'."
         ),
     ] = "names"
     objects_per_episode: Annotated[

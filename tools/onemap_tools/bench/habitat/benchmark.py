@@ -305,10 +305,8 @@ def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
 
     ValueError for a method that Habitat's episodes do not have, and for what cannot be read.
     """
-    if options.method in ("oracle", "plain"):  # need the simulator's ground truth
-        raise ValueError(
-            f"--method {options.method} runs in generated apartments only: choose another"
-        )
+    if options.method == "oracle":  # needs the simulator's ground truth
+        raise ValueError("--method oracle runs in generated apartments only: choose another")
     system, agent = SystemConfig.read(options.config), AgentParams()
     files = read_episodes(options.episodes, options.goals, options.count)
     described = {

@@ -29,18 +29,13 @@ from onemap_tools.bench.navigation.results import (
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.processes.worker_pool import worker_pool
 
-DESCRIBED = ("onemap", "plain", "oracle")  # the object that is meant, or its name alone
+DESCRIBED = ("onemap", "oracle")  # find the one of several that is meant
 lines = table_lines
 
 
 def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
     """One per episode; ValueError for options that do not fit each other."""
-    named = options.goals in ("names", "absent")
-    if named and options.method == "plain":
-        raise ValueError(f"method plain finds one of several: not with --goals {options.goals}")
-    if options.goals == "absent" and options.method == "oracle":
-        raise ValueError("method oracle drives to what is there: not with --goals absent")
-    if not named and options.method not in DESCRIBED:
+    if options.goals != "names" and options.method not in DESCRIBED:
         raise ValueError(
             f"method {options.method} knows names only: --goals {options.goals} is for "
             f"{', '.join(DESCRIBED)}"
@@ -77,15 +72,11 @@ def _config(options: NavigationBench, seed: int) -> SystemConfig:
 
 
 def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:
-    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``."""
+    """Run what is not yet in the folder; the summary, in which only times of this machine vary."""
     started_s = time.perf_counter()
     asked, document = setups(options), described(options)
     plain = json.loads(json.dumps(document))
-    others = {
-        name: theirs
-        for folder in options.beside or ()
-        for name, theirs in read_beside(folder, plain).items()
-    }
+    others = dict(read_beside(folder, plain) for folder in options.beside or ())
     folder = None if options.out is None else ResultsFolder(options.out, document)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in asked if setup.index not in done]

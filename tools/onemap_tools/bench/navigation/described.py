@@ -7,7 +7,7 @@ one within ``NEXT_TO_M`` in the same room, and every other instance is clearly n
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
@@ -15,7 +15,7 @@ from math import inf
 import numpy as np
 
 from onemap_shared.geometry import F32, F64
-from onemap_shared.messages import Detail, ObjectResult, Place, Relation, RelationKind
+from onemap_shared.messages import Detail, Place, Relation, RelationKind
 from onemap_shared.messages.details import NEXT_TO_M
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.ground_truth.truth import horizontal_distances
@@ -82,31 +82,10 @@ class DescribedObject:
         return replace(summary, goal_distance_m=inf)
 
 
-def cells_of(scene: Scene, index: int, cell_size_m: float) -> frozenset[tuple[int, int]]:
-    """World cells under an object's box."""
-    low, high = np.floor(_box(scene, index)[:, :2] / cell_size_m).astype(int)
-    return frozenset(product(range(low[0], high[0] + 1), range(low[1], high[1] + 1)))
-
-
 def _box(scene: Scene, index: int) -> F32:
     """Box (2, 3) around an object: the least and the largest x, y, z."""
     points = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)
     return np.stack([points.min(axis=0), points.max(axis=0)])
-
-
-def merged(legs: Sequence[ObjectResult]) -> tuple[ObjectResult, ...]:
-    """Searches for one object, each from where the one before ended, as one; none if there are
-    none."""
-    if not legs:
-        return ()
-    return (
-        replace(
-            legs[-1],
-            start_xy_m=legs[0].start_xy_m,
-            path_length_m=sum(leg.path_length_m for leg in legs),
-            duration_s=sum(leg.duration_s for leg in legs),
-        ),
-    )
 
 
 def described_objects(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import reduce
 from math import inf, isfinite
@@ -38,9 +38,8 @@ from onemap_tools.bench.lockstep import (
     SimulatedRobot,
     SystemConfig,
 )
-from onemap_tools.bench.navigation.described import DescribedObject, cells_of, merged, painted
+from onemap_tools.bench.navigation.described import painted
 from onemap_tools.bench.navigation.drawing import (
-    GOALS,
     NavigationEpisode,
     deepest_m,
     draw_described,
@@ -54,9 +53,9 @@ from onemap_tools.bench.navigation.results import (
     STARTED_S,
     EpisodeRecord,
     Failure,
-    FirstView,
     ObjectRecord,
 )
+from onemap_tools.bench.navigation.rooms import room_ious
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -72,7 +71,6 @@ SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320
 VIEW_PX = (80, 60)  # of the labels by which it is decided what is in view
 IN_VIEW_SHARE = 0.004  # of the image: what the simulated detector can detect
 POINT_EVERY = 4  # cells of 5 cm between two points of the oracle's trajectory
-ABSENT = "airplane"  # no apartment has one, and each encoder knows the word
 OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limit ends them
 
 
@@ -88,19 +86,12 @@ class EpisodeSetup:
 @dataclass(slots=True)
 class FrameCounts:
     """In how many frames each object was in view and detected while it was sought, where the
-    robot was in every frame, and the metres driven in the first ``STARTED_S``; after how many
-    metres and seconds each kind of object was first in view."""
+    robot was in every frame, and the metres driven in the first ``STARTED_S``."""
 
     in_view: Counter[str] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
-    first_views: dict[str, tuple[float, float]] = field(default_factory=dict)
     trajectory: list[tuple[float, float]] = field(default_factory=list)
     start_m: float = 0.0
-
-    def first_seen(self, names: Iterable[str], driven_m: float, now_s: float) -> None:
-        """Keep when each of the names was in view if it was not before."""
-        for name in names:
-            self.first_views.setdefault(name, (driven_m, now_s))
 
     def add(self, name: str, detected: bool) -> None:
         """Count a frame that shows the object that is sought."""
@@ -112,11 +103,9 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     """Run the episode in simulated time; ``wall_s`` stays 0."""
     simulator, options = setup.config.simulator, setup.options
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
-    if options.goals in ("names", "absent"):
+    if options.goals == "names":
         truth = scene_truth(scene, simulator)
         episode = draw_episode(scene, truth, simulator, options.objects_per_episode)
-        if options.goals == "absent":
-            episode = replace(episode, objects=(ABSENT,))
     else:
         if options.goals == "colours":
             scene = painted(scene, simulator.seed)
@@ -166,7 +155,6 @@ def _search(
         if not target:
             return
         shown = names_in_view(labels, frame, robot.truth_of(frame), categories)
-        counts.first_seen(shown, simulation.odometer_m, simulation.now_s)
         name = described.phrase if described else target
         if normalised(name) in shown:
             counts.add(name, target in found.names)
@@ -189,17 +177,15 @@ def _search(
             summaries = [described.judged(scene, summary) for summary in summaries]
         return tuple(object_record(summary, counts) for summary in summaries)
 
-    legs: tuple[ObjectResult, ...] = ()
-    if described is None:
-        search = simulation.search(episode.objects, limit_s)
-        results = true_results(search.results, simulation.ends)
-    else:
-        legs = search_legs(simulation, described, scene, limit_s, plain=options.method == "plain")
-        results = merged(legs)
+    sought = (described.noun,) if described else episode.objects
+    search = simulation.search(sought, limit_s, (described.detail,) if described else ())
+    results = true_results(search.results, simulation.ends)
+    if described:
+        results = tuple(replace(result, name=described.phrase) for result in results)
+    planning_ms = 1e3 * np.quantile(simulation.planning_s, (0.5, 0.95))
     return replace(
         record,
         objects=records(results),
-        plain=records(legs[:1]) if options.method == "plain" else (),
         contacts=robot.simulation.counts.collisions,
         people_touched=robot.simulation.counts.people_touched,
         edges_crossed=robot.simulation.counts.edges_crossed,
@@ -210,21 +196,10 @@ def _search(
         simulated_s=round(simulation.now_s, 3),
         trajectory=tuple(counts.trajectory),
         start_m=counts.start_m,
-        first_views=first_views(truth, episode, counts) if options.goals == "absent" else (),
+        room_ious=tuple(room_ious(simulation.belief, scene)),
+        planning_p50_ms=float(planning_ms[0]),
+        planning_p95_ms=float(planning_ms[1]),
     )
-
-
-def first_views(
-    truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
-) -> tuple[FirstView, ...]:
-    """When each kind of object that can be reached was first in view."""
-    views = []
-    for name in sorted(GOALS.intersection(truth.scene.categories)):
-        path_m = truth.path_m(name, *episode.start[:2])
-        if isfinite(path_m):
-            driven_m, time_s = counts.first_views.get(name, (None, None))
-            views.append(FirstView(name, path_m, driven_m, time_s))
-    return tuple(views)
 
 
 def zone_places(zones: Sequence[Opening]) -> tuple[Place, ...]:
@@ -237,35 +212,6 @@ def zone_places(zones: Sequence[Opening]) -> tuple[Place, ...]:
         )
         for index, (x0, y0, x1, y1) in enumerate(zones)
     )
-
-
-def search_legs(
-    simulation: LockstepSimulation,
-    described: DescribedObject,
-    scene: Scene,
-    limit_s: float,
-    *,
-    plain: bool,
-) -> tuple[ObjectResult, ...]:
-    """The true result of the search, under the phrase.
-
-    plain: for the noun alone; while what it claims is another one, it goes on without that one
-    until the time is over, and each time has a result of its own.
-    """
-    legs: tuple[ObjectResult, ...] = ()
-    end_s = simulation.now_s + limit_s
-    details = () if plain else (described.detail,)
-    search = simulation.search((described.noun,), limit_s, details=details)
-    while True:
-        results = true_results(search.results, simulation.ends)
-        (result, *_) = (*results, not_sought(described.phrase))
-        legs = (*legs, replace(result, name=described.phrase))
-        claimed = result.outcome is SearchState.FOUND
-        if not (plain and claimed) or described.is_meant(scene, result.position_m):
-            return legs
-        wrong = described.nearest(scene, result.position_m)
-        covered = cells_of(scene, wrong, simulation.belief.params.cell_size_m)
-        search = simulation.search_on(end_s - simulation.now_s, covered)
 
 
 def true_results(

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -31,8 +31,8 @@ STARTED_S = 15.0  # seconds in which a look around takes half: a robot that sets
 RESAMPLES = 2000  # the ends of a 95 % interval are then known to a tenth of its width
 COVERAGE = (2.5, 97.5)  # percentiles
 # Compared by quotients:
-RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m", "view_spl", "view_s")
-DIFFERENCES = ("sr", "wrong_claims", "in_view")
+RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m")
+DIFFERENCES = ("sr", "wrong_claims")
 
 
 class Failure(str, Enum):
@@ -73,28 +73,16 @@ class ObjectRecord:
 
 
 @dataclass(frozen=True, slots=True)
-class FirstView:
-    """When a kind of object was first in view while another was sought: metres driven and seconds,
-    None if never; path_m: the shortest to where it counts as reached."""
-
-    name: str
-    path_m: float
-    driven_m: float | None = None
-    time_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class EpisodeRecord:
     """One episode. start: x, y, yaw; trajectory: true positions in metres, one per frame;
     contacts: above 0.05 m/s, counted by the simulator, people_touched of them with people;
-    pose_error_m: the largest of the reported pose; wall_s is the only value that differs between
-    two runs; scene: where it ran, empty for the apartment of the seed; stairwells: x_min, y_min,
-    x_max, y_max in metres of openings in the floor, edges_crossed: how often the robot came over
-    one; start_m: metres driven in the first ``STARTED_S``; phrase: of the object that is meant
-    where others are of its kind; plain: of the plain search, whose object goes on until it is the
-    right one, what it claimed first; zones: keep-out rectangles, as stairwells; in_zone_m: how
-    far the robot's disc reached into one at most; first_views: of all kinds of object, if something
-    absent was sought."""
+    pose_error_m: the largest of the reported pose; wall_s and planning_p50_ms, planning_p95_ms, the
+    processor time of a planning step, are all that differs between two runs; scene: where it ran,
+    empty for the apartment of the seed; stairwells: x_min, y_min, x_max, y_max in metres of
+    openings in the floor, edges_crossed: how often the robot came over one; start_m: metres driven
+    in the first ``STARTED_S``; phrase: of the object that is meant where others are of its kind;
+    zones: keep-out rectangles, as stairwells; in_zone_m: how far the robot's disc reached into one
+    at most; room_ious: of the map's rooms with the true ones that were seen."""
 
     index: int
     seed: int
@@ -113,10 +101,11 @@ class EpisodeRecord:
     edges_crossed: int = 0
     start_m: float = 0.0
     phrase: str = ""
-    plain: tuple[ObjectRecord, ...] = ()
     zones: tuple[tuple[float, float, float, float], ...] = ()
     in_zone_m: float = 0.0
-    first_views: tuple[FirstView, ...] = ()
+    room_ious: tuple[float, ...] = ()
+    planning_p50_ms: float = 0.0
+    planning_p95_ms: float = 0.0
 
     @property
     def progress(self) -> int:
@@ -202,35 +191,12 @@ def metrics_of(episodes: Sequence[EpisodeRecord], weights: F64) -> dict[str, F64
         "contacts": (column(lambda e: e.contacts), once),
         "start_m": (column(lambda e: e.start_m), once),
     }
-    if any(episode.first_views for episode in episodes):
-        kinds = column(lambda e: len(e.first_views))
-        shown = {"in_view": _kinds_in_view, "view_spl": _view_spl, "view_s": _view_s}
-        kept = ("wrong_claims", "path_m", "time_s", "contacts", "start_m")
-        sums = {name: sums[name] for name in kept}
-        sums |= {name: (column(value), kinds) for name, value in shown.items()}
-        return {name: _quotient(weights @ a, weights @ b) for name, (a, b) in sums.items()}
     for k in range(max(len(episode.objects) for episode in episodes)):
         sums[f"spl_{k + 1}"] = of_position(k)
     found = {name: _quotient(weights @ a, weights @ b) for name, (a, b) in sums.items()}
     if "spl_3" in found:
         found["spl_third_over_first"] = _quotient(found["spl_3"], found["spl_1"])
     return found
-
-
-def _kinds_in_view(episode: EpisodeRecord) -> float:
-    return sum(view.time_s is not None for view in episode.first_views)
-
-
-def _view_spl(episode: EpisodeRecord) -> float:
-    """Summed over the kinds: what of the way until one was in view was needed to reach it."""
-    ways = [(view.path_m, view.driven_m) for view in episode.first_views]
-    return sum(path_efficiency(m, driven_m) for m, driven_m in ways if driven_m is not None)
-
-
-def _view_s(episode: EpisodeRecord) -> float:
-    """Summed over the kinds: seconds until one was in view, at last those of the search."""
-    times = (view.time_s for view in episode.first_views)
-    return sum(episode.simulated_s if time_s is None else time_s for time_s in times)
 
 
 def _quotient(above: F64, below: F64) -> F64:
@@ -290,6 +256,7 @@ def comparison(
 def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
     """Metrics with intervals, and counts of the reasons of failure, as a JSON object."""
     objects = [item for episode in episodes for item in episode.objects]
+    ious = [iou for episode in episodes for iou in episode.room_ious]
     reasons = Counter(item.failure for item in objects)
     counted = ("contacts", "people_touched", "edges_crossed", "frames_lost", "pose_jumps")
     return {
@@ -304,6 +271,12 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
         "zones": sum(len(episode.zones) for episode in episodes),
         "in_zone_m": max(episode.in_zone_m for episode in episodes),
         "simulated_s": round(sum(episode.simulated_s for episode in episodes), 1),
+        "rooms": len(ious),
+        "rooms_iou": round(float(np.mean(ious)), 3) if ious else None,
+        **{
+            name: round(float(np.mean([getattr(e, name) for e in episodes])), 1)
+            for name in PLANNING
+        },
     }
 
 
@@ -326,10 +299,8 @@ TITLES = {
     "path_m": "path per object, m",
     "time_s": "time per object, s",
     "start_m": "driven in the first 15 s, m",
-    "in_view": "kinds that were in view",
-    "view_spl": "SPL until in view, per kind",
-    "view_s": "time until in view, per kind, s",
 }
+PLANNING = ("planning_p50_ms", "planning_p95_ms")
 COUNTS = {
     "people_touched": "contacts with people, all episodes",
     "stairwells": "stairwells, all episodes",
@@ -339,6 +310,8 @@ COUNTS = {
     "pose_error_m": "largest error of the reported pose, m",
     "zones": "keep-out zones, all episodes",
     "in_zone_m": "deepest in a keep-out zone, m",
+    "rooms_iou": "IoU of the rooms that were seen",
+    "planning_p95_ms": "a planning step, 95th percentile, ms",
 }
 
 
@@ -416,10 +389,9 @@ class ResultsFolder:
         (self.folder / RESULTS_FILE).write_text(text, encoding="utf-8")
 
 
-def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[EpisodeRecord]]:
+def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[EpisodeRecord]]:
     """Name and episodes of another run: its method, and its settings where they differ.
 
-    A plain search is two: up to its first claim, and until the right one.
     ValueError if more differs than method, apartments and the settings of ``SEARCHING``:
     then the task was another one.
     """
@@ -433,11 +405,8 @@ def read_beside(folder: Path, options: Mapping[str, Any]) -> dict[str, list[Epis
     advice = "only runs that differ in method, planner or mapper can be compared"
     _refuse(folder, another, advice)
     of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
-    name, episodes = ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
-    if before["method"] != "plain":
-        return {name: episodes}
-    first = [replace(episode, objects=episode.plain) for episode in episodes]
-    return {name: first, f"{name} until it is right": episodes}
+    name = ", ".join((str(before["method"]), *of))
+    return name, _finished(folder / EPISODES_FILE)
 
 
 def _refuse(folder: Path, differing: Mapping[str, tuple[Any, Any]], advice: str) -> None:
