@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -80,7 +79,11 @@ def run(options: SceneBench, tell: Callable[[str], None]) -> dict[str, Any]:
     perception = section(sections, "perception", PerceptionConfig)
     params = section(sections, "mapper", MapperConfig).map
     if options.out is not None:
-        create(options.out)
+        try:
+            options.out.mkdir(parents=True, exist_ok=True)
+        except OSError as problem:
+            reason = problem.strerror or problem
+            raise ValueError(f"cannot write to {options.out}: {reason}") from problem
     try:
         encoder = make_encoder(perception.encoder)
         started_s = time.perf_counter()
@@ -402,18 +405,6 @@ def _row(place: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
-def create(folder: Path) -> None:
-    """Create the folder and a file in it that goes at once; ValueError if that fails."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=folder):
-            pass
-    except OSError as problem:
-        raise ValueError(
-            f"cannot write to {folder}: {problem.strerror or problem}; choose another --out"
-        ) from problem
-
-
 def write(
     folder: Path,
     document: dict[str, Any],
@@ -424,17 +415,14 @@ def write(
     """Write the document, the map with all labels, and the map of each name with its labels."""
     shown = [label for label in labels if _within(label.x, label.y, document["bounds_m"])]
     names = dict.fromkeys(label.name for label in labels)
-    try:
-        text = json.dumps(document, indent=2) + "\n"
-        (folder / "scene.json").write_text(text, encoding="utf-8")
-        (folder / "scene.png").write_bytes(_picture(belief, [], "", shown))
-        for name in (each for each in names if each not in document["unknown_words"]):
-            query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
-            there = [label for label in shown if label.name == name]
-            png = _picture(belief, [query], name, there)
-            (folder / f"{name.replace('/', '-')}.png").write_bytes(png)
-    except OSError as problem:
-        raise ValueError(f"cannot write to {folder}: {problem.strerror or problem}") from problem
+    text = json.dumps(document, indent=2) + "\n"
+    (folder / "scene.json").write_text(text, encoding="utf-8")
+    (folder / "scene.png").write_bytes(_picture(belief, [], "", shown))
+    for name in (each for each in names if each not in document["unknown_words"]):
+        query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
+        there = [label for label in shown if label.name == name]
+        png = _picture(belief, [query], name, there)
+        (folder / f"{name.replace('/', '-')}.png").write_bytes(png)
 
 
 def _picture(
