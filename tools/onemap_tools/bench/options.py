@@ -77,12 +77,11 @@ class QueryBench(Options):
     Random features of 768 channels. read_ms is reading the table once, and
     matrix_product_ms what the machine's own rate for large matrices would take for
     32 texts, both measured in this run. product_ms: the scalar products of one text
-    alone, where the features are. A plain text has no calibration; a
-    calibrated one competes with 103 neutral words, whose part is computed with the
-    first text (first_calibrated_text_ms) and kept. standing_ms_per_frame: 20 texts
-    asked again after a frame changed 800 cells. Processor time with one thread,
-    the best of several runs. With --device cuda the features are on the GPU, and
-    the times are of the clock, read when the GPU is done.
+    alone, where the features are. A text competes with 103 neutral words, whose part
+    is computed with the first text (first_calibrated_text_ms) and kept.
+    standing_ms_per_frame: 20 texts asked again after a frame changed 800 cells. Processor
+    time with one thread, the best of several runs. With --device cuda the features are
+    on the GPU, and the times are of the clock, read when the GPU is done.
     """
 
     module = "query"

@@ -21,7 +21,6 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
-from onemap_mapper.service import WARMED
 from onemap_mapper.storage.map_file import LiveMap, read
 from onemap_mapper.storage.snapshot import restore
 from onemap_tools.bench.machine import Clock, best_ms, clock_of, machine_facts, peak_bytes
@@ -91,20 +90,15 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     """Least milliseconds for the table alone, and for texts whose scores are not kept.
 
     An unwarmed text also computes what competing words weigh in every cell; the first one of a map
-    finds that of all cells but those in view; the others, of which one names a class, of all.
+    finds that of all cells but those in view, the others of all.
     """
     store, now = belief.store, belief.revision
     first, other = texts[:2]
     every, own = np.arange(store.count), first.concepts[:1]
-    is_class = torch.eye(NEUTRAL_WORDS, device=store.device)[0] > 0  # the first of the words
-    excluded = torch.where(is_class, -torch.inf, 0.0)
-    of_class = replace(other, concepts=other.concepts[1:], excluded=excluded)
-    plain = replace(other, concepts=other.concepts[:1], neutral=None, excluded=None)
     warm, warmed, numbers = ScoreCache(), ScoreCache(), count()
     warmed.learn(first)
     warmed.settled(store, now, 0)
     warmed.warm(store, every[IN_VIEW:])
-    after_a_frame = every[:WARMED]
 
     def unasked(like: TextQuery) -> TextQuery:  # under a new name: its scores are not kept
         return replace(like, text=f"{like.text}, {next(numbers)}")
@@ -115,10 +109,7 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
         "product_ms": lambda: store.products(every, own),
         "unwarmed_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
         "first_calibrated_text_ms": lambda: deepcopy(warmed).scores_of_all([first], store, now),
-        "warming_ms_per_frame": lambda: warmed.warm(store.copied(after_a_frame), after_a_frame),
-        "plain_text_ms": lambda: warm.scores_of_all([unasked(plain)], store, now),
         "calibrated_text_ms": lambda: warm.scores_of_all([unasked(other)], store, now),
-        "class_text_ms": lambda: warm.scores_of_all([unasked(of_class)], store, now),
         "texts_at_once_ms": lambda: warm.scores_of_all(
             [unasked(text) for text in texts], store, now
         ),
