@@ -34,7 +34,6 @@ COMES_WITH = {
     "fastapi": {"starlette", "anyio"},
     "httpx": {"anyio"},
     "typer": {"click"},
-    "numba": {"llvmlite"},
     "pydantic": {"pydantic_core"},
 }
 OPTIONAL = {  # imported when installed, with a clear sentence when not

@@ -1,1 +1,1 @@
-"""What one frame adds to the map: compiled loops and torch side by side."""
+"""What one frame adds to the map: geometry by compiled loops, products by torch."""
