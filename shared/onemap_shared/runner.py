@@ -113,9 +113,9 @@ def run_service(
     code = EXIT_CRASHED
     try:
         code = _run(service, load, read(options.config))
-    except ConfigError as problem:
+    except ConfigError as problem:  # nothing has begun yet
         print(f"{service}: {problem}", file=sys.stderr)
-        code = EXIT_MISUSED
+        raise SystemExit(EXIT_MISUSED) from problem
     except StartError as problem:
         LOG.error("%s", problem)
         code = EXIT_CRASHED if problem.temporary else EXIT_MISUSED

@@ -171,9 +171,9 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Name and configuration of every service that is run; each exits with 7 at once."""
     started: list[Any] = []
 
-    def run(name: str, config: Path | None) -> int:
+    def run(name: str, config: Path | None) -> None:
         started.append((name, config))
-        return 7
+        raise SystemExit(7)
 
     monkeypatch.setattr("onemap_tools.processes.services.run", run)
     return started
