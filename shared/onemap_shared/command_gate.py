@@ -13,7 +13,7 @@ from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import COMMAND_VALIDITY_MS, VelocityCommand
 
 # As the planner's limit of the loop: the robot's own measure of the same, on its own clock. With
-# 1.0 s commands that were under way when a link slowed down let it drive on, into a wall.
+# 1.0 s, commands that are under way when a link slows down let it drive on, into a wall.
 MAX_COMMAND_AGE_S = 0.6
 # A planner that is silent for longer than a command is valid (0.3 s) and than it sends stops after
 # a search (0.5 s) has let go of the robot.

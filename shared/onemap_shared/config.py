@@ -32,11 +32,7 @@ NEAR = 0.6  # likeness of a name to one that is meant
 # What PyYAML raises; ValueError of a date, a number or a character that there is not.
 UNREADABLE = (yaml.YAMLError, ValueError, RecursionError)
 SECTIONS = ("bus", "log", *SERVICES)
-# What becomes of keys that no model has: most were settings of 0.1 that nobody set otherwise.
-GONE = (
-    "most keys of 0.1 are constants since 0.2.0, or follow from what the robot sends, so that "
-    "there is nothing to set: remove it ('onemap config schema' lists all settings)"
-)
+NO_SETTING = "remove it, since 'onemap config schema' lists all settings"
 
 
 class ConfigError(Exception):
@@ -240,7 +236,7 @@ def _unknown_key(key: str, owners: Sequence[type[BaseModel]]) -> str:
     valid = [field for owner in owners for field in owner.model_fields]
     near = difflib.get_close_matches(key, valid, n=1, cutoff=NEAR)
     hint = f"did you mean {near[0]!r}? If not" if near else f"there are {', '.join(valid)}"
-    return f"is unknown; {hint}: {GONE}"
+    return f"is unknown; {hint}: {NO_SETTING}"
 
 
 def _follow(

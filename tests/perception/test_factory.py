@@ -80,7 +80,7 @@ def test_a_routed_detector_is_two() -> None:
             "perception.detector.score_treshold is unknown; did you mean 'score_threshold'?",
         ),
         ({"frame_timeout_s": 3}, "perception.frame_timeout_s is unknown; there are encoder, "),
-        ({"patches": {"min_patches": 2}}, "most keys of 0.1 are constants since 0.2.0"),
+        ({"patches": {"min_patches": 2}}, "remove it, since 'onemap config schema' lists"),
         ({"encoder": {"backend": "tipsv2", "model": "x", "device": "gpu"}}, "should match pattern"),
         ({"mini": {"colour": 1}}, "perception.encoder.colour is unknown"),
     ],

@@ -95,7 +95,7 @@ def test_an_unknown_key_is_refused_with_its_origin_and_what_to_do(tmp_path: Path
     file = write(tmp_path, "mapper: {max_weight: 3}")
     variable = "ONEMAP__MAPPER__FUSION"
     found = mistakes(read(file, {variable: "{decay: 1}"}), "mapper", Sample)
-    reason = "most keys of 0.1 are constants since 0.2.0"
+    reason = "remove it, since 'onemap config schema' lists"
     assert found[1].startswith(f"{file}: mapper.max_weight is unknown; there are cell_size_m, ")
     assert found[0].startswith(f"{variable}: mapper.fusion.decay is unknown; ")
     assert all(reason in sentence and "remove it" in sentence for sentence in found)
