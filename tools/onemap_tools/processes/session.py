@@ -17,6 +17,7 @@ from onemap_shared.messages import Heartbeat
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.gateway import start_all
 
 CONNECT_S = 2.0  # of a health check
 PATIENCE_S = 2.5  # two heartbeats
@@ -28,8 +29,9 @@ def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterat
     bus = connect(config, name, uuid.uuid4().hex[:12], patience_s)
     if bus is None:
         raise CliError(
-            f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
-            "router alone with 'onemap router'; another address goes into bus.connect of --config."
+            f"No router at {', '.join(config.connect)}: start everything with {start_all()}, or "
+            "the router alone with 'onemap router'; another address goes into bus.connect of "
+            "--config."
         )
     try:
         yield bus
