@@ -21,7 +21,7 @@ HERE = Landmarks((0.0, 0.0), 0.0, (SOFA, TV))
         ((1.0, 0.2), 0.0, "near the sofa"),
         ((2.0, 1.2), 0.0, "near the sofa"),
         ((0.0, -5.0), 0.0, "behind the tv"),
-        ((0.3, 0.3), 0.0, "where the robot stands"),
+        ((0.3, 0.3), 0.0, "next to the robot"),
         ((4.9, 0.0), 0.0, "5 m ahead"),
         ((2.0, 2.0), 0.0, "3 m ahead to the left"),
         ((0.0, 3.0), 0.0, "3 m to the left"),

@@ -44,7 +44,7 @@ class Landmarks:
             between = abs(remainder(towards_deg - self._bearing_deg(at), 360.0)) <= BEHIND_DEG
             return f"{'behind' if nearer and between else 'near'} {the(name)}"
         if away_m < HERE_M:
-            return "where the robot stands"
+            return "next to the robot"
         side = "left" if towards_deg > 0 else "right"
         turned_deg = abs(towards_deg)
         if turned_deg <= AHEAD_DEG:
@@ -202,7 +202,7 @@ def not_navigable(xy: Xy) -> str:
     return f"the robot's own navigation found no way to ({xy[0]:.1f}, {xy[1]:.1f})"
 
 
-CREEPS_CLOSE_BY = "slowly, past what stands close by"
+CREEPS_CLOSE_BY = "driving slowly, because obstacles are near"
 
 
 def creeps_unseen(floor_m: float) -> str:
@@ -210,8 +210,11 @@ def creeps_unseen(floor_m: float) -> str:
 
     floor_m: from where on the camera shows floor, metres; infinity: it shows none.
     """
-    shows = "no floor" if floor_m == float("inf") else f"the floor from {floor_m:.1f} m on only"
-    return f"slowly, over floor not seen yet: the camera shows {shows}, tilted down or lower more"
+    sees = "no floor" if floor_m == float("inf") else f"the floor only from {floor_m:.1f} m on"
+    return (
+        f"driving slowly over floor that the camera has not seen: it sees {sees}; "
+        "tilt it down or mount it lower"
+    )
 
 
 def pose_jumped(what: str, by: str) -> str:

@@ -88,8 +88,8 @@ def test_a_choice_is_explained_once_and_counted() -> None:
 @pytest.mark.parametrize(
     ("beside", "why"),
     [
-        pytest.param(" ", "the camera shows the floor from 1.2 m on", id="unseen floor"),
-        pytest.param("#", "slowly, past what stands close by", id="an obstacle"),
+        pytest.param(" ", "it sees the floor only from 1.2 m on", id="unseen floor"),
+        pytest.param("#", "driving slowly, because obstacles are near", id="an obstacle"),
     ],
 )
 def test_a_robot_that_creeps_says_why_and_what_helps(beside: str, why: str) -> None:

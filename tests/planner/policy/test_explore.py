@@ -226,7 +226,7 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
     state, *_ = explored(state, two_rooms)
     _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
     assert isinstance(event, Ending)
-    assert "m² of floor seen that no way leads to" in event.reason
+    assert "m² of floor seen but not reachable" in event.reason
 
 
 def two_halves() -> PlanningContext:

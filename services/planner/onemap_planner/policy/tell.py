@@ -172,11 +172,12 @@ def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) 
     """How much was explored, and where the similarity to the object is highest."""
     map_view = context.map_view
     area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
-    text = f"searched everything reachable: {area_m2:.0f} m² explored"
-    if coverage.unreachable_m2 >= LEAST_NAMED_M2:
-        text += f", {coverage.unreachable_m2:.0f} m² of floor seen that no way leads to"
+    text = "searched everything reachable"
     if context.costmap.keep_out is not None:
-        text += f", not into {', '.join(map(repr, context.zones.names))}"
+        text += f" without entering {' or '.join(map(repr, context.zones.names))}"
+    text += f": {area_m2:.0f} m² explored"
+    if coverage.unreachable_m2 >= LEAST_NAMED_M2:
+        text += f", {coverage.unreachable_m2:.0f} m² of floor seen but not reachable"
     if not coverage.best_match_m:
         return f"{text}; the map has no features"
     x, y = coverage.best_match_m
