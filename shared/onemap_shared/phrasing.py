@@ -86,11 +86,17 @@ NAMES = "(?:my )?(?:dear|darling|honey|sweetheart|friend|buddy|robot)"
 YOU = "(?:can|could|will|would) you(?: check)?|if you(?: please)?|and tell me|for me|i guess"
 HERE = r"(?:around )?here|(?:in|around) (?:the|this) (?:apartment|flat|house|home|place)"
 WHEN = "anywhere|somewhere|around|quick(?:ly)?|right now|now|will do|too|as well"
-CLOSING = re.compile(rf"[\s,]+(?:{NAMES}|{YOU}|(?:in )?{HERE}|{WHEN})$", re.I)
+CLOSING = re.compile(rf"(?:,\s*{NAMES}|[\s,]+(?:{YOU}|(?:in )?{HERE}|{WHEN}))$", re.I)
 PLEASE = re.compile(r"[\s,]*\b(?:please|pls|plz|thank you|thanks)\b[\s,!]*", re.I)
 # "I'm thirsty, find me something to drink": why it is asked for says nothing of it.
 REASON = re.compile(
     r"(?:i['’]m|i am|we['’]re|we are|it['’]s) (?!looking|after)[^,.!?]*[,.!?]+\s*(?=\S)", re.I
+)
+# What a reason that may be left out does not say.
+RESTRICTS = re.compile(
+    r"n['’]t\b|\b(?:not|no|never|avoid|out|in|into|on|at|near|by|under|between|inside|outside|off|"
+    r"except|without|dangerous|only|where|away)\b",
+    re.I,
 )
 # "check the office for a printer" is "a printer in the office".
 SEARCHED = re.compile(
@@ -110,7 +116,9 @@ THAT = re.compile(r"(?:that|this|those|these)\s+(?=\S)", re.I)
 NO_NAME = (
     "i|you|me|we|us|he|she|they|is|are|was|were|be|been|am|do|does|did|don't|could|would|should|"
     "have|has|had|if|what|who|when|why|how|there|where|let|go|get|find|yourself|happened|avoid|"
-    "than|as|like|because|so|very|really|then|though|also|only|even|already|still|again|out|hiding"
+    "than|as|like|because|so|very|really|then|though|also|only|even|already|still|again|out|hiding|"
+    "but|nowhere|never|hardly|not|no|isn't|aren't|minus|skip|ignore|it's|too|longer|either|away|"
+    "preferably|ideally|perhaps"
 )
 
 NUMBERS = "two|three|four|five|six|seven|eight|nine|ten|twelve|dozen"
@@ -135,6 +143,7 @@ START = r"^(?:the |a |an )?"
 NOT_MODELLED = tuple(
     (re.compile(words, re.I), hint)
     for words, hint in (
+        (r"[()\[\]{}].*", "ask without brackets"),
         (r"\w+[.?!;:](?:\s.*|$)", "ask in one sentence"),
         (r"\b(?:or|nor)\b", "of one or the other: ask for each by itself"),
         (
@@ -154,7 +163,7 @@ NOT_MODELLED = tuple(
             rf"{START}(?:most |least |more |very )?(?:{SIZES})(?=\s)",
             "sizes and distances are not compared: say a colour, or what it is next to",
         ),
-        (rf"{START}(?:{STATES})(?=\s)", "the state of a thing is not seen: name it alone"),
+        (rf"{START}(?:{STATES})(?=\s|$)", "the state of a thing is not seen: name it alone"),
         (r"\b(?:more|less|\w+er)\b.*\bthan\b", "things are not compared: name one alone"),
         (rf"(?<![\w-])(?:{NO_NAME})(?![\w-])", "it belongs to no name of a thing"),
     )
@@ -164,7 +173,9 @@ NOT_MODELLED = tuple(
 def without_courtesy(text: str) -> str:
     """The text without what is said around any request: "a chair, please" is "a chair"."""
     bare = PLEASE.sub(" ", text).strip(" ,").rstrip(" .?!,;") or text
-    bare = REASON.sub("", bare, count=1) if REASON.match(bare) else bare
+    reason = REASON.match(bare)
+    if reason and not RESTRICTS.search(reason[0]):
+        bare = bare[reason.end() :]
     start = POLITE.match(bare)
     bare = bare[start.end() :] if start and start.end() < len(bare) else bare
     while bare != (shorter := CLOSING.sub("", bare).rstrip(" .?!,;")):

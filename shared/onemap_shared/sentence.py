@@ -49,6 +49,7 @@ CLAUSES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "stay_out_of": (
             *("stay out of", "staying out of", "keep out of", "avoid", "avoiding", "don't enter"),
+            *("stay away from", "staying away from", "keep away from", "stay clear of"),
             *("don't go into", "don't go in", "do not enter", "do not go into", "do not go in"),
             *(
                 "without entering",
@@ -92,6 +93,8 @@ NOT_UNDERSTOOD = (
     *("behind", "in front of", "above", "over", "with", "without", "opposite", "around", "against"),
     *("at", "across from", "left of", "right of", "on the left", "on the right", "to the left of"),
     *("to the right of", "that", "which", "where", "not on", "not under", "not near", "not by"),
+    *("away from", "far from", "nowhere near", "not from", "not at", "not behind", "not beside"),
+    *("not close to", "not too", "never in", "no longer"),
     *("not next to", "not between", "from", "along", "among", "through", "into", "onto", "toward"),
 )
 UNDERSTOOD = (
@@ -114,7 +117,7 @@ FILLED = (
     r"(?P<that>(?:that|which)(?:['’]s|\s+(?:is|are|stands?|lies|hangs?|sits?))\s+)?"
     r"(?:(?:standing|lying|sitting|hanging|placed|right|somewhere|located|anywhere(?!\s+(?:but|except)\b))\s+)?"
 )
-JOINT = r"(?:(?P<joint>and|but|or|though)\s+)?(?:(?:just|only)\s+)?"
+JOINT = r"(?:(?P<joint>and|but|or|though)\s+)?(?:(?:just|only|preferably|ideally)\s+)?"
 CLAUSE_HEAD = rf"{JOINT}{FILLED}(?P<words>{'|'.join(WORDS)})(?=\s|$)"
 CLAUSE = re.compile(rf"(?:^|[\s,;]+){CLAUSE_HEAD}", re.I)
 SENTENCE_COMMA = re.compile(rf"\s*,(?!\s*{CLAUSE_HEAD})\s*(?:and\s+)?", re.I)
@@ -130,9 +133,10 @@ THEN = re.compile(
 )
 AND_A = re.compile(rf"\s+and\s+(?=(?:{'|'.join(ARTICLES)})\S)", re.I)
 SHADES = ("dark ", "light ", "bright ", "pale ")
+A_COLOUR = rf"(?:{'|'.join(SHADES)})?(?:{'|'.join(COLOURS)})"
 IN_COLOUR = re.compile(
-    rf"^(?:{'|'.join(ARTICLES)})?(?P<thing>.+?),?\s+(?:in|a|the|(?:that|which)(?:['’]s|\s+(?:is|are)))\s+"
-    rf"(?:{'|'.join(SHADES)})?(?P<colour>{'|'.join(COLOURS)})(?:\s+one)?(?=,|\s(?!one)|$)",
+    rf"^(?:{'|'.join(ARTICLES)})?(?P<thing>.+?)(?:\s+(?:in|(?:that|which)(?:['’]s|\s+(?:is|are)))"
+    rf"\s+(?P<said>{A_COLOUR})|,?\s+(?:a|the)\s+(?P<one>{A_COLOUR})\s+one)\b",
     re.I,
 )
 NO_NAMES = frozenset({"one", "ones", "it", "that", "this", "those", "them", "there", "here"})
@@ -227,8 +231,22 @@ def parse(
 def listed_sentences(text: str) -> list[str]:
     """The sentences between the commas that do not begin a clause, "then", and "and the"."""
     plain = without_courtesy(" ".join(text.split()))
-    pieces = THEN.sub("\n", SENTENCE_COMMA.sub("\n", FIRST.sub("", plain))).split("\n")
-    return [each for piece in pieces if piece.strip(" ,;") for each in _joined_by_and(piece)]
+    pieces = THEN.sub("\n", FIRST.sub("", plain)).split("\n")
+    pieces = [each for piece in pieces for each in _at_commas(piece)]
+    said = [each for piece in pieces if piece.strip(" ,;") for each in _joined_by_and(piece)]
+    return said or [text]
+
+
+def _at_commas(text: str) -> list[str]:
+    """The sentences between commas. ValueError where what follows a comma may as well be of the
+    list before it: "avoid the hall, the lab"."""
+    pieces = SENTENCE_COMMA.sub("\n", text).split("\n")
+    for piece in pieces[:-1]:
+        *_, last = [None, *CLAUSE.finditer(piece)]
+        if last is not None and _part(last["words"]) in ("not_in", "negatives", "stay_out_of"):
+            hint = "say 'or' between the things of a list, and 'then' before another object"
+            raise _not_understood(text, hint)
+    return pieces
 
 
 def _joined_by_and(text: str) -> list[str]:
@@ -253,7 +271,10 @@ def _colour_first(text: str) -> str:
     said = IN_COLOUR.match(text)
     if said is None or CLAUSE.search(said["thing"]) or is_description(text):
         return text
-    return f"{said['colour']} {said['thing']}{text[said.end() :]}"
+    rest = text[said.end() :]
+    if rest and not rest.startswith(",") and not CLAUSE.match(rest):  # "plant in white pot"
+        return text
+    return f"{said['said'] or said['one']} {said['thing']}{rest}"
 
 
 def _split(text: str, known: Mapping[str, str]) -> tuple[str, list[Clause]]:
@@ -268,7 +289,7 @@ def _split(text: str, known: Mapping[str, str]) -> tuple[str, list[Clause]]:
         words, phrase = clause["words"], text[clause.end() : end].strip(" ,;")
         part = _part(words)
         if _place(phrase, known):  # "on the balcony", "other than the kitchen"
-            part = {"on": "in", "from": "in"}.get(words.lower(), part)
+            part = "in" if words.lower() in ("on", "from") else part
             part = "not_in" if part == "negatives" else part
         either = (clause["joint"] or "").lower() == "or"
         if not part or (either and not part == clauses[-1][0] == "in"):
@@ -290,6 +311,9 @@ def _part(words: str) -> str:
 
 def _ends_description(clause: re.Match[str], text: str, known: Mapping[str, str]) -> bool:
     """Whether a clause within a description is none of its own words: "in the kitchen", "not a"."""
+    words = clause["words"].lower()
+    if words == "without" or words.startswith("not "):
+        return True
     part = _part(clause["words"])
     place = re.split(r"[,;]|\s(?:and|but|or|not)\s", text[clause.end() :].strip())[0]
     return part in ("not_in", "stay_out_of", "negatives") or (
@@ -347,7 +371,7 @@ def _object(noun: str) -> tuple[str, str]:
 def _check_excluded(name: str, thing: str) -> None:
     """ValueError if this cannot be what the thing is not."""
     check_modelled(name)
-    if name.lower() in COLOURS:
+    if name.lower() in COLOURS or _coloured(name)[0]:
         raise _not_understood(f"not {name}", "a colour can be asked for, not excluded")
     if same_name(thing, name):
         raise _not_understood(f"not {name}", "the object itself is excluded")

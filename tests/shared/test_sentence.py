@@ -7,7 +7,7 @@ import pytest
 
 import onemap_perception
 from onemap_shared.messages import Detail, Relation, RelationKind
-from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, in_words, parse
+from onemap_shared.sentence import CLAUSES, COLOURS, Sentence, in_words, listed_sentences, parse
 
 PLACES = ("Ada's den", "wash and dry")
 NEXT_TO, ON, UNDER, IN, BETWEEN = RelationKind
@@ -73,6 +73,11 @@ UNDERSTOOD = {
         "lamp", inside=("hall",), negatives=("ceiling lamp", "torch")
     ),
     "a chair that is light blue": thing("chair", colour="blue"),
+    "a backpack, the black one, in the hall": thing("backpack", colour="black", inside=("hall",)),
+    "lamp, stay away from the hall": thing("lamp", stay_out=("hall",)),
+    "sofa, preferably not in the hall": thing("sofa", outside=("hall",)),
+    "the vacuum robot": thing("the vacuum robot"),
+    "jar of honey": thing("jar of honey"),
 }
 
 
@@ -109,6 +114,20 @@ REFUSED = {
     "the biggest plant": ("the biggest", "not compared"),
     "bed and sofa": ("bed and sofa", "one thing at a time"),
     "chair, not a chair": ("not chair", "itself is excluded"),
+    "chair, not the red one": ("not red one", "not excluded"),
+    "a lamp, a red chair": ("lamp, a red chair", "one thing at a time"),
+    "plant in white pot": ("in white pot", "a colour is said only"),
+    # what would be taken for its opposite, or for nothing
+    "lamp away from the hall": ("away from the hall", "sentence names"),
+    "lamp nowhere near the bed": ("nowhere near the bed", "sentence names"),
+    "lamp never in the hall": ("never in the hall", "sentence names"),
+    "lamp isn't in the hall": ("isn't", "no name"),
+    "lamp but skip the hall": ("but", "no name"),
+    "sofa (not the loveseat)": ("(not the loveseat)", "brackets"),
+    "chair not too close to the table": ("not too", "sentence names"),
+    "something to sit on, not near the window": ("not near the window", "sentence names"),
+    "it's not in the hall, where is the cup": ("where is the cup", "sentence names"),
+    "we are not allowed in the hall, find the cup": ("find", "no name"),
     "a chair but not that": ("that", "a sentence names an object"),
     "something, not a sofa": ("something", "one thing or place"),
 }
@@ -131,6 +150,13 @@ def test_every_name_of_the_vocabulary_is_a_name_and_can_be_described() -> None:
         assert parse(word) == Sentence(word)
         described = parse(f"the blue {word} on a bed not in the hall")
         assert described == thing(word, (ON, "bed"), colour="blue", outside=("hall",))
+
+
+@pytest.mark.parametrize("text", ["lamp, avoid the hall, the lab", "chair, not a stool, a bench"])
+def test_what_follows_an_excluded_thing_and_a_comma_is_not_guessed(text: str) -> None:
+    with pytest.raises(ValueError, match="say 'or' between the things of a list, and 'then'"):
+        listed_sentences(text)
+    assert listed_sentences(text.replace(", the ", " or the ").replace(", a bench", " or a bench"))
 
 
 def test_parts_say_the_same_as_a_sentence() -> None:

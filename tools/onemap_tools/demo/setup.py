@@ -131,7 +131,10 @@ class DemoSetup:
 
 def parse_objects(objects: str | None) -> tuple[str, ...]:
     """The names and sentences between commas; empty for None. CliError if there are none."""
-    parts = listed_sentences(objects or "")
+    try:
+        parts = listed_sentences(objects or "")
+    except ValueError as problem:
+        raise CliError(f"--objects: {problem}.", EXIT_USAGE_ERROR) from problem
     names = tuple(name for part in parts if (name := part.strip(" ,")))
     if objects is not None and not names:
         raise CliError(

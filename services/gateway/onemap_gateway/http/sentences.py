@@ -48,17 +48,27 @@ class WordsReply(Reply):
     )
 
 
+def _parsed(
+    described: Sequence[Described], places: tuple[str, ...] | None = None
+) -> list[Sentence]:
+    """The sentences; HttpProblem of what only shows with the map's places or all parts."""
+    try:
+        return [each.sentence(places) for each in described]
+    except ValueError as problem:
+        raise HttpProblem("invalid", f"{problem}.", 422) from problem
+
+
 async def understand(gateway: GatewayContext, described: Sequence[Described]) -> Understood:
     """The sentences with the places of the map, and names for descriptions.
 
     Asks mapper and perception only if these are needed. HttpProblem ``unknown_place`` names the
     places that the map does not know, and those that it does.
     """
-    sentences, places = [each.sentence() for each in described], None
+    sentences, places = _parsed(described), None
     if any(each.asks_for_places for each in sentences):
         listed = await gateway.call(keys.MAP_PLACES, PlacesRequest())
         places = tuple(place.name for place in listed.places)
-        sentences = [each.sentence(places) for each in described]
+        sentences = _parsed(described, places)
         if unknown := [name for each in sentences for name in each.unknown_places(places)]:
             known = (
                 f"its places are {', '.join(map(repr, places))}" if places else "it has none yet"

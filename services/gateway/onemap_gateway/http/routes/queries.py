@@ -167,9 +167,11 @@ async def read_words(
 ) -> WordsReply:
     """What a sentence means on this map, without asking where it is; 422 names wrong words."""
     try:
-        described = [Described(text=each) for each in listed_sentences(text) or [text]]
+        described = [Described(text=each) for each in listed_sentences(text)]
     except ValidationError as error:
         raise from_validation_error(error) from None
+    except ValueError as problem:
+        raise HttpProblem("invalid", f"{problem}.", 422) from problem
     understood = await understand(gateway, described)
     return WordsReply(
         texts=tuple(each.text for each in described),
