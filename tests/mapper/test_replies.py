@@ -11,6 +11,7 @@ import torch
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.query.regions import extent_band
 from onemap_mapper.query.replies import (
+    ViewReplies,
     judged,
     search_view,
     similarity_reply,
@@ -20,6 +21,7 @@ from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, take
+from onemap_planner.world.map_view import after
 from onemap_shared import messages as m
 from onemap_shared.geometry import F32
 from tests.mapper import scenes, table_room
@@ -113,6 +115,33 @@ def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: Belie
     assert len(np.unique(view.guidance[observed])) > 10
     assert view.guidance[view.similarity > 0.9].min() > 200
     assert search_view(MapScores(belief).of([]), text="").guidance.shape == (0, 0)
+
+
+@pytest.mark.parametrize("kind", ["calibrated", "by rank", "with controls"])
+def test_negatives_change_the_view_and_its_changes_alike(belief: BeliefMap, kind: str) -> None:
+    words = torch.from_numpy(np.stack([WALL, HAT]))
+
+    def asked(text: str, direction: F32) -> TextQuery:
+        own = torch.from_numpy(direction)[None]
+        if kind == "by rank":
+            return TextQuery(text, own, 30.0)
+        if kind == "with controls":
+            concepts = torch.cat([own, words])
+            return TextQuery(
+                text, concepts, 30.0, neutral=words, excluded=torch.zeros(2), controls=1
+            )
+        return query(text, direction)
+
+    like_both = ((SOFA + WALL) / np.linalg.norm(SOFA + WALL)).astype(np.float32)
+    texts = [asked("sofa", like_both), asked("wall", WALL)]
+    whole = search_view(MapScores(belief).of(texts), text="sofa", negatives=1)
+    request = m.ViewChangesRequest("sofa", negatives=("wall",))
+    changes = ViewReplies(MapScores(belief), "map").reply(request, texts)
+    found = after(None, changes).whole()
+    np.testing.assert_allclose(found.similarity, whole.similarity, atol=1e-6)
+    np.testing.assert_array_equal(found.guidance, whole.guidance)
+    plain = search_view(MapScores(belief).of(texts[:1]), text="sofa")
+    assert np.nanmax(np.abs(plain.similarity - whole.similarity)) > 0.1
 
 
 def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:

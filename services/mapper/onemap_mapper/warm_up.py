@@ -7,7 +7,7 @@ import logging
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +58,11 @@ def resolved_device(device: str) -> str:
 def _comes() -> bool:
     end_s = time.monotonic() + WAIT_S
     while time.monotonic() < end_s:
-        if subprocess.run([sys.executable, "-c", ASK], check=False).returncode == 0:
-            return True
+        left_s = max(end_s - time.monotonic(), PAUSE_S)  # a driver may hang
+        with suppress(subprocess.TimeoutExpired):
+            asked = subprocess.run([sys.executable, "-c", ASK], check=False, timeout=left_s)
+            if asked.returncode == 0:
+                return True
         time.sleep(PAUSE_S)
     return False
 

@@ -176,8 +176,8 @@ class SearchCommands:
     def _start(self, request: SearchRequest) -> SearchStatus:
         began_s = time.monotonic()
         self._registry.reject_if_active()
-        anchors = [name for detail in request.details for name in detail.anchors]
-        names = tuple(dict.fromkeys((*request.objects, *anchors)))
+        others = [n for each in request.details for n in (*each.anchors, *each.negatives)]
+        names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
         _reject_if_late(request, time.monotonic() - began_s)

@@ -273,7 +273,8 @@ class ViewReplies:
         empty map.
         """
         negatives = len(request.negatives)
-        scored = self._scores.changes(queries, self._known(request.have, negatives), robot)
+        known = self._known(request.have, negatives)
+        scored = self._scores.changes(queries, known, robot, negatives=negatives)
         cells, query = scored.cells, _query_key(scored.serials, negatives)
         tiles, first = np.unique(cells.rows // AREA, return_index=True)
         changed = np.zeros((len(tiles), AREA), bool)

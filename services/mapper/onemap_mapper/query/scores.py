@@ -24,6 +24,7 @@ from onemap_mapper.query.similarity import (
     KeptScores,
     ScoreCache,
     TextQuery,
+    against,
     guiding,
     rank_limits,
 )
@@ -136,6 +137,17 @@ class ScoredChanges:
     rank_limits: F32
 
 
+def _limits(found: Sequence[KeptScores], revision: int, negatives: int) -> F32:
+    """Limits between the ranks of the first text, with its negatives against it."""
+    if not negatives:
+        return rank_limits(guiding(found[0]))
+    own, *others = (
+        CellScores(each.query, revision, each.scores, each.cosines)
+        for each in found[: 1 + negatives]
+    )
+    return rank_limits(guiding(against(own, others)))
+
+
 class MapScores:
     """Scores of one map. Thread-safe; the map changes only while ``lock`` is held."""
 
@@ -182,11 +194,17 @@ class MapScores:
             self._turn.release()
 
     def changes(
-        self, queries: Sequence[TextQuery], known: KnownScores, robot: int = 0
+        self,
+        queries: Sequence[TextQuery],
+        known: KnownScores,
+        robot: int = 0,
+        *,
+        negatives: int = 0,
     ) -> ScoredChanges:
         """The cells that changed since a state of the same queries, with scores and cosines.
 
         All cells if the queries or their embeddings are others, or the map cannot tell.
+        negatives: how many of the queries after the first compete with it, for the ranks.
         """
 
         def changed(belief: BeliefMap) -> ChangedCells:
@@ -203,7 +221,7 @@ class MapScores:
                     CellScores(kept.query, revision, kept.scores[slots], kept.cosines[slots])
                     for kept in found
                 ),
-                rank_limits(guiding(found[0])) if found else NO_LIMITS,
+                _limits(found, revision, negatives) if found else NO_LIMITS,
             )
 
     def _scored(

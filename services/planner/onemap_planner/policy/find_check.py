@@ -71,7 +71,7 @@ def check_find(
         anchors[name] = _anchor(name, description, map_view, evidence, found_objects)
     parts = [_relation(each, candidate, anchors, map_view, evidence) for each in detail.relations]
     parts += [*_places(cells, description), *_colour(candidate, detail.colour)]
-    parts += _not_excluded(cells, detail.negatives, map_view)
+    parts += _not_excluded(candidate, cells, detail.negatives, map_view)
     held = {holds for holds, _ in parts}
     return FindCheck(
         False if False in held else None if None in held else True,
@@ -182,9 +182,16 @@ def _places(cells: I64, description: Description) -> Iterator[Part]:
             yield True, f"{name} not checked: no such place is known"
 
 
-def _not_excluded(cells: I64, negatives: Sequence[str], map_view: MapView) -> Iterator[Part]:
-    """They compete with the name on the map: where it loses, the thing is one of them."""
-    if negatives:
+def _not_excluded(
+    candidate: ObjectCandidate, cells: I64, negatives: Sequence[str], map_view: MapView
+) -> Iterator[Part]:
+    """They compete with the name on the map: where it loses, the thing is one of them.
+
+    What the map does not agree with at all tells nothing of them; the detector lets them compete.
+    """
+    if negatives and not candidate.supported:
+        yield True, f"{' or '.join(map(a, negatives))} not checked: the map shows neither"
+    elif negatives:
         names, similarity = " or ".join(map(a, negatives)), map_view.similarity[tuple(cells.T)]
         known = similarity[np.isfinite(similarity)]
         if known.size and float(np.median(known)) >= SIMILAR:
