@@ -187,6 +187,14 @@ def test_a_service_that_starts_is_waited_for_while_an_import_silences_it(
     assert "process hangs" in service_status.hung_problem("mapper", state, 43.0)
 
 
+def test_a_service_that_starts_answers_nothing_though_frames_still_arrive() -> None:
+    assert service_status.find_pipeline_fault(well(10.0), 10.1, 5.0) is None
+    beat = Heartbeat("planner", "p2", 1, 1, False, "it is starting, for 0 s so far", {"start_s": 0})
+    fault = service_status.find_pipeline_fault(well(10.0).with_message(beat, 10.1), 10.1, 5.0)
+    assert fault is not None
+    assert (fault.service, fault.detail) == ("planner", "The planner is starting, for 0 s so far.")
+
+
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 1), 17.0)
     report = service_status.assess_service("mapper", state, 17.0)

@@ -107,9 +107,13 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
 def start_problem(name: str, state: LiveState) -> str:
     """What a service says of its start, as long as that goes on; else empty."""
     record = state.heartbeats.get(name)
-    if name not in state.alive or record is None or not record.heartbeat.starting:
-        return ""
-    return _starting(name, record)
+    return _starting(name, record) if record and _begins(name, state) else ""
+
+
+def _begins(name: str, state: LiveState) -> bool:
+    """Whether a service answers no request yet: it starts, or has not been heard at all."""
+    record = state.heartbeats.get(name)
+    return name in state.alive and (record is None or record.heartbeat.starting)
 
 
 def _starting(name: str, record: HeartbeatRecord) -> str:
@@ -243,9 +247,10 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
             return PipelineFault(role, several)
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
     by_name = {status.name: status for status in assess_services(state, now_s)}
-    if fresh:  # a stage that is down stops the frames soon; a degraded one does not
+    if fresh:  # a stage that is down or starts stops the frames soon; a degraded one does not
         for each in (by_name[name] for name in PIPELINE_STAGES):
-            if each.condition == DOWN or (each.name == "robot" and each.condition != OK):
+            lacks = each.condition == DOWN or _begins(each.name, state)
+            if lacks or (each.name == "robot" and each.condition != OK):
                 return PipelineFault(each.name, each.problem)
         return None
     for name in PIPELINE_STAGES[:-1]:
