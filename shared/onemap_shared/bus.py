@@ -107,6 +107,9 @@ def zenoh_config(
     return config
 
 
+QUIET_S = 1.0  # without a router before the log says so: what starts beside it needs a moment
+
+
 def open_bus(
     config: BusConfig,
     service: str,
@@ -123,7 +126,7 @@ def open_bus(
     or key that this user cannot read.
     """
     refuse_unreadable(config.connect)
-    pause_s, warned = RETRY_MS[0] / 1000, False
+    pause_s, warned, began_s = RETRY_MS[0] / 1000, False, time.monotonic()
     while not stop.is_set():
         waiting(f"waiting for a router at {', '.join(config.connect)}")
         try:
@@ -132,7 +135,7 @@ def open_bus(
                 bus.announce()
             return bus
         except zenoh.ZError as problem:
-            if not warned:
+            if not warned and time.monotonic() - began_s >= QUIET_S:
                 reason = str(problem).split(" at /")[0]
                 LOG.warning("waiting for a router at %s: %s", ", ".join(config.connect), reason)
                 warned = True

@@ -11,6 +11,7 @@ from __future__ import annotations
 import copy
 import json
 import logging
+import threading
 import time
 from collections.abc import Callable
 from logging.handlers import QueueHandler, QueueListener
@@ -46,7 +47,8 @@ class BoundedQueueHandler(QueueHandler):
 
     def __init__(self) -> None:
         super().__init__(Queue(QUEUED))
-        self._lost = 0  # since it was last taken; under the handler's lock
+        # Since it was last taken. The handler's own lock is held by who waits for the writer.
+        self._lost, self._lost_lock = 0, threading.Lock()
 
     def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
         """The record as text: what its arguments and its traceback hold may change, or be large."""
@@ -62,11 +64,12 @@ class BoundedQueueHandler(QueueHandler):
         try:
             self.queue.put_nowait(record)
         except Full:
-            self._lost += 1
+            with self._lost_lock:
+                self._lost += 1
 
     def take_lost(self) -> int:
         """How many records did not fit since the last call."""
-        with self.lock:  # type: ignore[union-attr]
+        with self._lost_lock:
             lost, self._lost = self._lost, 0
         return lost
 

@@ -112,10 +112,15 @@ def run_service(
     options = parser.parse_args(arguments)
     code = EXIT_CRASHED
     try:
-        code = _run(service, load, read(options.config))
+        sections = read(options.config)
     except ConfigError as problem:  # nothing has begun yet
         print(f"{service}: {problem}", file=sys.stderr)
         raise SystemExit(EXIT_MISUSED) from problem
+    try:
+        code = _run(service, load, sections)
+    except ConfigError as problem:
+        print(f"{service}: {problem}", file=sys.stderr)
+        code = EXIT_MISUSED
     except StartError as problem:
         LOG.error("%s", problem)
         code = EXIT_CRASHED if problem.temporary else EXIT_MISUSED
@@ -260,11 +265,11 @@ class Start:
     def _run(self) -> None:
         try:
             bus = self._join()
+            if bus is not None:
+                self.report.add(bus)
         except Exception as problem:
             self._bus.set_exception(problem)
             return
-        if bus is not None:
-            self.report.add(bus)
         self._bus.set_result(bus)
         while bus is not None and not self._over.wait(HEARTBEAT_S) and not self._stop.is_set():
             self.report.publish()
@@ -417,8 +422,10 @@ def watch_parent(stop: threading.Event) -> None:
 
 
 def _stop_on_signals(stop: threading.Event, imported: threading.Event) -> None:
+    signals = itertools.count()
+
     def handle(signum: int, _frame: FrameType | None) -> None:
-        if stop.is_set():  # the second signal: exit at once
+        if next(signals):  # the second signal: exit at once
             os._exit(128 + signum)
         if not imported.is_set():  # nothing has begun that would have to be ended
             os._exit(EXIT_OK)
