@@ -16,12 +16,17 @@ MIN_WIDTH_M = 1.0  # narrower is probably not in metres
 MAX_LISTED = 5  # names listed in a warning
 
 
-def scene_warnings(path: Path, *, radius_m: float, height_m: float) -> list[str]:
+def scene_warnings(
+    path: Path, *, radius_m: float, height_m: float, own_start: bool = True
+) -> list[str]:
     """What can be corrected in the YAML; ValueError if the file cannot be read, or a robot of this
-    size cannot stand at its start."""
+    size cannot stand at its start.
+
+    own_start: whether the robot begins at the scene's start, not at one of the configuration.
+    """
     file, scene = read_scene_file(path), load_scene(path)
     x, y = scene.start[:2]
-    if not CollisionMap.of(scene, height_m).reachable_cells(x, y, radius_m).any():
+    if own_start and not CollisionMap.of(scene, height_m).reachable_cells(x, y, radius_m).any():
         raise ValueError(
             f"a robot of {radius_m:g} m radius cannot stand at the start ({x:.2f}, {y:.2f}) of "
             f"scene {path}: give another 'start: [x, y, yaw]' in {file.yaml.name}"

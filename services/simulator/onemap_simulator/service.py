@@ -256,7 +256,12 @@ def warnings_of(config: SimulatorConfig) -> list[str]:
     if config.scene == APARTMENT:
         return []
     robot = config.robot
-    return scene_warnings(Path(config.scene), radius_m=robot.radius_m, height_m=robot.height_m)
+    return scene_warnings(
+        Path(config.scene),
+        radius_m=robot.radius_m,
+        height_m=robot.height_m,
+        own_start=not config.start,
+    )
 
 
 def check_scene(name: str) -> None:

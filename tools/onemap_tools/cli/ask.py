@@ -28,7 +28,7 @@ from onemap_tools.cli.terminal import (
     show,
     wait_for_enter,
 )
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, CliError
 from onemap_tools.processes.network import DEFAULT_URL
 
 REPLAY_EPILOG = (
@@ -79,6 +79,10 @@ def query(
 
     options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
     words = " ".join(text or ())
+    try:
+        several = len(listed_sentences(words)) > 1
+    except ValueError as problem:
+        raise typer.BadParameter(f"{problem}") from problem
     if bool(words) == (image is not None) or (image is not None and (negative or follow)):
         raise typer.BadParameter("name an object, or give --image without --not and --follow")
     crop = None if image is None else remote.read_crop(image)
@@ -90,7 +94,7 @@ def query(
                 return
         if crop is not None:
             results = [gateway.query_image(crop, options)]
-        elif len(listed_sentences(words)) > 1:
+        elif several:
             results = [*gateway.query_all([words], options)]
         else:
             results = [
@@ -289,8 +293,11 @@ def status(
 @app.command(rich_help_panel=FIRST)
 def doctor(config: Config = None, token: Token = "", as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
-    from onemap_tools import doctor
-
+    try:
+        from onemap_tools import doctor
+    except ModuleNotFoundError as problem:
+        missing = f"'onemap doctor' needs {problem.name}: run it where the gateway is installed"
+        raise CliError(f"{missing}, as in the gateway's container.") from problem
     findings = doctor.examine(config, token, progress_console())
     doctor.describe(findings, result_console(as_json))
     if as_json:

@@ -22,8 +22,8 @@ from onemap_shared.supervisor import LAUNCHED_VARIABLE
 from onemap_shared.watchdog import STOP_LIMIT_S
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
-# From SIGTERM to SIGKILL. The mapper writes its map, in a second, or ten on a busy machine; what
-# hangs ends by itself after STOP_LIMIT_S and says where.
+# From SIGTERM to SIGKILL. The mapper writes its map, mostly in a second; what has not ended after
+# STOP_LIMIT_S ends by itself and says where.
 GRACE_S = STOP_LIMIT_S + 5.0
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S, DOUBLINGS = 1.0, 10.0, 4
 HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
