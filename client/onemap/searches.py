@@ -88,7 +88,8 @@ class RemoteSearch:
         """Go on with what it has not found, as it was asked for, or drive to its place again.
 
         A search whose planner or driver has ended is ``interrupted``; no robot goes on by itself.
-        May be repeated, as after an answer that was lost: a search that goes on begins only once.
+        May be repeated, as after an answer that was lost: what it began is returned, though that
+        was cancelled meanwhile; going on with that needs its own ``again``.
         """
         path = f"/v1/searches/{self.id}/again"
         try:

@@ -65,6 +65,16 @@ def test_who_follows_may_ask_again_when_the_planner_has_ended(
     assert states(events) == ["not_found"]
 
 
+def test_who_follows_does_not_start_again_what_somebody_stopped(
+    client: Client, planner: FakePlanner
+) -> None:
+    followed = client.search("sofa")
+    planner.move(SearchState.INTERRUPTED, "the planner was stopped")
+    client.searches.get(followed.id).again().cancel()
+    assert states(followed.events(again=True)) == ["interrupted", "cancelled"]
+    assert len(planner.requests) == 2
+
+
 def test_a_search_is_found_again_and_cancelled(client: Client, planner: FakePlanner) -> None:
     started = client.search("sofa")
     again = client.searches.get(started.id)

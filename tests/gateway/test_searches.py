@@ -76,21 +76,33 @@ def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
     assert {name: getattr(planner.requests[-1], name) for name in place} == place
 
 
+@pytest.mark.parametrize("name", ["s1", "current"])
 def test_going_on_may_be_asked_for_again_while_it_goes_on(
-    client: TestClient, planner: FakePlanner
+    client: TestClient, planner: FakePlanner, name: str
 ) -> None:
     """As after an answer that was lost."""
     planner.status = search("s1", m.SearchState.INTERRUPTED)
-    begun = client.post("/v1/searches/s1/again")
+    begun = client.post(f"/v1/searches/{name}/again")
     assert (begun.status_code, begun.json()["continues"]) == (201, "s1")
-    repeated = client.post("/v1/searches/s1/again")
+    repeated = client.post(f"/v1/searches/{name}/again")
     assert (repeated.status_code, repeated.json()["id"]) == (200, begun.json()["id"])
     assert len(planner.requests) == 1
     planner.past.append(search("s0", m.SearchState.INTERRUPTED))
     other = client.post("/v1/searches/s0/again")
     assert (other.status_code, other.json()["search_id"]) == (409, begun.json()["id"])
-    planner.move(m.SearchState.CANCELLED)
-    assert client.post("/v1/searches/s1/again").status_code == 201
+
+
+def test_what_somebody_stopped_does_not_begin_again_without_its_own_id(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    planner.status = search("s1", m.SearchState.INTERRUPTED)
+    begun = client.post("/v1/searches/s1/again").json()["id"]
+    client.delete(f"/v1/searches/{begun}")
+    repeated = client.post("/v1/searches/s1/again")
+    assert (repeated.status_code, repeated.json()["id"]) == (200, begun)
+    assert repeated.json()["state"] == "cancelled"
+    assert len(planner.requests) == 1
+    assert client.post(f"/v1/searches/{begun}/again").json()["continues"] == begun
 
 
 def test_a_recording_that_is_played_refuses_searches(

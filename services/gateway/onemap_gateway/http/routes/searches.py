@@ -125,7 +125,10 @@ async def start_search(
     status_code=201,
     summary="Go on with what is left",
     responses={
-        200: {"model": SearchSnapshot, "description": "It goes on already, as this search."},
+        200: {
+            "model": SearchSnapshot,
+            "description": "It was gone on with before, as this search.",
+        },
         201: LOCATION,
         **problem_responses(404, 409, 422, 503),
     },
@@ -134,15 +137,29 @@ async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -
     """Search for what a search has not found, as it was asked for, or drive to its place again.
 
     Its limits count anew. A search is `interrupted` when its planner or the robot's driver has
-    ended: no robot goes on by itself, but with this one request. It may be repeated: while the
-    search that it began is active, the reply is that search.
+    ended: no robot goes on by itself, but with this one request. It may be repeated: then the
+    reply is the search that it began, though that has ended, with its own id to go on with. With
+    `current` it may be repeated only while that search is active.
     """
     before = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
+    if search_id:
+        begun = await _continuation(gateway, search_id)
+    else:
+        begun = before if before.active and before.continues else None
+    if begun is not None:
+        response.status_code = 200
+        return search_snapshot(begun)
     if before.objects and not before.left:
         raise HttpProblem("nothing_left", "All objects of this search were found.")
     request = before.again(gateway.paces.call_timeout_s)
     starting = gateway.search(keys.SEARCH_START, request)
     return await _started(gateway, starting, response, request.continues)
+
+
+async def _continuation(gateway: GatewayContext, search_id: str) -> SearchStatus | None:
+    """The search that went on with this one, in whatever state; None if none did."""
+    listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
+    return next((each for each in listed.searches if each.continues == search_id), None)
 
 
 async def _started(
