@@ -8,6 +8,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -19,7 +20,7 @@ from websockets.sync.client import connect
 from onemap_gateway import connections
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import Paces
-from onemap_gateway.http.routes import searches
+from onemap_gateway.http.routes import agents, searches
 from onemap_gateway.service import GatewayWorker
 from onemap_shared import messages as m
 from tests.gateway.fakes import WAIT_S, FakePlanner, search
@@ -122,6 +123,33 @@ def test_a_stop_is_served_beyond_the_limit_of_connections(
         assert "except to stop the robot" in refused.json()["detail"]
         with pytest.raises(InvalidStatus, match="503"):
             connect(f"ws://127.0.0.1:{worker.port}/v1/live")
+
+
+SLOW_IMPORT = """
+from tests.gateway import test_stopping
+test_stopping.IMPORTING.set()
+test_stopping.IMPORTED.wait(test_stopping.WAIT_S)
+raise ModuleNotFoundError("slow")
+"""
+IMPORTING, IMPORTED = threading.Event(), threading.Event()
+
+
+def test_an_import_of_the_tools_for_agents_does_not_delay_a_stop(
+    worker: GatewayWorker, client: httpx.Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor does a second request, which finds the module half imported."""
+    (tmp_path / "slow_tools.py").write_text(SLOW_IMPORT, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(agents, "TOOLS", "slow_tools")
+    request = b"POST /mcp HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"
+    with opened(worker) as first, opened(worker) as second:
+        first.sendall(request)
+        assert IMPORTING.wait(WAIT_S)
+        second.sendall(request)
+        assert stopped(client, "request") == "cancelled"
+        IMPORTED.set()
+        assert b" 501 " in first.recv(64)
+        assert b" 501 " in second.recv(64)
 
 
 def test_a_stop_needs_no_thread_that_all_requests_share() -> None:

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 
-from anyio import to_thread
+from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Request, Response
 
 from onemap_gateway.http.context import GatewayDep
@@ -14,6 +13,7 @@ from onemap_gateway.http.problems import HttpProblem, problem_responses
 from onemap_gateway.http.security import ROLE
 
 TOOLS = "onemap_gateway.http.agent_tools"
+IMPORTS = CapacityLimiter(1)  # apart from the threads that requests share: a stop may be one
 router = APIRouter(tags=["agents"])
 
 
@@ -39,13 +39,13 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
     """
     body = await request.body()
     try:
-        if TOOLS not in sys.modules:  # in a thread, once: the import of the SDK takes a second
-            await to_thread.run_sync(import_module, TOOLS)
-        from onemap_gateway.http.agent_tools import McpResponse
+        # Always in a thread: the first import takes a second, and others wait for its end there.
+        tools = await to_thread.run_sync(import_module, TOOLS, limiter=IMPORTS)
     except ModuleNotFoundError as missing:
         raise HttpProblem(
             "not_installed",
             f"The tools for agents are not installed ({missing}): pip install -e '.[mcp]' "
             "where the gateway runs, then start it again.",
         ) from None
-    return McpResponse(gateway, request.scope[ROLE], body)
+    response: Response = tools.McpResponse(gateway, request.scope[ROLE], body)
+    return response
