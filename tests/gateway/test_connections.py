@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import resource
+import select
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
+from types import SimpleNamespace
 
 import pytest
 
 from onemap_gateway import connections
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.connections import RESERVED_DESCRIPTORS, connection_limit, listen
+from onemap_gateway.connections import (
+    RESERVED_DESCRIPTORS,
+    STOP_CONNECTIONS,
+    connection_limit,
+    listen,
+)
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared.runner import StartError
 from tests.gateway.fakes import WAIT_S
@@ -65,6 +73,26 @@ def test_more_connections_than_there_is_room_for_get_a_problem(worker: GatewayWo
         assert b"room for another" in answer
         held[0].close()
         assert eventually(lambda: b"200 OK" in reply(worker))
+
+
+@pytest.mark.parametrize("stopping", [False, True])
+def test_a_burst_of_connections_leaves_no_more_than_there_is_room_for(
+    worker: GatewayWorker, stopping: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All are accepted in one turn of the event loop, before any of them is closed."""
+    monkeypatch.setattr(connections, "StopsOnly", lambda *_: SimpleNamespace(stopping=stopping))
+    held, accept = worker._server.server_state.connections, threading.Event()
+    with ExitStack() as stack:
+        clients = [stack.enter_context(opened(worker))]
+        assert eventually(lambda: bool(held))
+        (first,) = held
+        first.loop.call_soon_threadsafe(accept.wait, WAIT_S)
+        for _ in range(LIMIT + 4 * STOP_CONNECTIONS):
+            clients.append(stack.enter_context(opened(worker)))
+        accept.set()
+        surplus = len(clients) - LIMIT - STOP_CONNECTIONS
+        assert eventually(lambda: len(select.select(clients, [], [], 0)[0]) == surplus)
+        assert len(held) == LIMIT + STOP_CONNECTIONS
 
 
 def reply(worker: GatewayWorker) -> bytes:

@@ -10,7 +10,8 @@ import asyncio
 import errno
 import resource
 import socket
-from typing import Any, TypeGuard
+from collections.abc import Sequence
+from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
@@ -19,8 +20,9 @@ from onemap_shared.runner import StartError
 
 MAX_CONNECTIONS = 256  # of all clients; a page has up to 7
 READER_TIMEOUT_S = 20  # a client that takes nothing for so long, or is not there, is gone
-STOP_CONNECTIONS = 16  # further ones, which only requests that stop the robot may use
-RESERVED_DESCRIPTORS = 128 + STOP_CONNECTIONS  # for the bus, files and libraries
+STOP_CONNECTIONS = 16  # further ones that wait for a request to stop the robot, and that serve one
+RESERVED_DESCRIPTORS = 128 + 2 * STOP_CONNECTIONS  # for the bus, files and libraries
+BACKLOG = 128  # connections that the kernel holds, and that are accepted in one turn of the loop
 
 
 class LimitedConnection(H11Protocol):
@@ -43,16 +45,21 @@ class LimitedConnection(H11Protocol):
             return
         self.app = self.stops_only = StopsOnly(self.app, limit)
         self.ws_protocol_class = None  # a WebSocket is answered as any other request
-        idle = [each for each in self.connections if _stops_nothing(each)]
-        if len(idle) > STOP_CONNECTIONS:
-            min(idle, key=lambda each: each.began_s).transport.close()
+        _make_room([each for each in self.connections if isinstance(each, LimitedConnection)])
 
 
-def _stops_nothing(connection: object) -> TypeGuard[LimitedConnection]:
-    """Whether a connection is beyond the limit, without a request that stops the robot."""
-    if not isinstance(connection, LimitedConnection) or connection.stops_only is None:
-        return False
-    return not connection.stops_only.stopping
+def _make_room(connections: Sequence[LimitedConnection]) -> None:
+    """Give up the oldest beyond the limit, of those that wait and of those that stop the robot."""
+    for stopping in (False, True):
+        alike = [
+            each
+            for each in connections
+            if each.stops_only is not None
+            and each.stops_only.stopping is stopping
+            and not each.transport.is_closing()
+        ]
+        for surplus in sorted(alike, key=lambda each: each.began_s)[:-STOP_CONNECTIONS]:
+            surplus.transport.abort()
 
 
 def connection_limit() -> int:
@@ -61,9 +68,6 @@ def connection_limit() -> int:
     if allowed == resource.RLIM_INFINITY:
         return MAX_CONNECTIONS
     return max(min(MAX_CONNECTIONS, allowed - RESERVED_DESCRIPTORS), 1)
-
-
-BACKLOG = 128
 
 
 def listen(host: str, port: int) -> socket.socket:

@@ -13,7 +13,13 @@ import uvicorn
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import TOKENS, GatewayConfig, is_loopback, with_token_file
-from onemap_gateway.connections import MAX_CONNECTIONS, LimitedConnection, connection_limit, listen
+from onemap_gateway.connections import (
+    BACKLOG,
+    MAX_CONNECTIONS,
+    LimitedConnection,
+    connection_limit,
+    listen,
+)
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import PACES, GatewayContext, Paces
 from onemap_gateway.http.middleware import FleetApp
@@ -67,6 +73,7 @@ class GatewayWorker:
                 log_config=None,  # the runner configures logging
                 log_level="error",  # a warning is about bytes that a client sent
                 access_log=False,
+                backlog=BACKLOG,
                 server_header=False,
                 proxy_headers=False,  # nothing depends on who a proxy says that it speaks for
                 ws_max_size=MAX_BODY_BYTES,  # clients have nothing to say there
