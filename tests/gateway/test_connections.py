@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import resource
 import select
 import socket
@@ -18,6 +19,7 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.connections import (
     RESERVED_DESCRIPTORS,
     STOP_CONNECTIONS,
+    LimitedConnection,
     connection_limit,
     listen,
 )
@@ -27,11 +29,16 @@ from tests.gateway.fakes import WAIT_S
 from tests.memory_bus import MemoryRouter
 
 LIMIT = 8
+WEBSOCKET = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+)
 REQUEST = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
 @pytest.fixture
 def worker(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> Iterator[GatewayWorker]:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT_S", WAIT_S)
     monkeypatch.setattr(connections, "READER_TIMEOUT_S", 1)
     monkeypatch.setattr(connections, "MAX_CONNECTIONS", LIMIT)
     with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
@@ -102,6 +109,61 @@ def reply(worker: GatewayWorker) -> bytes:
         except OSError:
             return b""
         return everything(client)
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[LimitedConnection]:
+    """The connections, each once it waits for a request."""
+    begun: list[LimitedConnection] = []
+    begin = LimitedConnection.connection_made
+
+    def connection_made(connection: LimitedConnection, transport: asyncio.Transport) -> None:
+        begin(connection, transport)
+        begun.append(connection)
+
+    monkeypatch.setattr(LimitedConnection, "connection_made", connection_made)
+    return begun
+
+
+@pytest.mark.parametrize("sent", [b"", REQUEST[:-2]], ids=["nothing", "a part"])
+def test_a_request_that_does_not_come_is_not_waited_for(
+    worker: GatewayWorker, sent: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT_S", 0.1)
+    with opened(worker, sent) as client:
+        assert everything(client) == b""
+
+
+def test_nor_is_the_rest_of_a_second_request(
+    worker: GatewayWorker, begun: list[LimitedConnection], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with opened(worker) as client:
+        assert eventually(lambda: bool(begun))
+        monkeypatch.setattr(connections, "REQUEST_TIMEOUT_S", 0.1)
+        client.sendall(REQUEST + REQUEST[:-2])
+        assert everything(client).count(b"200 OK") == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "answer"),
+    [
+        ("/v1/queries/events?text=sofa", "", b"200 OK"),
+        ("/v1/live", WEBSOCKET, b"101 Switching Protocols"),
+    ],
+)
+def test_what_was_asked_for_may_be_read_for_ever(
+    worker: GatewayWorker,
+    path: str,
+    headers: str,
+    answer: bytes,
+    begun: list[LimitedConnection],
+) -> None:
+    request = f"GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n".encode()
+    with opened(worker, request) as client:
+        assert answer in client.recv(4096)
+        (connection,) = begun
+        assert connection._deadline is not None
+        assert connection._deadline.cancelled()
 
 
 def test_a_client_that_does_not_read_is_given_up(worker: GatewayWorker) -> None:

@@ -1,6 +1,7 @@
 """The TCP socket, and a limit of connections beyond which only stops of the robot are served.
 
-uvicorn's own limit refuses whatever comes; each connection holds a descriptor.
+uvicorn's own limit refuses whatever comes, and it waits for ever for the first request and for the
+rest of its headers; each connection holds a descriptor.
 """
 # Talks: opens the socket, ends connections.
 
@@ -19,6 +20,7 @@ from onemap_gateway.http.stops import StopsOnly
 from onemap_shared.runner import StartError
 
 MAX_CONNECTIONS = 256  # of all clients; a page has up to 7
+REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
 READER_TIMEOUT_S = 20  # a client that takes nothing for so long, or is not there, is gone
 STOP_CONNECTIONS = 16  # further ones that wait for a request to stop the robot, and that serve one
 RESERVED_DESCRIPTORS = 128 + 2 * STOP_CONNECTIONS  # for the bus, files and libraries
@@ -36,16 +38,47 @@ class LimitedConnection(H11Protocol):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.began_s = self.loop.time()
+        self._deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Wait for a request, beyond the limit for one that stops the robot."""
         super().connection_made(transport)
+        self._expect_request()
         limit = connection_limit()
         if len(self.connections) <= limit:
             return
         self.app = self.stops_only = StopsOnly(self.app, limit)
         self.ws_protocol_class = None  # a WebSocket is answered as any other request
         _make_room([each for each in self.connections if isinstance(each, LimitedConnection)])
+
+    def _expect_request(self) -> None:
+        """Close the connection unless the headers of a request arrive in time.
+
+        What is still to be sent is sent before.
+        """
+        self._cancel()
+        self._deadline = self.loop.call_later(REQUEST_TIMEOUT_S, self.transport.close)
+
+    def _cancel(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+
+    def handle_events(self) -> None:
+        """Pass on what has arrived; the deadline ends with the headers."""
+        before = self.scope
+        super().handle_events()
+        if self.scope is not before:
+            self._cancel()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request, which may be here already."""
+        self._expect_request()
+        super().on_response_complete()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End the deadline with the connection."""
+        self._cancel()
+        super().connection_lost(exc)
 
 
 def _make_room(connections: Sequence[LimitedConnection]) -> None:
