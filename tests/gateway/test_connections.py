@@ -185,11 +185,15 @@ def test_the_limit_stays_below_that_of_descriptors(
     assert connection_limit() == limit
 
 
-def test_connections_do_not_wait_to_send() -> None:
+def test_connections_do_not_wait_to_send_nor_for_clients_that_are_gone() -> None:
     with listen("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
         connection, _ = listener.accept()
         with connection:
             assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+            assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+            probes = (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL)
+            before_s = [connection.getsockopt(socket.IPPROTO_TCP, each) for each in probes]
+            assert sum(before_s) <= connections.READER_TIMEOUT_S  # the first, and its time-out
 
 
 def test_a_port_in_use_is_refused_with_what_to_do() -> None:

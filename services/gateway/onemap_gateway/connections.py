@@ -22,6 +22,7 @@ from onemap_shared.runner import StartError
 MAX_CONNECTIONS = 256  # of all clients; a page has up to 7
 REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
 READER_TIMEOUT_S = 20  # a client that takes nothing for so long, or is not there, is gone
+PROBE_S = 5  # between two questions of the kernel to a silent client whether it is there
 STOP_CONNECTIONS = 16  # further ones that wait for a request to stop the robot, and that serve one
 RESERVED_DESCRIPTORS = 128 + 2 * STOP_CONNECTIONS  # for the bus, files and libraries
 BACKLOG = 128  # connections that the kernel holds, and that are accepted in one turn of the loop
@@ -123,6 +124,7 @@ def listen(host: str, port: int) -> socket.socket:
     # their protocol, a response on a kept connection waits 40 ms for an acknowledgement.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, READER_TIMEOUT_S)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, PROBE_S)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, PROBE_S)
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, READER_TIMEOUT_S * 1000)
     return listener
