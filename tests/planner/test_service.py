@@ -303,6 +303,10 @@ def test_no_planner_goes_on_with_the_search_of_another(
     services.until(lambda: any(map(moves, services.sent_commands())))
     assert (services.get().search_id, services.get().active) == (again.search_id, True)
     assert again.continues == started.search_id
+    services.caller.call(keys.SEARCH_CANCEL, SearchId(again.search_id))
+    with pytest.raises(RemoteError, match=f"{again.search_id} has continued {started.search_id}"):
+        services.caller.call(keys.SEARCH_START, status.again(2.0))  # repeated after a lost answer
+    assert not services.get().active
     services.planner.close()
 
 

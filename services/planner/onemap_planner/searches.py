@@ -62,9 +62,11 @@ class SearchRegistry:
         return self._state
 
     def start(self, search: sm.Search, synonyms: Synonyms = NO_SYNONYMS) -> sm.Search:
-        """Begin a new search; rejected while another is active. Found objects are kept."""
+        """Begin a new search; rejected while another is active, and if the search that it
+        continues was continued before. Found objects are kept."""
         with self._lock:
             self.reject_if_active()
+            self._reject_if_continued(search.continues)
             before = self._state
             self._state = PlannerState(search, synonyms=synonyms)
             if before is not None:
@@ -87,6 +89,16 @@ class SearchRegistry:
             f"search {other.search_id} for {other.subject} is still active: wait for it or cancel "
             "it",
         )
+
+    def _reject_if_continued(self, search_id: str) -> None:
+        """A request that is repeated after a lost answer must not start a robot that was stopped
+        meanwhile."""
+        known = [*self._past.values(), *([self._state.search] if self._state else [])]
+        for other in known:
+            if search_id and other.continues == search_id:
+                raise RequestRejected(
+                    "conflict", f"search {other.search_id} has continued {search_id}: continue that"
+                )
 
     def clear_found_objects(self) -> None:
         """Remove the found objects, because the map is another one."""
