@@ -192,7 +192,7 @@ def test_a_sentence_is_one_object_and_how_it_was_understood_is_shown(
     page: Page, robot: Robot
 ) -> None:
     open_still(page, robot)
-    start_search(page, "red sofa, next to the bed, not in the hall, kettle")
+    start_search(page, "red sofa, next to the bed, not in the hall, then kettle")
     said = "red sofa, within 1 m of a bed, not in the hall; kettle, anywhere"
     page.wait_for(
         f"document.getElementById('search-understood').innerText === 'Understood as: {said}.'"

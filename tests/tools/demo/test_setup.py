@@ -71,7 +71,9 @@ def test_a_list_without_names_is_a_usage_error(objects: str) -> None:
     assert parse_objects(None) == ()
     assert parse_objects("bed, teddy bear,") == ("bed", "teddy bear")
     described = "the lamp next to the bed, not in the hall"
-    assert parse_objects(f"{described}, bed") == (described, "bed")
+    assert parse_objects(f"{described}, then bed") == (described, "bed")
+    with pytest.raises(CliError, match="'then' before another object"):  # or not in the bed?
+        parse_objects(f"{described}, bed")
 
 
 @pytest.mark.parametrize(
