@@ -144,6 +144,16 @@ def test_nor_is_the_rest_of_a_second_request(
         assert everything(client).count(b"200 OK") == 1
 
 
+def test_a_body_that_breaks_off_gets_one_answer(
+    worker: GatewayWorker, caplog: pytest.LogCaptureFixture
+) -> None:
+    head = b"POST /v1/queries HTTP/1.1\r\nHost: elsewhere\r\nTransfer-Encoding: chunked\r\n\r\n"
+    for body in (b"no size\r\n", b'5\r\n{"textX\r\n'):
+        with opened(worker, head + body) as client:
+            assert everything(client).startswith(b"HTTP/1.1 4")
+    assert [each.getMessage() for each in caplog.records if each.levelname == "ERROR"] == []
+
+
 @pytest.mark.parametrize(
     ("path", "headers", "answer"),
     [

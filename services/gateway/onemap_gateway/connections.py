@@ -25,6 +25,7 @@ READER_TIMEOUT_S = 20  # a client that takes nothing for so long, or is not ther
 PROBE_S = 5  # between two questions of the kernel to a silent client whether it is there
 STOP_CONNECTIONS = 16  # further ones that wait for a request to stop the robot, and that serve one
 RESERVED_DESCRIPTORS = 128 + 2 * STOP_CONNECTIONS  # for the bus, files and libraries
+ANSWERABLE = ("IDLE", "SEND_RESPONSE")  # states of h11 in which a response may begin
 BACKLOG = 128  # connections that the kernel holds, and that are accepted in one turn of the loop
 
 
@@ -75,6 +76,17 @@ class LimitedConnection(H11Protocol):
         """Wait for the next request, which may be here already."""
         self._expect_request()
         super().on_response_complete()
+
+    def send_400_response(self, msg: str) -> None:
+        """Say that the bytes are no HTTP request, if no response has begun; then nothing else is
+        sent, by whom a broken body has reached either."""
+        if self.cycle is not None:
+            self.cycle.disconnected = True
+            self.cycle.message_event.set()
+        if self.conn.our_state.__name__ in ANSWERABLE:
+            super().send_400_response(msg)
+        else:
+            self.transport.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End the deadline with the connection."""
