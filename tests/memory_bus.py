@@ -8,16 +8,13 @@ refused here; a subscription keeps the newest only; a call without a server rais
 
 from __future__ import annotations
 
-import threading
-import time
-import uuid
 from collections import defaultdict
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
 from fnmatch import fnmatchcase
 from typing import Any, Generic, TypeVar
 
+from onemap_shared.clock import Clock, Event, Future, SystemClock
 from onemap_shared.keys import Procedure, Topic
 from onemap_shared.services import role_of
 from onemap_shared.transport import (
@@ -42,8 +39,9 @@ R = TypeVar("R")
 class MemoryRouter:
     """Connects the buses of one process, as a Zenoh router connects sessions."""
 
-    def __init__(self) -> None:
-        self.lock = threading.Lock()
+    def __init__(self, clock: Clock | None = None) -> None:
+        self.clock = clock or SystemClock()
+        self.lock = self.clock.lock()
         self.inboxes: dict[str, list[Inbox[Any]]] = defaultdict(list)
         self.latched: dict[str, Packet] = {}
         self.servers: dict[str, list[tuple[MemoryBus, _Server]]] = defaultdict(list)
@@ -60,7 +58,7 @@ class MemoryRouter:
 
     def space(self, namespace: str) -> MemoryRouter:
         """The keys of another namespace, which are no keys of this one."""
-        found = self.namespaces.setdefault(namespace, MemoryRouter())
+        found = self.namespaces.setdefault(namespace, MemoryRouter(self.clock))
         found.namespace = namespace
         return found
 
@@ -79,7 +77,8 @@ class MemoryBus:
 
     def __init__(self, router: MemoryRouter, service: str = "") -> None:
         self._router, self._service = router, service
-        self.instance = uuid.uuid4().hex[:12]
+        self.clock = router.clock
+        self.instance = self.clock.random.randbytes(6).hex()
 
     @property
     def namespace(self) -> str:
@@ -89,9 +88,9 @@ class MemoryBus:
         return _MemoryPublisher(self._router, topic)
 
     def subscribe(
-        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+        self, topic: Topic[M], capacity: int = 1, arrived: Event | None = None
     ) -> Subscription[M]:
-        inbox = Inbox(topic.message, capacity, arrived)
+        inbox = Inbox(topic.message, capacity, self.clock, arrived)
         with self._router.lock:
             self._router.inboxes[topic.key].append(inbox)
             if topic.latched and topic.key in self._router.latched:
@@ -99,7 +98,7 @@ class MemoryBus:
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        self._router.servers[procedure.key].append((self, _Server(procedure, handler)))
+        self._router.servers[procedure.key].append((self, _Server(procedure, handler, self.clock)))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
         entries = self._router.servers.get(procedure.key, [])
@@ -158,16 +157,18 @@ class MemoryBus:
 class _Server:
     """Answers one procedure in threads of its own."""
 
-    def __init__(self, procedure: Procedure[Any, Any], handler: Callable[[Any], Any]) -> None:
-        self._procedure, self._handler = procedure, handler
-        self._pool = ThreadPoolExecutor(procedure.parallel, procedure.key)
+    def __init__(
+        self, procedure: Procedure[Any, Any], handler: Callable[[Any], Any], clock: Clock
+    ) -> None:
+        self._procedure, self._handler, self._clock = procedure, handler, clock
+        self._pool = clock.pool(procedure.parallel, procedure.key)
 
     def ask(self, packet: Packet, patience_s: float) -> Future[Packet]:
         """The reply to come."""
-        return self._pool.submit(self._answer, packet, patience_s, time.monotonic())
+        return self._pool.submit(self._answer, packet, patience_s, self._clock.monotonic_s())
 
     def _answer(self, packet: Packet, patience_s: float, arrived_s: float) -> Packet:
-        refuse_stale(self._procedure, time.monotonic() - arrived_s, patience_s)
+        refuse_stale(self._procedure, self._clock.monotonic_s() - arrived_s, patience_s)
         return answer(self._procedure, self._handler, packet)
 
     def close(self) -> None:

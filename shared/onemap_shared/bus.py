@@ -14,8 +14,6 @@ import json
 import logging
 import math
 import re
-import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from queue import SimpleQueue
@@ -24,6 +22,7 @@ from typing import Any, Generic, TypeVar
 import zenoh
 
 from onemap_shared.access_control import access_control
+from onemap_shared.clock import Event, SystemClock
 from onemap_shared.config import BusConfig, ConfigError, LinkParams
 from onemap_shared.frame_sender import FrameSender
 from onemap_shared.keys import (
@@ -53,6 +52,7 @@ from onemap_shared.transport import (
 )
 from onemap_shared.wire import Packet, encode, schema
 
+CLOCK = SystemClock()  # Zenoh knows no other
 M = TypeVar("M")
 Q = TypeVar("Q")
 R = TypeVar("R")
@@ -114,7 +114,7 @@ def open_bus(
     config: BusConfig,
     service: str,
     instance: str,
-    stop: threading.Event,
+    stop: Event,
     *,
     announce: bool = True,
     waiting: Callable[[str], None] = lambda _: None,
@@ -126,7 +126,7 @@ def open_bus(
     or key that this user cannot read.
     """
     refuse_unreadable(config.connect)
-    pause_s, warned, began_s = RETRY_MS[0] / 1000, False, time.monotonic()
+    pause_s, warned, began_s = RETRY_MS[0] / 1000, False, CLOCK.monotonic_s()
     while not stop.is_set():
         waiting(f"waiting for a router at {', '.join(config.connect)}")
         try:
@@ -135,7 +135,7 @@ def open_bus(
                 bus.announce()
             return bus
         except zenoh.ZError as problem:
-            if not warned and time.monotonic() - began_s >= QUIET_S:
+            if not warned and CLOCK.monotonic_s() - began_s >= QUIET_S:
                 reason = str(problem).split(" at /")[0]
                 LOG.warning("waiting for a router at %s: %s", ", ".join(config.connect), reason)
                 warned = True
@@ -146,7 +146,7 @@ def open_bus(
 
 def run_router(
     listen: tuple[str, ...],
-    stop: threading.Event,
+    stop: Event,
     file: Path | None = None,
     routed: Callable[[], None] = lambda: None,
     *,
@@ -206,6 +206,8 @@ def _answers(session: zenoh.Session, key: str) -> bool:
 class ZenohBus:
     """One process on the bus. Implements ``transport.Bus``."""
 
+    clock = CLOCK
+
     def __init__(self, config: BusConfig, service: str, instance: str) -> None:
         self.service, self.instance = service, instance
         self._config, self._link = config, config.link
@@ -214,7 +216,7 @@ class ZenohBus:
             self._settings.insert_json5("namespace", json.dumps(config.namespace))
         self._session = zenoh.open(self._settings)
         self._command_session: zenoh.Session | None = None
-        self._opening = threading.Lock()
+        self._opening = CLOCK.lock()
         self._servers: list[_Server] = []
         self._declared: list[Any] = []
         self._senders: list[FrameSender[Any]] = []
@@ -257,7 +259,7 @@ class ZenohBus:
         def send(packet: Packet) -> None:
             publisher.put(packet.body, attachment=packet.header)
 
-        sender = FrameSender(topic, self._link, send)
+        sender = FrameSender(topic, self._link, send, CLOCK)
         self._senders.append(sender)
         if topic.receipts is not None and self._link.window:
 
@@ -269,9 +271,9 @@ class ZenohBus:
         return sender
 
     def subscribe(
-        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+        self, topic: Topic[M], capacity: int = 1, arrived: Event | None = None
     ) -> Subscription[M]:
-        inbox = Inbox(topic.message, capacity, arrived)
+        inbox = Inbox(topic.message, capacity, CLOCK, arrived)
         session = self._session_for(topic.delivery)
 
         def on_sample(sample: zenoh.Sample) -> None:
@@ -293,7 +295,7 @@ class ZenohBus:
         self._servers.append(_Server(session, procedure, handler))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
-        packet, asked_at = encode(request), time.monotonic()
+        packet, asked_at = encode(request), CLOCK.monotonic_s()
         replies = self._session_for(procedure.delivery).get(
             f"{procedure.key}?{PATIENCE}={timeout_s:g}",
             payload=packet.body,
@@ -317,7 +319,7 @@ class ZenohBus:
         if refusal is not None:
             raise refusal
         # The router's own timer may end the query with an empty reply before ours does.
-        if time.monotonic() - asked_at > 0.9 * timeout_s:
+        if CLOCK.monotonic_s() - asked_at > 0.9 * timeout_s:
             raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
         raise NoReply(f"no process serves {procedure.key}")
 
@@ -370,12 +372,12 @@ class ZenohBus:
         yet right after joining. Asks in a session of its own: one that subscribes to the tokens is
         answered from its own cache.
         """
-        own, deadline_s = (self.service, self.instance), time.monotonic() + CALL_TIMEOUT_S
+        own, deadline_s = (self.service, self.instance), CLOCK.monotonic_s() + CALL_TIMEOUT_S
         with zenoh.open(self._settings) as session:
             while True:
                 replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
                 found = frozenset(member_of(str(each.ok.key_expr)) for each in replies if each.ok)
-                if self._token is None or own in found or time.monotonic() > deadline_s:
+                if self._token is None or own in found or CLOCK.monotonic_s() > deadline_s:
                     return found
 
     def connected(self) -> bool:
@@ -446,25 +448,20 @@ class _Server(Generic[Q, R]):
     ) -> None:
         self._procedure, self._handler = procedure, handler
         self._queries: SimpleQueue[tuple[zenoh.Query, float] | None] = SimpleQueue()
-        self._closed = threading.Event()
+        self._closed = CLOCK.event()
         callback = zenoh.handlers.Callback(self._arrived, indirect=False)
         self._queryable = session.declare_queryable(procedure.key, callback, complete=True)
-        self._threads = [
-            threading.Thread(target=self._run, name=procedure.key, daemon=True)
-            for _ in range(procedure.parallel)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._threads = [CLOCK.thread(procedure.key, self._run) for _ in range(procedure.parallel)]
 
     def _run(self) -> None:
         # Without a time-out: a mapper has 52 of these threads for each of its robots.
         while (asked := self._queries.get()) is not None and not self._closed.is_set():
             query, arrived_s = asked
             with query:
-                self._answer(query, time.monotonic() - arrived_s)
+                self._answer(query, CLOCK.monotonic_s() - arrived_s)
 
     def _arrived(self, query: zenoh.Query) -> None:
-        self._queries.put((query, time.monotonic()))
+        self._queries.put((query, CLOCK.monotonic_s()))
 
     def _answer(self, query: zenoh.Query, waited_s: float) -> None:
         request = _packet(query.attachment, query.payload) if query.payload is not None else None
@@ -483,6 +480,6 @@ class _Server(Generic[Q, R]):
             self._queries.put(None)
 
     def join(self) -> None:
-        deadline_s = time.monotonic() + 1.0
+        deadline_s = CLOCK.monotonic_s() + 1.0
         for thread in self._threads:
-            thread.join(timeout=max(deadline_s - time.monotonic(), 0.0))
+            thread.join(timeout=max(deadline_s - CLOCK.monotonic_s(), 0.0))

@@ -8,8 +8,6 @@ localisation and its bus do, this thread waits for none of them.
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -32,23 +30,17 @@ class CommandFollower:
     but the base itself. If it raises, the robot is told to stop, and nothing is followed any more.
     """
 
-    def __init__(
-        self,
-        bus: Bus,
-        drive: Callable[[Velocity2d], None],
-        clock_ns: Callable[[], int] = time.time_ns,
-    ) -> None:
-        self._drive, self._clock_ns = drive, clock_ns
+    def __init__(self, bus: Bus, drive: Callable[[Velocity2d], None]) -> None:
+        self._drive, self._clock = drive, bus.clock
         self._commands = bus.subscribe(keys.ROBOT_CMD_VEL)
         self._gate, self._deadman = CommandGate(bus.instance), Deadman()
-        self._closed, self._failed = threading.Event(), threading.Event()
+        self._closed, self._failed = bus.clock.event(), bus.clock.event()
         self._calls_s = float("inf")  # since when the base has not answered a velocity
-        self._thread = threading.Thread(target=self._run, name="follow-commands", daemon=True)
-        self._thread.start()
+        self._thread = bus.clock.thread("follow-commands", self._run)
 
     def named(self, odometry: Odometry) -> Odometry:
         """The odometry with this driver, the planner that is followed, and its newest command."""
-        planner, sequence = self._gate.echo(time.monotonic())
+        planner, sequence = self._gate.echo(self._clock.monotonic_s())
         return replace(
             odometry, driver=self._gate.driver, planner=planner, command_sequence=sequence
         )
@@ -58,7 +50,7 @@ class CommandFollower:
         """Why the base cannot be driven, for who ends the program then; empty if it can."""
         if self._failed.is_set():
             return "the base refuses velocities: see the log"
-        if time.monotonic() - self._calls_s > MAX_VALIDITY_S:
+        if self._clock.monotonic_s() - self._calls_s > MAX_VALIDITY_S:
             return f"the base has not answered for {MAX_VALIDITY_S:g} s: it must brake by itself"
         return ""
 
@@ -78,17 +70,17 @@ class CommandFollower:
             self._send(Velocity2d())
 
     def _send(self, velocity: Velocity2d) -> None:
-        self._calls_s = time.monotonic()
+        self._calls_s = self._clock.monotonic_s()
         self._drive(velocity)
         self._calls_s = float("inf")
 
     def _follow(self) -> None:
         """Wait for a command, no longer than until the last one runs out; drive, or stop."""
-        left_s = self._deadman.expires_s - time.monotonic()
+        left_s = self._deadman.expires_s - self._clock.monotonic_s()
         command = self._commands.take(left_s if 0.0 < left_s < PERIOD_S else PERIOD_S)
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         if command is not None:  # only of one planner, for this driver, on fresh odometry
-            self._gate, command = self._gate.receive(command, now_s, self._clock_ns())
+            self._gate, command = self._gate.receive(command, now_s, self._clock.wall_ns())
         if command is not None:
             validity_s = command.validity_ms * 1e-3
             self._deadman = self._deadman.with_command(command.velocity, now_s, validity_s)

@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
+from onemap_shared.clock import Clock
 from onemap_shared.compression import Codec, opencv
 from onemap_shared.config import LinkParams
 from onemap_shared.keys import Topic
@@ -101,20 +100,18 @@ class FrameSender(Generic[M]):
         topic: Topic[M],
         params: LinkParams,
         send: Callable[[Packet], None],
-        *,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Clock,
     ) -> None:
         self._topic, self._send, self._clock = topic, send, clock
         self._compressions = compressions(topic.message, params.compression)
         if Codec.JPEG in self._compressions.values():
             opencv()
-        self._changed = threading.Condition()
+        self._changed = clock.condition()
         self._waiting: M | None = None
         self._window = SendWindow(params.window)
         self._closed = False
         self._frames = self._bytes = self._newest_bytes = self._replaced = 0
-        self._thread = threading.Thread(target=self._run, name=f"send {topic.key}", daemon=True)
-        self._thread.start()
+        self._thread = clock.thread(f"send {topic.key}", self._run)
 
     def put(self, message: M) -> None:
         """Send this frame as soon as the link allows, unless a newer one comes before."""
@@ -131,7 +128,7 @@ class FrameSender(Generic[M]):
             LOG.warning("a receipt of %s is refused: %s", self._topic.key, problem)
             return
         with self._changed:
-            self._window = self._window.with_receipt(sequence, self._clock())
+            self._window = self._window.with_receipt(sequence, self._clock.monotonic_s())
             self._changed.notify()
 
     def metrics(self) -> dict[str, float]:
@@ -172,7 +169,7 @@ class FrameSender(Generic[M]):
         """The frame to send now, once there is one and the window is open; None at the end."""
         with self._changed:
             while not self._closed:
-                now_s = self._clock()
+                now_s = self._clock.monotonic_s()
                 if self._waiting is None:
                     self._changed.wait()
                 elif (free_s := self._window.free_at()) > now_s:

@@ -11,15 +11,15 @@ from __future__ import annotations
 import copy
 import json
 import logging
-import threading
-import time
 from collections.abc import Callable
 from logging.handlers import QueueHandler, QueueListener
 from queue import Full, Queue
 
+from onemap_shared.clock import SystemClock
 from onemap_shared.config import LogConfig
 from onemap_shared.supervisor import with_priorities
 
+CLOCK = SystemClock()  # of what writes, whatever the clock of what logs
 QUEUED = 1000  # records; services log a few in a second
 FLUSH_S = 1.0  # for what is queued at the end of a process: its reader may hang
 
@@ -48,7 +48,7 @@ class BoundedQueueHandler(QueueHandler):
     def __init__(self) -> None:
         super().__init__(Queue(QUEUED))
         # Since it was last taken. The handler's own lock is held by who waits for the writer.
-        self._lost, self._lost_lock = 0, threading.Lock()
+        self._lost, self._lost_lock = 0, CLOCK.lock()
 
     def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
         """The record as text: what its arguments and its traceback hold may change, or be large."""
@@ -129,7 +129,7 @@ class LogLimit(logging.Filter):
     about this process and rare, and two of them may share a text.
     """
 
-    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock_s: Callable[[], float] = CLOCK.monotonic_s) -> None:
         super().__init__()
         self._clock_s = clock_s
         self._last_s: dict[tuple[str, str], float] = {}

@@ -14,16 +14,12 @@ import gc
 import itertools
 import logging
 import os
-import random
 import signal
 import sys
-import threading
-import time
-import uuid
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Generic, NoReturn, TypeVar
@@ -31,6 +27,7 @@ from typing import Any, Generic, NoReturn, TypeVar
 from pydantic import BaseModel
 
 from onemap_shared.bus import ZenohBus, open_bus
+from onemap_shared.clock import Clock, Event, Future, SystemClock
 from onemap_shared.compression import CompressionError
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, Sections, read, section
 from onemap_shared.keys import heartbeat
@@ -140,13 +137,14 @@ def _run(service: str, load: Callable[[StartReport], ServiceParts[Any]], section
     set_up_logging(section(sections, "log", LogConfig), service)
     faulthandler.enable()  # systemd's watchdog sends SIGABRT: say where each thread stands
     sys.setswitchinterval(SWITCH_S)
-    stop, imported = threading.Event(), threading.Event()
+    clock = SystemClock()
+    stop, imported = clock.event(), clock.event()
     _stop_on_signals(stop, imported)
     watch_parent(stop)
-    crashed = _stop_on_dead_threads(stop)
+    crashed = _stop_on_dead_threads(stop, clock)
     progress = LoopProgress()
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
-    start = Start(service, config, imported, stop)
+    start = Start(service, config, clock, imported, stop)
     try:
         gc.disable()  # imports leave no garbage, and looking for it is a tenth of them
         parts = load(start.report)
@@ -174,17 +172,17 @@ def _run(service: str, load: Callable[[StartReport], ServiceParts[Any]], section
 class StartReport:
     """What a process says of its start, on the bus and to systemd. Any thread may use it."""
 
-    def __init__(self, service: str) -> None:
-        self._service, self._supervisor = service, Supervisor()
+    def __init__(self, service: str, clock: Clock) -> None:
+        self._service, self._clock, self._supervisor = service, clock, Supervisor()
         self._publishers: tuple[tuple[Bus, Publisher[Heartbeat]], ...] = ()
-        self._joined_s = time.monotonic()
+        self._joined_s = clock.monotonic_s()
         self._long: tuple[str, float, float] | None = None  # what, usual seconds, since when
         self._count = itertools.count(1)
 
     def add(self, bus: Bus) -> None:
         """Say it on this bus as well from now on: the first, or one of a further robot's keys."""
         if not self._publishers:
-            self._joined_s = time.monotonic()
+            self._joined_s = self._clock.monotonic_s()
         self._publishers += ((bus, bus.publish(heartbeat(self._service))),)
         self.publish()
 
@@ -194,7 +192,7 @@ class StartReport:
 
         systemd is asked for more time, so that it does not end what advances.
         """
-        self._long = (what, usual_s, time.monotonic())
+        self._long = (what, usual_s, self._clock.monotonic_s())
         self.publish()
         try:
             yield
@@ -206,7 +204,7 @@ class StartReport:
 
         The progress counts the calls: the main loop has not begun yet.
         """
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         so_far_s, long = now_s - self._joined_s, self._long
         problem = f"{STARTING}, for {so_far_s:.0f} s so far"
         if long is not None:
@@ -231,24 +229,24 @@ class Start:
         self,
         service: str,
         config: BusConfig,
-        imported: threading.Event,
-        stop: threading.Event,
+        clock: Clock,
+        imported: Event,
+        stop: Event,
     ) -> None:
-        self.report = StartReport(service)
-        self._service, self._config = service, config
+        self.report = StartReport(service, clock)
+        self._service, self._config, self._clock = service, config, clock
         self._imported, self._stop = imported, stop
-        self._over = threading.Event()
-        self._bus: Future[ZenohBus | None] = Future()
-        self._thread = threading.Thread(target=self._run, name="start", daemon=True)
-        self._thread.start()
+        self._joined, self._over = clock.event(), clock.event()
+        self._bus: Future[ZenohBus | None] = clock.future()
+        self._thread = clock.thread("start", self._run)
 
     def joined(self) -> ZenohBus | None:
         """Wait for the bus; None on stop, or if another process has this role.
 
         Raises UnreadableFile for a certificate or key that cannot be read.
         """
-        while not self._bus.done():
-            wait([self._bus], STEP_S)  # not for ever: another thread may receive the signal
+        while not self._joined.wait(STEP_S):  # not for ever: another thread may receive the signal
+            pass
         return self._bus.result()
 
     def end(self) -> None:
@@ -270,12 +268,15 @@ class Start:
         except Exception as problem:
             self._bus.set_exception(problem)
             return
-        self._bus.set_result(bus)
+        else:
+            self._bus.set_result(bus)
+        finally:
+            self._joined.set()
         while bus is not None and not self._over.wait(HEARTBEAT_S) and not self._stop.is_set():
             self.report.publish()
 
     def _join(self) -> ZenohBus | None:
-        instance = uuid.uuid4().hex[:12]
+        instance = self._clock.random.randbytes(6).hex()
         supervisor = Supervisor()
 
         def waiting(what: str) -> None:
@@ -293,7 +294,7 @@ class Start:
         return bus
 
 
-def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
+def _joined_alone(bus: ZenohBus, stop: Event) -> bool:
     """Announce the service; False if another process has its role for ``CLAIM_S``, or on stop.
 
     Exit code 1 then, not 2: a supervisor that tries again takes over when the other ends.
@@ -301,17 +302,18 @@ def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
     if role_of(bus.service) not in SOLE:
         bus.announce()
         return True
-    deadline = time.monotonic() + CLAIM_S
+    clock = bus.clock
+    deadline = clock.monotonic_s() + CLAIM_S
     others: tuple[str, ...] = ()
-    while time.monotonic() < deadline:
+    while clock.monotonic_s() < deadline:
         try:
             others = bus.claim()
         except ConnectionError:  # nobody can be asked: wait for the router, and then as long again
-            deadline = time.monotonic() + CLAIM_S
+            deadline = clock.monotonic_s() + CLAIM_S
         else:
             if not others:
                 return True
-        if stop.wait(random.uniform(*CLAIM_RETRY_S)):
+        if stop.wait(clock.random.uniform(*CLAIM_RETRY_S)):
             return False
     LOG.error(
         "the %s is not started: %s runs on these keys; stop it first, or give this robot a "
@@ -322,13 +324,10 @@ def _joined_alone(bus: ZenohBus, stop: threading.Event) -> bool:
     return False
 
 
-def _work(heartbeats: HeartbeatPublisher, worker: Worker, stop: threading.Event) -> int:
+def _work(heartbeats: HeartbeatPublisher, worker: Worker, stop: Event) -> int:
     """Step until ``stop``; returns the exit code."""
     service = heartbeats.service
-    thread = threading.Thread(
-        target=heartbeats.run, args=(worker, stop), name="heartbeat", daemon=True
-    )
-    thread.start()
+    thread = heartbeats.bus.clock.thread("heartbeat", partial(heartbeats.run, worker, stop))
     LOG.info("%s is up (instance %s)", service, heartbeats.bus.instance)
     heartbeats.progress.begin()
     try:
@@ -357,17 +356,17 @@ class HeartbeatPublisher:
     bus: Bus
     progress: LoopProgress
 
-    def run(self, worker: Worker, stop: threading.Event) -> None:
+    def run(self, worker: Worker, stop: Event) -> None:
         """Publish health once a second and feed systemd's watchdog while the loop advances.
 
         The last heartbeat is sent when the process stops, so that its end follows a sign of life
         at once: what ends later than that was cut off.
         """
         publisher = self.bus.publish(heartbeat(self.service))
-        supervisor = Supervisor()
-        seen, advanced_at = -1, time.monotonic()
+        clock, supervisor = self.bus.clock, Supervisor()
+        seen, advanced_at = -1, clock.monotonic_s()
         while True:
-            now, steps = time.monotonic(), self.progress.steps or 0
+            now, steps = clock.monotonic_s(), self.progress.steps or 0
             if steps != seen:
                 seen, advanced_at = steps, now
             hung_s = now - advanced_at
@@ -378,27 +377,27 @@ class HeartbeatPublisher:
             else:
                 supervisor.alive(ready=health.ready, status=health.problem)
             publisher.put(_heartbeat(self.service, self.bus, steps, health))
-            if _next_due(worker, health, stop):
+            if _next_due(worker, health, stop, clock):
                 supervisor.stopping()
                 health = Health(False, "it is stopping")
                 publisher.put(_heartbeat(self.service, self.bus, self.progress.steps or 0, health))
                 return
 
 
-def _next_due(worker: Worker, last: Health, stop: threading.Event) -> bool:
+def _next_due(worker: Worker, last: Health, stop: Event, clock: Clock) -> bool:
     """Wait a second, but no longer than until a worker that was not ready is; returns ``stop``."""
-    due_s = time.monotonic() + HEARTBEAT_S
-    while not last.ready and time.monotonic() < due_s and not stop.wait(READY_POLL_S):
+    due_s = clock.monotonic_s() + HEARTBEAT_S
+    while not last.ready and clock.monotonic_s() < due_s and not stop.wait(READY_POLL_S):
         if worker.health().ready:
             return False
-    return stop.wait(max(due_s - time.monotonic(), 0.0))
+    return stop.wait(max(due_s - clock.monotonic_s(), 0.0))
 
 
 def _heartbeat(service: str, bus: Bus, progress: int, health: Health) -> Heartbeat:
     return Heartbeat(
         service=service,
         instance=bus.instance,
-        stamp_ns=time.time_ns(),
+        stamp_ns=bus.clock.wall_ns(),
         progress=progress,
         ready=health.ready,
         problem=health.problem,
@@ -407,7 +406,7 @@ def _heartbeat(service: str, bus: Bus, progress: int, health: Health) -> Heartbe
     )
 
 
-def watch_parent(stop: threading.Event) -> None:
+def watch_parent(stop: Event) -> None:
     """Set ``stop`` when the launcher named in the environment is gone, however it died."""
     parent = os.environ.get(PARENT_VARIABLE)
 
@@ -418,10 +417,10 @@ def watch_parent(stop: threading.Event) -> None:
                 stop.set()
 
     if parent is not None:
-        threading.Thread(target=watch, name="watch-parent", daemon=True).start()
+        SystemClock().thread("watch-parent", watch)
 
 
-def _stop_on_signals(stop: threading.Event, imported: threading.Event) -> None:
+def _stop_on_signals(stop: Event, imported: Event) -> None:
     signals = itertools.count()
 
     def handle(signum: int, _frame: FrameType | None) -> None:
@@ -435,16 +434,14 @@ def _stop_on_signals(stop: threading.Event, imported: threading.Event) -> None:
         signal.signal(signum, handle)
 
 
-def _stop_on_dead_threads(stop: threading.Event) -> threading.Event:
+def _stop_on_dead_threads(stop: Event, clock: Clock) -> Event:
     """A background thread that dies takes the process down; returns the event that says so."""
-    crashed = threading.Event()
+    crashed = clock.event()
 
-    def handle(problem: threading.ExceptHookArgs) -> None:
-        name = problem.thread.name if problem.thread else "a thread"
-        info = (problem.exc_type, problem.exc_value, problem.exc_traceback)
-        LOG.critical("%s died", name, exc_info=info)  # type: ignore[arg-type]
+    def handle(name: str, problem: BaseException) -> None:
+        LOG.critical("%s died", name, exc_info=problem)
         crashed.set()
         stop.set()
 
-    threading.excepthook = handle
+    clock.on_dead_thread(handle)
     return crashed

@@ -10,13 +10,12 @@ from __future__ import annotations
 import json
 import logging
 import math
-import threading
-import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Generic, Protocol, TypeVar
 
+from onemap_shared.clock import Clock, Event
 from onemap_shared.keys import Delivery, Procedure, Topic
 from onemap_shared.wire import Packet, WireError, decode, encode
 
@@ -118,6 +117,10 @@ class Bus(Protocol):
     """Topics to publish and follow, procedures to serve and call."""
 
     @property
+    def clock(self) -> Clock:
+        """Time and threads of its process."""
+
+    @property
     def instance(self) -> str:
         """Which process of its service this is, as in its liveliness token."""
 
@@ -128,7 +131,7 @@ class Bus(Protocol):
     def publish(self, topic: Topic[M]) -> Publisher[M]: ...
 
     def subscribe(
-        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+        self, topic: Topic[M], capacity: int = 1, arrived: Event | None = None
     ) -> Subscription[M]:
         """Follow a topic, keeping the newest ``capacity`` messages.
 
@@ -198,13 +201,13 @@ class Inbox(Generic[M]):
     """
 
     def __init__(
-        self, message: type[M], capacity: int, arrived: threading.Event | None = None
+        self, message: type[M], capacity: int, clock: Clock, arrived: Event | None = None
     ) -> None:
-        self._message = message
+        self._message, self._clock = message, clock
         self._announced = arrived
         self._packets: deque[Packet | Callable[[], Packet]] = deque()
         self._capacity = capacity
-        self._arrived = threading.Condition()
+        self._arrived = clock.condition()
         self._counters = Counters()
         self._last_sequence: int | None = None
 
@@ -220,11 +223,11 @@ class Inbox(Generic[M]):
             self._announced.set()
 
     def take(self, timeout_s: float) -> M | None:
-        deadline = time.monotonic() + timeout_s
+        deadline = self._clock.monotonic_s() + timeout_s
         while True:
             with self._arrived:
                 if not self._packets:
-                    self._arrived.wait(max(deadline - time.monotonic(), 0.0))
+                    self._arrived.wait(max(deadline - self._clock.monotonic_s(), 0.0))
                 if not self._packets:
                     return None
                 packet = self._packets.popleft()

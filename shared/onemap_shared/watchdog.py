@@ -11,11 +11,10 @@ from __future__ import annotations
 import faulthandler
 import logging
 import os
-import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from onemap_shared.clock import Event, SystemClock
 from onemap_shared.log import flush_log
 
 LOG = logging.getLogger("onemap.watchdog")
@@ -59,7 +58,7 @@ class StallTimer:
     still_s: float = 0.0
 
     def update(self, steps: int | None, now_s: float) -> float:
-        """Seconds since ``steps`` last changed. ``now_s`` is ``time.monotonic()``."""
+        """Seconds since ``steps`` last changed. ``now_s``: monotonic."""
         passed_s = 0.0 if self.called_s is None else min(now_s - self.called_s, TICK_S)
         self.still_s = self.still_s + passed_s if steps == self.seen else 0.0
         self.seen, self.called_s = steps, now_s
@@ -83,14 +82,15 @@ class ThreadCheck:
 def watch(
     service: str,
     progress: LoopProgress,
-    stop: threading.Event,
+    stop: Event,
     end: Callable[[int], object] = os._exit,
-) -> threading.Event:
+) -> Event:
     """End the process with code 1 if its loop hangs, or if it does not stop.
 
     Returns the event that ends the watch. ``stop``: set when the process has to stop.
     """
-    done = threading.Event()
+    clock = SystemClock()  # of the process, which the watch is about
+    done = clock.event()
 
     loop, stopping = StallTimer(), StallTimer(seen=0)
 
@@ -106,13 +106,13 @@ def watch(
         while not done.wait(TICK_S):
             if progress.steps is not None or stop.is_set():
                 faulthandler.dump_traceback_later(LOCK_LIMIT_S, exit=True, file=STDERR)
-            if problem := reason(time.monotonic()):
+            if problem := reason(clock.monotonic_s()):
                 _report(f"{service} ends, to be restarted: {problem}")
                 end(EXIT_HUNG)
                 break
         faulthandler.cancel_dump_traceback_later()
 
-    threading.Thread(target=run, name="watchdog", daemon=True).start()
+    clock.thread("watchdog", run)
     return done
 
 
@@ -124,6 +124,4 @@ def _report(sentence: str) -> None:
         flush_log()
         faulthandler.dump_traceback(file=STDERR)
 
-    writer = threading.Thread(target=write, name="watchdog-report", daemon=True)
-    writer.start()
-    writer.join(REPORT_S)
+    SystemClock().thread("watchdog-report", write).join(REPORT_S)

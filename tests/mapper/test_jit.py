@@ -22,6 +22,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys
+from onemap_shared.clock import SystemClock
 from onemap_shared.runner import StartReport
 from tests.mapper import scenes
 from tests.memory_bus import MemoryRouter
@@ -124,7 +125,7 @@ def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
         for client in (router.bus("gateway"), router.bus("gateway").sibling("robot2"))
     ]
     with caplog.at_level(logging.INFO, "onemap.mapper"):
-        start = StartReport("mapper")
+        start = StartReport("mapper", SystemClock())
         start.add(bus)
         start.add(bus.sibling("robot2"))
         module.prepare(MapperConfig(), start)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.clock import SystemClock
 from onemap_shared.command_follower import CommandFollower
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import Odometry, VelocityCommand
@@ -35,10 +36,15 @@ class Base:
             pass
 
 
+class At7ns(SystemClock):
+    def wall_ns(self) -> int:
+        return 7
+
+
 def test_it_drives_and_stops_when_the_last_command_has_run_out() -> None:
-    router, base = MemoryRouter(), Base()
+    router, base = MemoryRouter(At7ns()), Base()
     robot = router.bus("robot")
-    follower = CommandFollower(robot, base.drive, clock_ns=lambda: 7)
+    follower = CommandFollower(robot, base.drive)
     commands = router.bus("planner").publish(keys.ROBOT_CMD_VEL)
     base.until(STOP)  # also before the first command
     commands.put(VelocityCommand(1, 5, 0.5, 0.25, planner="p", driver=robot.instance))

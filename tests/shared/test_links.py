@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from onemap_shared import frame_sender, keys, wire
+from onemap_shared.clock import SystemClock
 from onemap_shared.compression import Codec, CompressionError, decompress
 from onemap_shared.config import LinkParams
 from onemap_shared.frame_sender import OVERDUE_S, FrameSender, SendWindow
@@ -186,7 +187,10 @@ def opened() -> Iterator[Opened]:
     ) -> tuple[FrameSender[RgbdFrame], SimpleQueue[int]]:
         sent: SimpleQueue[int] = SimpleQueue()
         sender = FrameSender(
-            keys.ROBOT_RGBD, params, lambda packet: sent.put(decode(RgbdFrame, packet).sequence)
+            keys.ROBOT_RGBD,
+            params,
+            lambda packet: sent.put(decode(RgbdFrame, packet).sequence),
+            SystemClock(),
         )
         senders.append(sender)
         return sender, sent
@@ -228,7 +232,7 @@ def test_sent_bytes_are_counted() -> None:
         sizes.put(len(packet.header) + len(packet.body))
 
     params = LinkParams(compression="lossless")
-    sender = FrameSender(keys.ROBOT_RGBD, params, send)
+    sender = FrameSender(keys.ROBOT_RGBD, params, send, SystemClock())
     sender.put(image)
     size = sizes.get(timeout=WAIT_S)
     assert size < 1000 < len(encode(image).body)
@@ -244,7 +248,9 @@ def test_jpeg_without_opencv_is_refused_at_once(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(frame_sender, "opencv", absent)
     with pytest.raises(CompressionError, match="needs OpenCV"):
-        FrameSender(keys.ROBOT_RGBD, LinkParams(compression="lossy"), lambda packet: None)
+        FrameSender(
+            keys.ROBOT_RGBD, LinkParams(compression="lossy"), lambda packet: None, SystemClock()
+        )
 
 
 def heard(size: int) -> SendWindow:

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from onemap_shared import keys, runner
+from onemap_shared.clock import SystemClock
 from onemap_shared.runner import SWITCH_S, HeartbeatPublisher, StartReport
 from onemap_shared.transport import Health
 from onemap_shared.watchdog import LoopProgress
@@ -335,7 +336,7 @@ def test_a_signal_ends_a_service_that_is_being_imported(space: Router) -> None:
 def test_a_long_start_says_what_it_does_and_advances() -> None:
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)
-    start = StartReport("mapper")
+    start = StartReport("mapper", SystemClock())
     start.add(router.bus("mapper"))
     with start.takes(WHAT, 45.0):
         first, second = beats.take(PATIENCE_S), beats.take(PATIENCE_S)
@@ -377,7 +378,7 @@ def test_a_worker_that_is_ready_says_so_before_the_next_heartbeat_is_due(
 
 
 def test_systemd_is_asked_for_more_time(systemd: socket.socket) -> None:
-    with StartReport("mapper").takes(WHAT, 45.0):
+    with StartReport("mapper", SystemClock()).takes(WHAT, 45.0):
         pass
     assert notices(systemd) == [
         "EXTEND_TIMEOUT_USEC=30000000",

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from onemap_shared.clock import SystemClock
 from onemap_shared.log import MAX_CHARS, PERIOD_S, LogLimit
 from onemap_shared.messages import Odometry
 from onemap_shared.supervisor import JournalFormatter, start_hint
@@ -32,7 +33,7 @@ def taken(inbox: Inbox[Odometry]) -> list[int]:
 
 @pytest.mark.parametrize(("capacity", "kept"), [(1, [5]), (3, [3, 4, 5]), (9, [1, 2, 3, 4, 5])])
 def test_the_newest_are_kept_in_order(capacity: int, kept: list[int]) -> None:
-    inbox = Inbox(Odometry, capacity)
+    inbox = Inbox(Odometry, capacity, SystemClock())
     for sequence in range(1, 6):
         inbox.put(odometry(sequence))
     assert taken(inbox) == kept
@@ -40,7 +41,7 @@ def test_the_newest_are_kept_in_order(capacity: int, kept: list[int]) -> None:
 
 
 def test_gaps_in_the_sequence_are_missed_and_a_restart_is_none() -> None:
-    inbox = Inbox(Odometry, 9)
+    inbox = Inbox(Odometry, 9, SystemClock())
     for sequence in (7, 8, 12, 1, 2):
         inbox.put(odometry(sequence))
     assert taken(inbox) == [7, 8, 12, 1, 2]
@@ -49,7 +50,7 @@ def test_gaps_in_the_sequence_are_missed_and_a_restart_is_none() -> None:
 
 
 def test_bad_packets_are_counted_and_passed_over() -> None:
-    inbox = Inbox(Odometry, 3)
+    inbox = Inbox(Odometry, 3, SystemClock())
     inbox.put(GARBAGE)
     inbox.put(odometry(1))
     inbox.put(GARBAGE)

@@ -518,7 +518,7 @@ def _empty() -> RequestRejected:
 
 def build(bus: Bus, config: MapperConfig, start: StartReport | None = None) -> Mapper:
     """The worker for the runner; ``start`` says on the bus what takes long until it is there."""
-    start = start or StartReport(SERVICE)
+    start = start or StartReport(SERVICE, bus.clock)
     config = config.model_copy(update={"device": resolved_device(config.device)})
     torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
