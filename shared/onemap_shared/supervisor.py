@@ -26,9 +26,14 @@ START_COMMANDS = {
 PRIORITIES = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
 
 
+def launched() -> frozenset[str]:
+    """The services that the launcher of this process starts, and starts again; empty without it."""
+    return frozenset(os.environ.get(LAUNCHED_VARIABLE, "").split())
+
+
 def start_hint(service: str) -> str:
     """What to do about a service that does not run, in words that fit where this process runs."""
-    if service in os.environ.get(LAUNCHED_VARIABLE, "").split():
+    if service in launched():
         return "it is started again by itself, and its log says why it ended"
     supervisor = os.environ.get(SUPERVISOR_VARIABLE, "")
     if command := START_COMMANDS.get(supervisor, ""):

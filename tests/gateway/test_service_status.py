@@ -10,6 +10,7 @@ import pytest
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present import service_status
 from onemap_shared.messages import Heartbeat
+from onemap_shared.supervisor import LAUNCHED_VARIABLE
 from tests.gateway import fakes
 from tests.gateway.fakes import members
 
@@ -63,7 +64,7 @@ def test_a_robot_that_ended_or_fell_silent_is_not_ready() -> None:
     begun = ended.with_members(MEMBERS, 10.8)  # another one, of which no frame has come yet
     fault = service_status.find_pipeline_fault(begun, 10.9, 5.0)
     assert fault is not None
-    assert fault.detail == "The simulator has just started."
+    assert fault.detail == "The simulator is starting."
     seen = begun.with_message(fakes.rgbd(2), 11.2)
     assert service_status.find_pipeline_fault(seen, 11.2, 5.0) is None
     other = ended.with_message(fakes.rgbd(2), 10.5)  # of a robot without a token
@@ -122,6 +123,52 @@ def test_a_lost_router_is_named_and_nobody_else_is_blamed() -> None:
     assert {each.problem for each in service_status.assess_services(state, 10.0)} == {fault.detail}
 
 
+def test_a_start_that_goes_well_says_starting_and_blames_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv(LAUNCHED_VARIABLE, " ".join(SERVICES))
+    state, said = LiveState(since_s=0.0), []
+
+    def look(now_s: float) -> None:
+        fault = service_status.find_pipeline_fault(state, now_s, 5.0)
+        said.append(fault.detail if fault else "")
+
+    look(0.1)  # nobody has joined the bus
+    state = state.with_members(members("simulator"), 1.0)
+    look(1.0)
+    state = state.with_members(MEMBERS, 2.0)
+    begins = Heartbeat(
+        "simulator", "i1", 1, 1, False, "it is starting, for 1 s so far", {"start_s": 1}
+    )
+    state = state.with_message(begins, 2.0)
+    look(2.0)
+    for service in SERVICES:
+        state = state.with_message(fakes.heartbeat(service), 4.0)
+    state = state.with_message(fakes.rgbd(), 4.0).with_message(fakes.odometry(0, 0), 4.0)
+    look(5.0)
+    state = state.with_message(fakes.revision(1), 5.5).with_message(fakes.revision(2), 5.5)
+    look(5.5)
+    assert said == [
+        "The simulator is starting.",
+        "The simulator is starting.",
+        "The simulator is starting, for 1 s so far.",
+        "It is starting: the first frame is on its way to the map.",
+        "",
+    ]
+
+
+def test_a_start_that_does_not_come_to_its_end_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(LAUNCHED_VARIABLE, " ".join(SERVICES))
+    state = LiveState(since_s=0.0).with_members(MEMBERS - members("mapper"), 1.0)
+    report = service_status.assess_service("mapper", state, 20.0)
+    assert (report.condition, report.problem) == ("degraded", "The mapper is starting.")
+    report = service_status.assess_service("mapper", state, 31.0)
+    assert report.condition == "down"
+    assert report.problem.startswith("The mapper is not running: it is started again by itself")
+    (robot, *_) = service_status.assess_services(state, 32.0)
+    assert robot.problem.startswith("No camera frame has arrived yet: check the robot")
+
+
 def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
     state = well(10.0)
     now_s = 30.0
@@ -162,7 +209,7 @@ def test_a_restarted_service_without_heartbeat_neither_hangs_nor_is_down() -> No
     report = service_status.assess_service("mapper", state, 21.0)
     assert (report.condition, report.problem) == (
         service_status.DEGRADED,
-        "The mapper has just started.",
+        "The mapper is starting.",
     )
     state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
     assert service_status.assess_service("mapper", state, 22.0).condition == service_status.OK

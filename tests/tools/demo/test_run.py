@@ -145,9 +145,9 @@ def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
 
 
 def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> None:
-    missing = "No camera frame has arrived yet: is the robot running?"
+    missing = "The mapper is starting."
     demo = demo_of(tmp_path, FakeRobot(), FakeRobot(missing=(missing,) * 9), limit_s=0.0)
-    told = r"Not ready after 0 s\. r2: No camera frame has arrived yet\. The logs are in"
+    told = r"Not ready after 0 s\. r2: The mapper is starting\. The logs are in"
     with pytest.raises(CliError, match=told):
         demo.wait_until_ready(ProgressLines(console()))
 

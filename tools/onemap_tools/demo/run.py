@@ -314,14 +314,9 @@ class DemoRun:
             self.pause()
 
     def _missing(self) -> str:
-        """What the first robot that is not ready lacks, in a sentence; empty if all are ready.
-
-        Without the question whether it runs: all processes do, or the demo has ended.
-        """
+        """What the first robot that is not ready lacks, in a sentence; empty if all are ready."""
         for search in self.searches:
             if missing := search.gateway.missing_stage():
-                fact, question, _ = missing.partition(": is ")
-                missing = f"{fact}." if question else missing
                 return f"{search.robot.name}: {missing}" if search.robot.name else missing
         return ""
 

@@ -11,7 +11,7 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from math import ceil, isfinite
+from math import ceil, inf, isfinite
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from onemap_shared import messages as m
@@ -143,11 +143,15 @@ def newest(latest: LatestMessage[M] | None) -> M | None:
 
 @dataclass(frozen=True, slots=True)
 class HeartbeatRecord:
-    """The newest heartbeat of a service, and when its progress counter last changed."""
+    """The newest heartbeat of a service, and when its progress counter last changed.
+
+    started_s: when this process was first heard after its start.
+    """
 
     heartbeat: m.Heartbeat
     arrived_s: float
     advanced_s: float
+    started_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +164,8 @@ class LiveState:
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
     liveliness token; alive_changed_s: when each service's token last appeared or vanished;
     doubled: roles that several processes have, with their names. connected: whether there is a
-    router. latencies: of frames to the
-    map, to the detections and to the velocity commands.
+    router. latencies: of frames to the map, to the detections and to the velocity commands.
+    since_s: when the gateway began to listen.
     """
 
     frame: LatestMessage[m.RgbdFrame] | None = None
@@ -180,6 +184,7 @@ class LiveState:
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
     doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     latencies: FrameLatencies = field(default_factory=FrameLatencies)
+    since_s: float = -inf
 
     @property
     def robot(self) -> tuple[float, float, float] | None:
@@ -281,14 +286,13 @@ def _is_progress(previous: LatestMessage[m.MapRevision] | None, message: m.MapRe
 def _heartbeat_record(
     previous: HeartbeatRecord | None, heartbeat: m.Heartbeat, now_s: float
 ) -> HeartbeatRecord:
-    before = previous.heartbeat if previous else None
-    stalled = (
-        before is not None
-        and before.instance == heartbeat.instance
-        and before.progress == heartbeat.progress
-    )
-    advanced_s = previous.advanced_s if previous and stalled else now_s
-    return HeartbeatRecord(_bounded(heartbeat), now_s, advanced_s)
+    advanced_s = started_s = now_s
+    if previous is not None and previous.heartbeat.instance == heartbeat.instance:
+        if previous.heartbeat.progress == heartbeat.progress:
+            advanced_s = previous.advanced_s
+        if not previous.heartbeat.starting:
+            started_s = previous.started_s
+    return HeartbeatRecord(_bounded(heartbeat), now_s, advanced_s, started_s)
 
 
 def _bounded(heartbeat: m.Heartbeat) -> m.Heartbeat:

@@ -42,7 +42,7 @@ class StateCache:
     def __init__(self, bus: Bus, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._bus = bus
         self._clock_s = clock_s
-        self._state = LiveState()
+        self._state = LiveState(since_s=clock_s())
         self._lock = threading.Lock()  # replacing the state is read, compute, write
         self._closing = threading.Event()
         self._subscriptions: dict[str, Subscription[BusMessage]] = {

@@ -15,13 +15,15 @@ from onemap_shared.services import (
     installed_version,
     role_of,
 )
-from onemap_shared.supervisor import start_hint
+from onemap_shared.supervisor import launched, start_hint
 
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
 HEARTBEAT_TIMEOUT_S = 3.5  # three heartbeats missed
 # Of a process that starts: on a busy machine an import keeps the interpreter for seconds.
 START_TIMEOUT_S = 30.0
+# From the last service that is ready to the first frame on the map: 1 to 4 s on a busy machine.
+FIRST_FRAME_S = 10.0
 # The token of a process that ends vanishes at most one heartbeat (1 s) and one reading of the
 # tokens (0.25 s) after its last heartbeat. A process that hangs, or whose link is cut, keeps its
 # token for the 2 s of the bus's lease.
@@ -104,6 +106,11 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
     )
 
 
+def _awaited(state: LiveState, now_s: float) -> frozenset[str]:
+    """The services that are started together with this process, as long as that may take."""
+    return launched() if now_s - state.since_s <= START_TIMEOUT_S else frozenset()
+
+
 def start_problem(name: str, state: LiveState) -> str:
     """What a service says of its start, as long as that goes on; else empty."""
     record = state.heartbeats.get(name)
@@ -126,12 +133,13 @@ def _assess(
     subject = sentence_subject(name)
     if hung := hung_problem(name, state, now_s):
         return DOWN, hung
+    if record is None and name in state.alive | _awaited(state, now_s):
+        return DEGRADED, f"{subject} is starting."
     if name not in state.alive:
         silent_s = now_s - record.arrived_s if record else 0.0
         ended = f"stopped {silent_s:.0f} s ago" if record else "is not running"
         return DOWN, f"{subject} {ended}: {start_hint(name)}."
-    if record is None:
-        return DEGRADED, f"{subject} has just started."
+    assert record is not None  # it is alive, and has been heard
     silent_s, hangs_s = now_s - record.arrived_s, now_s - record.advanced_s
     if several := doubled_problem(name, state):
         return DEGRADED, several
@@ -146,7 +154,7 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
         return _starting(name, record)
     # A token newer than the last heartbeat: that was sent by the process before.
     if silent_s > HEARTBEAT_TIMEOUT_S:
-        return f"{sentence_subject(name)} has just started."
+        return f"{sentence_subject(name)} is starting."
     if record.heartbeat.problem:
         return sentence(record.heartbeat.problem)
     theirs, ours = record.heartbeat.version, installed_version()
@@ -172,7 +180,7 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
         condition, problem = DOWN, hung_problem("robot", state, now_s)
     elif ended := _ended_driver(state, now_s):
         condition, alive, problem = DOWN, False, ended
-    elif begun := _new_driver(state):
+    elif begun := _new_driver(state, now_s):
         alive, problem = False, begun
     elif reason := _driver_problem(state, now_s):
         condition, problem = DEGRADED if alive else DOWN, reason
@@ -201,12 +209,19 @@ def _ended_driver(state: LiveState, now_s: float) -> str:
     )
 
 
-def _new_driver(state: LiveState) -> str:
-    """That a driver has just started: what came before is of another one; else empty."""
+def _new_driver(state: LiveState, now_s: float) -> str:
+    """That a driver starts: what came before is of another one; else empty."""
     heard_s = state.frame.arrived_s if state.frame is not None else float("-inf")
     for name in sorted(filter(_drives, state.alive)):
-        if state.alive_changed_s.get(name, heard_s) > heard_s:
-            return f"{sentence_subject(name)} has just started."
+        record = state.heartbeats.get(name)
+        if record is not None and record.heartbeat.starting:
+            return _starting(name, record)
+        since_s = state.alive_changed_s.get(name, heard_s)
+        if heard_s < since_s and now_s - since_s <= START_TIMEOUT_S:
+            return f"{sentence_subject(name)} is starting."
+    if state.frame is None:
+        for name in sorted(filter(_drives, _awaited(state, now_s))):
+            return f"{sentence_subject(name)} is starting."
     return ""
 
 
@@ -227,7 +242,7 @@ def _drives(service: str) -> bool:
 
 def _silence_detail(what: str, stream: LatestMessage | None, now_s: float) -> str:
     since = "has arrived yet" if stream is None else f"for {stream.age_s(now_s):.0f} s"
-    return f"No {what} {since}: is the robot (simulator, replay or a driver) running?"
+    return f"No {what} {since}: check the robot and its driver, simulator or replay."
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,11 +271,25 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
     for name in PIPELINE_STAGES[:-1]:
         if by_name[name].condition != OK:
             return PipelineFault(name, by_name[name].problem)
+    if state.last_fused_s is None and now_s - _ready_s(state) <= FIRST_FRAME_S:
+        return PipelineFault("mapper", "It is starting: the first frame is on its way to the map.")
     since = "yet" if state.last_fused_s is None else f"for {now_s - state.last_fused_s:.0f} s"
     return PipelineFault(
         "mapper",
         f"Frames arrive and every service says it is well, but none has reached the map {since}: "
         "'onemap doctor' looks for the reason.",
+    )
+
+
+def _ready_s(state: LiveState) -> float:
+    """When the last of the driver and the services of a frame's way was first heard as started."""
+    return max(
+        (
+            record.started_s
+            for name, record in state.heartbeats.items()
+            if name in state.alive and (_drives(name) or name in PIPELINE_STAGES)
+        ),
+        default=state.since_s,
     )
 
 

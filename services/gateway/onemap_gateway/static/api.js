@@ -94,7 +94,7 @@ async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS, 
     });
   } catch {
     if (ended?.aborted) throw new ProblemError({ detail: "Ended to stop the robot first: try again." }, 0);
-    throw new ProblemError({ detail: "The gateway cannot be reached: is it running?" }, 0);
+    throw new ProblemError({ detail: "The gateway cannot be reached." }, 0);
   }
 }
 

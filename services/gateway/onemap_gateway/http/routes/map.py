@@ -327,8 +327,7 @@ async def get_camera(
     if state.frame is None:
         raise HttpProblem(
             "unavailable",
-            "No camera frame has arrived yet: is the robot (simulator, replay or a driver) "
-            "running?",
+            "No camera frame has arrived yet: check the robot and its driver, simulator or replay.",
             service="robot",
         )
     frame = state.frame.message

@@ -62,7 +62,9 @@ async def name_place(name: Name, request: PlaceRequest, gateway: GatewayDep) -> 
     robot_m = gateway.robot_xy_m()
     if request.is_here and not robot_m:
         raise HttpProblem(
-            "unavailable", "No pose of the robot has arrived yet: is it running?", service="robot"
+            "unavailable",
+            "No pose of the robot has arrived yet: check the robot and its driver.",
+            service="robot",
         )
     change = m.PlacesChange((request.place(name, robot_m),))
     return await _item(await gateway.call(keys.MAP_CHANGE_PLACES, change), name)
