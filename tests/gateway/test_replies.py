@@ -131,11 +131,17 @@ def test_the_live_document_is_json_and_whole() -> None:
     assert document["ready"] is False
     assert document["problem"] == "Silent."
     assert document["robot"]["yaw_rad"] == 0.5
+    assert document["robot"]["linear_mps"] == 0.3
     assert document["trail_m"] == [[1.0, 2.0]]
     assert document["map"]["objects_version"] == 4
     assert document["camera"]["detections"][0]["name"] == "sofa"
     assert document["path"]["points_m"] == [[1, 2], [3, 4]]
     assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]
+
+
+def test_a_robot_that_fell_silent_shows_no_speed() -> None:
+    document = live_document(full_state(), None, now_s=3.5, now_ns=STAMP_NS, with_trail=False)
+    assert document["robot"]["linear_mps"] is None
 
 
 def test_the_live_document_says_what_the_camera_sees() -> None:

@@ -23,11 +23,12 @@ def live_document(
     state: LiveState, fault: PipelineFault | None, *, now_s: float, now_ns: int, with_trail: bool
 ) -> dict[str, Any]:
     """The state without images, which clients fetch when their sequence numbers change."""
-    search = newest(state.search)
+    search, services = newest(state.search), assess_services(state, now_s)
+    (sends,) = (each.alive for each in services if each.name == "robot")
     return {
         "ready": fault is None,
         "problem": fault.detail if fault else "",
-        "robot": _robot(state, now_s),
+        "robot": _robot(state, now_s, sends=sends),
         "trail_m": _rounded(state.trail_m) if with_trail else None,
         "map": _map(state, now_s, now_ns),
         "camera": _camera(state, now_s),
@@ -35,25 +36,22 @@ def live_document(
         "search": search_snapshot(search).model_dump(mode="json") if search else None,
         "services": [
             {"name": r.name, "condition": r.condition, "problem": r.problem}
-            for r in assess_services(state, now_s)
+            for r in services
         ],
         "latencies": [each.model_dump() for each in stage_latencies(state.latencies)],
     }
 
 
-def _robot(state: LiveState, now_s: float) -> dict[str, Any] | None:
+def _robot(state: LiveState, now_s: float, *, sends: bool) -> dict[str, Any] | None:
+    """Its newest pose; no speed of one that has fallen silent."""
     if state.odometry is None or state.robot is None:
         return None
     x_m, y_m, yaw_rad = state.robot
-    numbers = {
-        "x_m": x_m,
-        "y_m": y_m,
-        "yaw_rad": yaw_rad,
-        "linear_mps": state.odometry.message.linear_mps,
-        "age_s": state.odometry.age_s(now_s),
-    }
+    numbers = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad, "age_s": state.odometry.age_s(now_s)}
     rounded = {name: round(number, DECIMALS) for name, number in numbers.items()}
-    return {**rounded, "collided": state.odometry.message.collided}
+    newest_odometry = state.odometry.message
+    speed_mps = round(newest_odometry.linear_mps, DECIMALS) if sends else None
+    return {**rounded, "linear_mps": speed_mps, "collided": newest_odometry.collided}
 
 
 def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:

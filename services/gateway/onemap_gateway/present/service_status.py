@@ -261,18 +261,18 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
         if several := doubled_problem(role, state):
             return PipelineFault(role, several)
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
+    first = state.last_fused_s is None and now_s - _ready_s(state) <= FIRST_FRAME_S
     by_name = {status.name: status for status in assess_services(state, now_s)}
-    if fresh:  # a stage that is down or starts stops the frames soon; a degraded one does not
+    if fresh or first:  # a stage that is down or starts stops the frames; a degraded one does not
         for each in (by_name[name] for name in PIPELINE_STAGES):
             lacks = each.condition == DOWN or _begins(each.name, state)
             if lacks or (each.name == "robot" and each.condition != OK):
                 return PipelineFault(each.name, each.problem)
-        return None
+        under_way = "It is starting: the first frame is on its way to the map."
+        return None if fresh else PipelineFault("mapper", under_way)
     for name in PIPELINE_STAGES[:-1]:
         if by_name[name].condition != OK:
             return PipelineFault(name, by_name[name].problem)
-    if state.last_fused_s is None and now_s - _ready_s(state) <= FIRST_FRAME_S:
-        return PipelineFault("mapper", "It is starting: the first frame is on its way to the map.")
     since = "yet" if state.last_fused_s is None else f"for {now_s - state.last_fused_s:.0f} s"
     return PipelineFault(
         "mapper",
