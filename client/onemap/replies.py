@@ -362,6 +362,11 @@ class QueryResult(Reply):
     model_config = examples(FOUND, ABSENT)
 
     text: str = Field(description="As it was asked; `image` where an image was.")
+    request: str = Field(
+        default="",
+        description="What is asked for, without the words around it, as 'red chair in the "
+        "kitchen' of 'where is the red chair in the kitchen?'; empty of an image.",
+    )
     understood: str = Field(default="", description="How the text was; empty of an image.")
     stands_for: tuple[str, ...] = Field(default=(), description="Names nearest to a description.")
     verdict: Annotated[str, one_of(VERDICTS)] = Field(

@@ -153,6 +153,10 @@ class SearchSnapshot(Reply):
     )
     state: State
     objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
+    requests: tuple[str, ...] = Field(
+        default=(),
+        description="The objects with all that was said of each, as 'red chair in the kitchen'.",
+    )
     understood: str = Field(default="", description="How the objects were; empty for a place.")
     left: tuple[str, ...] = Field(default=(), description="Not found so far, to search again.")
     index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
@@ -200,6 +204,8 @@ class SearchSnapshot(Reply):
         """What it is about now: the object sought, the place, or the search."""
         if self.place_m is not None:
             return f"({self.place_m[0]:g}, {self.place_m[1]:g})"
+        if self.target and self.index < len(self.requests):
+            return self.requests[self.index]
         return self.target or "search"
 
     @property

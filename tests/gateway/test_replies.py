@@ -91,7 +91,7 @@ def sofa() -> m.SimilarityReply:
 
 
 def test_a_region_has_outline_view_and_time_or_null(sofa: m.SimilarityReply) -> None:
-    first, second = query_result(sofa, STAMP_NS).regions
+    first, second = query_result(sofa, STAMP_NS, subject="'sofa'").regions
     assert first.outline_m == ((0.2, 1.0), (0.5, 1.0), (0.5, 1.3))
     assert first.last_seen_at == "2026-01-01T00:00:00.000Z"
     assert first.best_view is not None
@@ -120,7 +120,7 @@ def test_a_region_has_outline_view_and_time_or_null(sofa: m.SimilarityReply) -> 
     ],
 )
 def test_a_verdict_in_words(sofa: m.SimilarityReply, verdict: m.MapVerdict, said: str) -> None:
-    assert verdict_sentence(replace(sofa, verdict=verdict)) == said
+    assert verdict_sentence(replace(sofa, verdict=verdict), "'sofa'") == said
 
 
 def test_the_live_document_is_json_and_whole() -> None:

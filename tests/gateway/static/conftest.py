@@ -44,9 +44,14 @@ class Robot:
         """Publish a pose, a path and a revision of the map."""
         bus = self.router.bus("simulator")
         bus.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
-        bus.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1.0, 0.5, 0.4))
+        self.drives(0.0)
         bus.publish(keys.MAP_REVISION).put(fakes.revision(7))
         bus.publish(keys.SEARCH_PATH).put(fakes.planned_path((1.0, 0.5), (1.8, 0.9)))
+
+    def drives(self, linear_mps: float) -> None:
+        """Publish a pose of the robot with this speed."""
+        pose = replace(fakes.odometry(1.0, 0.5, 0.4), linear_mps=linear_mps)
+        self.router.bus("simulator").publish(keys.ROBOT_ODOMETRY).put(pose)
 
     def drive(self) -> tuple[str, tuple[float, ...]]:
         """Kind and place of what the planner was asked for."""

@@ -10,6 +10,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
+from tests.gateway import fakes
 from tests.gateway.static.chromium import WAIT_S, Page
 from tests.gateway.static.conftest import PHONE, Robot, open_still, start_search
 from tests.shared.samples import SAMPLES
@@ -72,7 +73,8 @@ def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     page.wait_for("document.querySelectorAll('#regions-card h2').length === 3")
     answers = page.text("#regions-card")
     for name in ("sofa", "kettle", "kite"):
-        assert f"Where is the {name}?" in answers
+        assert f"{name.capitalize()}\n" in answers
+        assert f"Understood as: {name}, anywhere." in answers
     assert "Nothing on the map looks like 'kite'" in answers
     assert page.text("#heat") == "sofa"
     page.click("#regions-card h2:nth-of-type(2) button")
@@ -125,6 +127,43 @@ def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> N
     page.wait_for(f"{PIXELS % 'path'} === 0")
     assert page.evaluate("document.getElementById('stop').hidden")
     assert page.errors == []
+
+
+def test_a_robot_that_another_program_drives_has_a_stop_button(page: Page, robot: Robot) -> None:
+    stop_hidden = "document.getElementById('stop').hidden"
+    page.open(robot.address)
+    assert page.evaluate(stop_hidden)
+    robot.drives(0.3)
+    page.wait_for(f"!{stop_hidden}")
+    assert page.text("#search-title") == "The robot moves"
+    page.click("#stop")
+    page.wait_for("document.getElementById('error').innerText.startsWith('No search moves')")
+    robot.drives(0.0)
+    page.wait_for(stop_hidden)
+    assert page.errors == [
+        "Failed to load resource: the server responded with a status of 404 (Not Found)"
+    ]
+
+
+def test_a_find_is_told_by_a_notification_that_was_allowed(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    page.evaluate("""(() => {
+      window.told = [];
+      window.Notification = class {
+        static permission = "default";
+        static requestPermission = async () => (Notification.permission = "granted");
+        constructor(title, { body }) { told.push([title, body]); }
+      };
+    })()""")
+    start_search(page, "red sofa")
+    page.click("#notify")
+    page.wait_for("document.getElementById('notify').hidden")
+    assert robot.planner.status is not None
+    found = replace(fakes.find_result("sofa", 1.0, 1.0), reason="seen twice")
+    robot.planner.status = replace(robot.planner.status, results=(found,))
+    robot.planner.move(m.SearchState.FOUND)
+    page.wait_for("told.length === 1")
+    assert page.evaluate("told") == [["Found the red sofa", "seen twice"]]
 
 
 def test_stop_is_in_sight_on_a_small_phone(page: Page, robot: Robot) -> None:
@@ -198,6 +237,8 @@ def test_a_sentence_is_one_object_and_how_it_was_understood_is_shown(
         f"document.getElementById('search-understood').innerText === 'Understood as: {said}.'"
     )
     assert robot.planner.requests[-1].objects == ("sofa", "kettle")
+    title = "Looking for the red sofa next to a bed not in the hall"
+    assert page.text("#search-title") == title
     assert page.errors == []
 
 

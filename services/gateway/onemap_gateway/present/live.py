@@ -11,9 +11,15 @@ from onemap.replies import DECIMALS
 from onemap_gateway.bus.live_state import LiveState, newest
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import age_s, search_snapshot, stage_latencies
-from onemap_gateway.present.service_status import PipelineFault, assess_services
+from onemap_gateway.present.service_status import (
+    STREAM_TIMEOUT_S,
+    PipelineFault,
+    assess_services,
+    ended_driver,
+)
 from onemap_shared.messages import RgbdFrame, SearchState
 
+STANDS_MPS, STANDS_RADPS = 0.02, 0.05  # up to which a robot stands: the noise of odometry
 PATH_ARRAYS = (
     "points_m", "goal_m", "frontiers_m", "frontier_scores", "regions_m", "region_scores",
 )  # fmt: skip
@@ -24,34 +30,41 @@ def live_document(
 ) -> dict[str, Any]:
     """The state without images, which clients fetch when their sequence numbers change."""
     search, services = newest(state.search), assess_services(state, now_s)
-    (sends,) = (each.alive for each in services if each.name == "robot")
     return {
         "ready": fault is None,
         "problem": fault.detail if fault else "",
-        "robot": _robot(state, now_s, sends=sends),
+        "robot": _robot(state, now_s),
         "trail_m": _rounded(state.trail_m) if with_trail else None,
         "map": _map(state, now_s, now_ns),
         "camera": _camera(state, now_s),
         "path": _path(state, now_s),
         "search": search_snapshot(search).model_dump(mode="json") if search else None,
         "services": [
-            {"name": r.name, "condition": r.condition, "problem": r.problem}
-            for r in services
+            {"name": r.name, "condition": r.condition, "problem": r.problem} for r in services
         ],
         "latencies": [each.model_dump() for each in stage_latencies(state.latencies)],
     }
 
 
-def _robot(state: LiveState, now_s: float, *, sends: bool) -> dict[str, Any] | None:
-    """Its newest pose; no speed of one that has fallen silent."""
+def _robot(state: LiveState, now_s: float) -> dict[str, Any] | None:
+    """Its newest pose; no speed of one that has fallen silent, of which it is open if it moves."""
     if state.odometry is None or state.robot is None:
         return None
     x_m, y_m, yaw_rad = state.robot
     numbers = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad, "age_s": state.odometry.age_s(now_s)}
     rounded = {name: round(number, DECIMALS) for name, number in numbers.items()}
     newest_odometry = state.odometry.message
-    speed_mps = round(newest_odometry.linear_mps, DECIMALS) if sends else None
-    return {**rounded, "linear_mps": speed_mps, "collided": newest_odometry.collided}
+    gone = not state.connected or bool(ended_driver(state, now_s))
+    fresh = not gone and state.odometry.age_s(now_s) <= STREAM_TIMEOUT_S
+    speed_mps = round(newest_odometry.linear_mps, DECIMALS) if fresh else None
+    speeds_mps = (newest_odometry.linear_mps, newest_odometry.lateral_mps)
+    turns = abs(newest_odometry.angular_radps) > STANDS_RADPS
+    return {
+        **rounded,
+        "linear_mps": speed_mps,
+        "moves": not gone and (turns or max(map(abs, speeds_mps)) > STANDS_MPS),
+        "collided": newest_odometry.collided,
+    }
 
 
 def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:

@@ -18,10 +18,10 @@ CHANGED_SCORE = 0.05
 IMAGE_SUBJECT = "what the image shows"  # in sentences, where a text is quoted
 
 
-def query_result(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> replies.QueryResult:
+def query_result(reply: SimilarityReply, now_ns: int, *, subject: str) -> replies.QueryResult:
     """The verdict, the regions in order of their score, and the reason if there are none.
 
-    subject: of its sentences, in the place of the text.
+    subject: of its sentences.
     """
     sentence = verdict_sentence(reply, subject)
     regions = tuple(_region(reply, index) for index in range(len(reply.scores)))
@@ -81,9 +81,8 @@ def _region(reply: SimilarityReply, index: int) -> replies.Region:
     )
 
 
-def verdict_sentence(reply: SimilarityReply, subject: str = "") -> str:
-    """The verdict in words. subject: what stands in the place of the text."""
-    subject = subject or repr(reply.text)
+def verdict_sentence(reply: SimilarityReply, subject: str) -> str:
+    """The verdict in words."""
     judged, percent = reply.verdict, floor(reply.verdict.looked_share * 100)
     if judged.verdict is Verdict.FOUND and len(reply.centres_m):
         x_m, y_m = reply.centres_m[0]
@@ -97,9 +96,8 @@ def verdict_sentence(reply: SimilarityReply, subject: str = "") -> str:
     return sentence + "."
 
 
-def no_match_message(reply: SimilarityReply, subject: str = "") -> str:
-    """Why the result of a query is empty. subject: as above."""
-    subject = subject or repr(reply.text)
+def no_match_message(reply: SimilarityReply, subject: str) -> str:
+    """Why the result of a query is empty."""
     best = floor(reply.best_score * 100) / 100  # rounded down: it must not read like the floor
     sentence = f"Nothing on the map looks like {subject}"
     if reply.floor > 0:

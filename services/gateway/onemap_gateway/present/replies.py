@@ -44,6 +44,7 @@ def search_snapshot(status: m.SearchStatus) -> SearchSnapshot:
         SearchSnapshot,
         status,
         id=status.search_id,
+        requests=tuple(map(str, sentences)),
         understood=in_words(sentences),
         left=_left(status, sentences),
         results=tuple(map(_object_outcome, results)),

@@ -178,7 +178,7 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
     condition = DEGRADED
     if not state.connected:
         condition, problem = DOWN, hung_problem("robot", state, now_s)
-    elif ended := _ended_driver(state, now_s):
+    elif ended := ended_driver(state, now_s):
         condition, alive, problem = DOWN, False, ended
     elif begun := _new_driver(state, now_s):
         alive, problem = False, begun
@@ -196,7 +196,7 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceHealth:
     )
 
 
-def _ended_driver(state: LiveState, now_s: float) -> str:
+def ended_driver(state: LiveState, now_s: float) -> str:
     """What to do about a driver that ended; empty while one is there, or frames still come."""
     changed_s = {name: at_s for name, at_s in state.alive_changed_s.items() if _drives(name)}
     if not changed_s or any(map(_drives, state.alive)):

@@ -9,6 +9,7 @@ import { Finds } from "./finds.js";
 import { Fleet } from "./fleet.js";
 import { History } from "./history.js";
 import { MapView } from "./map.js";
+import { Notifier } from "./notifier.js";
 import { Maps } from "./maps.js";
 import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
@@ -18,6 +19,8 @@ import { Replay } from "./replay.js";
 import { Suggestions } from "./suggestions.js";
 
 const MAP_MS = 600; // between two images of the map
+const MOVED_MS = 1000; // after which a robot that moves without a search is moved by another program
+const UNSTOPPED = "No search moves the robot: another program drives it, and has to stop it.";
 const FINDS_MS = 500; // between two looks whether there are others
 const SCALE = 4; // pixels per cell
 const EDGE_PX = 14; // around what lies over the map, as in style.css
@@ -53,6 +56,8 @@ let state = null;
 let connected = false;
 let queried = ""; // text whose similarity is shown; empty: the current target
 let pictured = null; // the picture whose similarity is shown instead, as a data URL
+const notifier = new Notifier();
+let movedSince = Infinity; // when the robot began to move without a search
 let dismissed = ""; // the target whose heatmap the user removed
 
 fold();
@@ -85,13 +90,21 @@ function onState(next) {
   map.show(state);
   showServices(state.services);
   showNotices(state);
-  showSearch(state.search);
+  showSearch(state.search, movesByItself());
+  notifier.refresh(state.search);
   suggestions.refresh(state.search);
   showChoice(state.search);
   showFacts(state.map, state.latencies);
   by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);
   showHeatmapText();
+}
+
+// Whether another program moves the robot; for a moment it moves after each search, too.
+function movesByItself() {
+  if (state.search?.active || !state.robot?.moves) movedSince = Infinity;
+  else movedSince = Math.min(movedSince, performance.now());
+  return performance.now() - movedSince >= MOVED_MS;
 }
 
 function onConnection(up) {
@@ -332,7 +345,11 @@ by("text").addEventListener("keydown", (event) => {
 });
 by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
-  act(by("stop"), () => stop(state.search.id)),
+  act(by("stop"), async () => {
+    if (state.search?.active) return stop(state.search.id);
+    await stop("current").catch(() => {}); // there may be none
+    throw new Error(UNSTOPPED);
+  }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
 by("heat").addEventListener("click", () => {

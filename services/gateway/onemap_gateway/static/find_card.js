@@ -1,7 +1,7 @@
 // The card of a find: its photograph, what is known of it, and what can be done.
 
 import { fetchBlob } from "./api.js";
-import { clockTime, height, place } from "./format.js";
+import { clockTime, height, place, thing } from "./format.js";
 import { by, robotName } from "./panels.js";
 import { Popup } from "./popup.js";
 
@@ -37,7 +37,7 @@ export class FindCard extends Popup {
     if (pictured) return;
     by("find-box").hidden = true; // until the size of the photograph is known
     this.showPhoto(Boolean(object.picture));
-    this.photo.alt = `Photograph of the ${object.name}`;
+    this.photo.alt = `Photograph of ${thing(object.name)}`;
     // A find that was seen again has another photograph at the same address.
     if (object.picture) this.loadPhoto(`${object.picture}?seen=${object.last_seen_ns}`);
   }
@@ -64,7 +64,7 @@ export class FindCard extends Popup {
 
   // Ask before the object is forgotten; the focus goes to the answer that changes nothing.
   askForget() {
-    by("find-question").textContent = `Forget the ${this.object.name}?`;
+    by("find-question").textContent = `Forget ${thing(this.object.name)}?`;
     this.showQuestion(true);
     by("forget-no").focus();
   }

@@ -4,6 +4,18 @@ export function capital(text) {
   return text && text[0].toUpperCase() + text.slice(1);
 }
 
+const LONGEST = 24; // characters of a name on the map
+
+// A name as it stands on the map; cards and titles have all of it.
+export function short(name) {
+  return name.length > LONGEST ? `${name.slice(0, LONGEST - 1)}…` : name;
+}
+
+// The thing that a request names, after "the" where it has no such word itself.
+export function thing(request) {
+  return /^(the|an?|some|something|anything|somewhere)\s/i.test(request) ? request : `the ${request}`;
+}
+
 export function seconds(value) {
   return value < 10 ? `${value.toFixed(1)} s` : duration(value);
 }

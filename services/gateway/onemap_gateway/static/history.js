@@ -1,7 +1,7 @@
 // The list of past searches: what, when, how it ended, and the photograph of what was found.
 
 import { read } from "./api.js";
-import { capital, clockTime, duration } from "./format.js";
+import { capital, clockTime, duration, thing } from "./format.js";
 import { by, element, refill, searchTitle } from "./panels.js";
 import { paintThumbnail } from "./thumbnail.js";
 
@@ -39,10 +39,11 @@ export class History {
   row(search, finds) {
     const { state, reason, started_at: began, elapsed_s: took, path_length_m: way } = search;
     const button = element("button", { title: "Show how it went on the map" }, [
-      element("span", { text: searchTitle(search) }),
+      element("span", { className: "cut", text: searchTitle(search), title: searchTitle(search) }),
       element("span", { className: `state ${state}`, text: state.replaceAll("_", " ") }),
       element("small", { text: `${clockTime(began)} · ${duration(took)} · ${way.toFixed(1)} m` }),
-      element("small", { text: capital(reason) }),
+      element("small", { className: "again", text: "▶ Play" }),
+      element("small", { className: "why cut", text: capital(reason), title: reason }),
     ]);
     button.type = "button";
     button.addEventListener("click", () => this.onOpen(search, button));
@@ -54,7 +55,7 @@ export class History {
     const canvas = element("canvas");
     canvas.width = canvas.height = THUMB_PX;
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `Photograph of the ${find.name}`);
+    canvas.setAttribute("aria-label", `Photograph of ${thing(find.name)}`);
     canvas.find = find;
     this.sight.observe(canvas);
     return canvas;

@@ -1,6 +1,7 @@
 // The map on a canvas: the gateway's image of the floor, and over it what moves.
 
 import { letter } from "./choice.js";
+import { short } from "./format.js";
 import { listen } from "./gestures.js";
 import { Heights } from "./heights.js";
 import { PIN_PX, Pins } from "./pins.js";
@@ -378,7 +379,7 @@ export class MapView {
 
   nameFind({ name, position_m: place }) {
     const [column, row] = this.pixels(...place);
-    this.label(name, column + 20, row - PIN_PX + 5, this.colours.ink);
+    this.label(short(name), column + 20, row - PIN_PX + 5, this.colours.ink);
   }
 
   // The chosen place, or the one that Enter chooses.

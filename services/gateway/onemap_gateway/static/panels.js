@@ -1,6 +1,6 @@
 // The parts of the page that show text and numbers.
 
-import { capital, duration, height, place, seconds } from "./format.js";
+import { capital, duration, height, place, seconds, thing } from "./format.js";
 
 const NOTICE_MS = 1500;
 
@@ -81,22 +81,24 @@ function lasts(name, problem) {
   return performance.now() - wrongSince.get(name) >= NOTICE_MS;
 }
 
-export function showSearch(search) {
-  by("search-card").hidden = !search;
-  document.body.classList.toggle("searching", Boolean(search?.active));
+// moves: whether the robot moves without a search, as when another program drives it
+export function showSearch(search, moves) {
+  by("search-card").hidden = !search && !moves;
+  document.body.classList.toggle("searching", Boolean(search?.active || moves));
+  by("stop").hidden = !search?.active && !moves;
+  by("search-moves").hidden = !moves;
+  by("search-title").textContent = search ? searchTitle(search) : "The robot moves";
+  by("search-title").title = by("search-title").textContent;
   if (!search) return;
-  by("search-title").textContent = searchTitle(search);
   by("search-state").textContent = search.state.replaceAll("_", " ");
   by("search-state").className = `state ${search.state}`;
-  const plain = search.objects.map((name) => `${name}, anywhere`).join("; ");
-  by("search-understood").hidden = !search.understood || search.understood === plain;
+  by("search-understood").hidden = !search.understood;
   by("search-understood").textContent = `Understood as: ${search.understood}.`;
   by("search-reason").textContent = capital(search.reason);
-  by("stop").hidden = !search.active;
   by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
     `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
-  const rows = search.objects.map((name, index) => describe(search, name, index));
+  const rows = search.requests.map((request, index) => describe(search, request, index));
   refill(by("objects"), rows, () =>
     rows.map(([kind, name, note]) => {
       const words = element("span", { text: name });
@@ -107,10 +109,10 @@ export function showSearch(search) {
 }
 
 // What a search is about.
-export function searchTitle({ kind, active, target, objects, place_m: goal }) {
+export function searchTitle({ kind, active, index, requests, place_m: goal }) {
   if (kind === "go_to") return `${active ? "Driving" : "Drive"} to (${place(goal)})`;
   if (kind === "look_at") return `${active ? "Going to look" : "Look"} at (${place(goal)})`;
-  return active ? `Looking for the ${target}` : `Search for ${objects.join(", ")}`;
+  return active ? `Looking for ${thing(requests[index])}` : `Search for ${requests.join("; ")}`;
 }
 
 // What the robot does, after "The robot is"; search: null if it is not known.
@@ -120,16 +122,14 @@ export function activity(search) {
   return title[0].toLowerCase() + title.slice(1);
 }
 
-function describe(search, name, index) {
-  // a name may be there twice
-  const earlier = search.objects.slice(0, index).filter((other) => other === name).length;
-  const result = search.results.filter((each) => each.name === name)[earlier];
+function describe(search, request, index) {
+  const result = search.results[index]; // they are in the order of the request
   if (!result) {
-    return [search.active && index === search.index ? "now" : "waiting", name, ""];
+    return [search.active && index === search.index ? "now" : "waiting", request, ""];
   }
-  if (result.outcome !== "found") return [result.outcome, name, capital(result.reason)];
+  if (result.outcome !== "found") return [result.outcome, request, capital(result.reason)];
   const where = `at ${place(result.position_m)} m`;
-  return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
+  return ["found", request, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
 const UNCALIBRATED =
@@ -143,6 +143,7 @@ export function showAnswers(answers, shown, actions) {
   by("regions-card").replaceChildren(
     ...answers.flatMap((answer) => [
       answerTitle(answer, shown, answers.length > 1 && !answer.refused && actions.onAnswer),
+      ...(answer.understood ? [element("p", { className: "reason", text: `Understood as: ${answer.understood}.` })] : []),
       ...(answer.sentence ? [element("p", { className: "verdict", text: answer.sentence })] : []),
       ...(answer.calibrated === false ? [element("p", { className: "uncalibrated", text: UNCALIBRATED })] : []),
       element("ol", { className: "regions" }, answerRows(answer, actions)),
@@ -152,9 +153,9 @@ export function showAnswers(answers, shown, actions) {
 
 function answerTitle(answer, shown, onAnswer) {
   if (answer.image) return pictureTitle(answer.image);
-  const text = `Where is the ${answer.text}?`;
-  if (!onAnswer) return element("h2", { text });
-  const button = element("button", { className: "answer", text, title: "Show its heatmap" });
+  const text = answer.refused ? `“${answer.text}”` : capital(answer.request);
+  if (!onAnswer) return element("h2", { className: "cut", text, title: text });
+  const button = element("button", { className: "answer cut", text, title: "Show its heatmap" });
   button.type = "button";
   button.setAttribute("aria-pressed", String(answer.text === shown));
   button.addEventListener("click", () => onAnswer(answer));
@@ -232,4 +233,5 @@ export function showFacts(map, latencies = []) {
 export function showError(text) {
   by("error").hidden = !text;
   by("error").textContent = text;
+  if (text) reveal(by("error"));
 }

@@ -16,7 +16,7 @@ export class PlaceMenu extends Popup {
     by("place-title").textContent = [this.named?.name, `(${place(goal)}) m`].filter(Boolean).join(" ");
     by("place-name").value = this.named?.suggested ? this.named.name : "";
     by("place-forget").hidden = !this.named?.name || this.named.suggested;
-    by("place-forget").textContent = `Forget ${this.named?.name}`;
+    by("place-forget").textContent = by("place-forget").title = `Forget ${this.named?.name}`;
     this.showHeight(goal);
     this.open(goal);
     this.map.mark(goal);

@@ -1,6 +1,7 @@
 // Rooms with a name and keep-out zones: drawn on the map, named and forgotten at a place of it.
 
 import { read, send } from "./api.js";
+import { short } from "./format.js";
 import { by } from "./panels.js";
 
 const PAUSE_MS = 5000; // between two looks at rooms that grow with the map
@@ -97,7 +98,7 @@ export class Places {
   nameAll(map) {
     for (const { name, kind, suggested, inside_m: inside, corners_m: corners } of this.list.filter((each) => each.name)) {
       const [column, row] = map.pixels(...(inside ?? middle(corners)));
-      const text = suggested ? `${name}?` : name;
+      const text = suggested ? `${short(name)}?` : short(name);
       map.context.font = "13px system-ui, 'DejaVu Sans', sans-serif";
       map.label(text, column - map.context.measureText(text).width / 2, row, map.colours[kind === ZONE ? "collided" : "ink"]);
     }

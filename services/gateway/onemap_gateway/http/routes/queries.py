@@ -39,7 +39,8 @@ async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryR
             "invalid", "A query moves no robot: 'stay out of' is for searches, leave it out."
         )
     requests = request.requests(gateway.robot_xy_m(), understood.sentences)
-    calls = [answer(gateway, each) for each in requests]
+    subjects = [repr(str(each)) for each in understood.sentences] or [IMAGE_SUBJECT]
+    calls = [answer(gateway, *each) for each in zip(requests, subjects, strict=True)]
     answered: list[QueryResult] = []
     for reply in await asyncio.gather(*calls, return_exceptions=True):
         if isinstance(reply, BaseException):
@@ -48,21 +49,25 @@ async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryR
     for index, (sentence, each) in enumerate(
         zip(understood.sentences, request.described, strict=True)
     ):
-        said = {"text": each.text, "understood": understood.in_words(sentence)}
-        update = {**said, "stands_for": understood.names(sentence)}
+        update = {
+            "text": each.text,
+            "request": str(sentence),
+            "understood": understood.in_words(sentence),
+            "stands_for": understood.names(sentence),
+        }
         answered[index] = answered[index].model_copy(update=update)
     return answered
 
 
 async def answer(
-    gateway: GatewayContext, request: SimilarityRequest | ImageSimilarityRequest
+    gateway: GatewayContext, request: SimilarityRequest | ImageSimilarityRequest, subject: str
 ) -> QueryResult:
-    """The answer to one text or image."""
+    """The answer to one text or image; subject: of its sentences."""
     if isinstance(request, ImageSimilarityRequest):
         reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, request)
-        return query_result(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
-    reply = await gateway.call(keys.MAP_SIMILARITY, request)
-    return query_result(reply, gateway.now_ns())
+    else:
+        reply = await gateway.call(keys.MAP_SIMILARITY, request)
+    return query_result(reply, gateway.now_ns(), subject=subject)
 
 
 async def image_view(gateway: GatewayContext, image: bytes) -> SearchView:
