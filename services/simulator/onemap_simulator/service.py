@@ -9,10 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import queue
-import threading
-import time
-from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -64,23 +60,23 @@ class CameraThread:
         self, bus: Bus, camera: RgbdCamera, link: FrameLink[RgbdFrame], world: str
     ) -> None:
         self._camera, self._link, self._world = camera, link, world
+        self._clock = bus.clock
         self._publisher = bus.publish(ROBOT_RGBD)
-        self._poses: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
+        self._offered: StampedPose | None = None
+        self._changed, self._stop = bus.clock.condition(), bus.clock.event()
         self._skipped = 0
-        self._stop = threading.Event()
         self._rate = RateMeter()
         self._render_ms = 0.0
         self._captured = 0
         self.sequence = 0  # frames published
-        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
-        self._thread.start()
+        self._thread = bus.clock.thread("camera", self._run)
 
     def offer(self, pose: StampedPose) -> None:
         """Capture from this pose, unless a newer one is offered before the camera is free."""
-        with suppress(queue.Empty):
-            self._poses.get_nowait()
-            self._skipped += 1
-        self._poses.put_nowait(pose)
+        with self._changed:
+            self._skipped += self._offered is not None
+            self._offered = pose
+            self._changed.notify()
 
     def metrics(self, now_s: float) -> dict[str, float]:
         """Mean frames_per_s of the last seconds, render_ms of the newest frame, counts."""
@@ -98,22 +94,31 @@ class CameraThread:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            with suppress(queue.Empty):
-                self._capture(self._poses.get(timeout=self._patience_s()))
-            for frame in self._link.arrived(time.monotonic()):
+            if (pose := self._next()) is not None:
+                self._capture(pose)
+            for frame in self._link.arrived(self._clock.monotonic_s()):
                 self._publisher.put(frame)
                 self.sequence += 1
-                self._rate = self._rate.with_event(time.monotonic())
+                self._rate = self._rate.with_event(self._clock.monotonic_s())
+
+    def _next(self) -> StampedPose | None:
+        with self._changed:
+            if self._offered is None:
+                self._changed.wait(self._patience_s())
+            pose, self._offered = self._offered, None
+            return pose
 
     def _patience_s(self) -> float:
         """Seconds to wait for a pose: until the next frame arrives, or WAIT_S."""
         arrival_s = self._link.next_s()
-        return WAIT_S if arrival_s is None else min(max(arrival_s - time.monotonic(), 0.0), WAIT_S)
+        if arrival_s is None:
+            return WAIT_S
+        return min(max(arrival_s - self._clock.monotonic_s(), 0.0), WAIT_S)
 
     def _capture(self, pose: StampedPose) -> None:
-        began_s = time.monotonic()
+        began_s = self._clock.monotonic_s()
         image = self._camera.capture(pose.T_true, pose.people)
-        self._render_ms = (time.monotonic() - began_s) * 1e3
+        self._render_ms = (self._clock.monotonic_s() - began_s) * 1e3
         frame = RgbdFrame(
             self._captured,
             pose.stamp_ns,
@@ -124,15 +129,16 @@ class CameraThread:
             self._world,
         )
         self._captured += 1
-        self._link.send(frame, time.monotonic())
+        self._link.send(frame, self._clock.monotonic_s())
 
 
 class SimulatorWorker:
     """Steps the physics, publishes odometry, offers poses to the camera."""
 
     def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
-        parts = RobotParts.of(scene, config, Renderer(scene), now_s=time.monotonic())
-        self._config = config
+        self._config, self._clock = config, bus.clock
+        now_s = self._clock.monotonic_s()
+        parts = RobotParts.of(scene, config, Renderer(scene), now_s=now_s)
         self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._gate = CommandGate(bus.instance)
@@ -141,12 +147,12 @@ class SimulatorWorker:
         bus.serve(ROBOT_TRUTH, partial(self._truth_reply, scene_truth(scene, config)))
         self._sequence = 0
         self._collided = False
-        self._odometry_due_s = self._rgbd_due_s = time.monotonic()
+        self._odometry_due_s = self._rgbd_due_s = now_s
 
     def step(self, timeout_s: float) -> None:
         """Wait for a command for at most one step of the physics, then simulate up to now."""
         command = self._commands.take(min(timeout_s, PHYSICS_S))
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         self._collided = self._simulation.advance(now_s) or self._collided
         if command is not None:
             self._obey(command, now_s)
@@ -162,7 +168,7 @@ class SimulatorWorker:
             self._camera.offer(pose)
 
     def _obey(self, command: VelocityCommand, now_s: float) -> None:
-        self._gate, allowed = self._gate.receive(command, now_s, time.time_ns())
+        self._gate, allowed = self._gate.receive(command, now_s, self._clock.wall_ns())
         if allowed is not None:
             self._simulation.receive_command(allowed.velocity, now_s, allowed.validity_ms / 1e3)
 
@@ -171,7 +177,7 @@ class SimulatorWorker:
         return Health(
             ready=self._camera.sequence > 0,
             metrics={
-                **self._camera.metrics(time.monotonic()),
+                **self._camera.metrics(self._clock.monotonic_s()),
                 **asdict(self._simulation.counts),
                 "commands_refused": self._commands.counters.refused,
                 "commands_late": self._gate.late,
@@ -188,7 +194,7 @@ class SimulatorWorker:
 
     def _stamped_pose(self) -> StampedPose:
         pose, people = self._simulation.state.pose, self._simulation.bystanders
-        return StampedPose(time.time_ns(), pose, self._localisation.reported(pose), people)
+        return StampedPose(self._clock.wall_ns(), pose, self._localisation.reported(pose), people)
 
     def _truth_reply(self, truth: SceneTruth, request: TruthRequest) -> Truth:
         """The reply for a place that searches name in the reported frame."""

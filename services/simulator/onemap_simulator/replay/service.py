@@ -7,7 +7,6 @@ work as with a robot. Velocity commands are ignored.
 from __future__ import annotations
 
 import logging
-import time
 
 import numpy as np
 
@@ -27,7 +26,7 @@ class ReplayWorker:
     """Publishes one frame and its odometry each period."""
 
     def __init__(self, bus: Bus, recording: Recording, config: ReplayConfig) -> None:
-        self._recording = recording
+        self._recording, self._clock = recording, bus.clock
         self._world = f"recording {recording.digest[:12]}"
         if recording.skipped:
             LOG.warning("%s", recording.skipped_sentence)
@@ -37,17 +36,17 @@ class ReplayWorker:
         self._sequence = 0
         self._unreadable = 0
         self._problem = ""
-        self._due_s = time.monotonic()
+        self._due_s = self._clock.monotonic_s()
 
     def step(self, timeout_s: float) -> None:
         """Publish the next frame if it is due, else wait for it; begins again after the last."""
-        wait_s = self._due_s - time.monotonic()
+        wait_s = self._due_s - self._clock.monotonic_s()
         if wait_s > timeout_s:
-            time.sleep(timeout_s)
+            self._clock.sleep(timeout_s)
             return
-        time.sleep(max(wait_s, 0.0))
+        self._clock.sleep(max(wait_s, 0.0))
         # Frames missed in a stall are not published in a burst.
-        self._due_s = max(self._due_s + self._period_s, time.monotonic())
+        self._due_s = max(self._due_s + self._period_s, self._clock.monotonic_s())
         self._publish(self._sequence % len(self._recording))
         self._sequence += 1
 
@@ -59,7 +58,7 @@ class ReplayWorker:
             self._problem = str(problem)
             LOG.warning("frame %d is left out: %s", index, problem)
             return
-        stamp_ns = time.time_ns()
+        stamp_ns = self._clock.wall_ns()
         body = body_below(frame.T_map_camera)
         self._odometry.put(Odometry(self._sequence, stamp_ns, body, 0.0, 0.0))
         self._frames.put(
