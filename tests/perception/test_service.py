@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -106,6 +109,28 @@ def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: Worl
     world.camera.put(frame(3))
     world.service.step(0.0)
     assert world.detections.take(0.0) is None
+
+
+def test_texts_are_embedded_by_one_thread_at_a_time() -> None:
+    together, inside = threading.Barrier(4), threading.Lock()
+
+    class OneAtATime(ColourEncoder):
+        def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+            assert inside.acquire(blocking=False)
+            try:
+                time.sleep(0)  # lets another thread run
+                return super().embed_text(texts)
+            finally:
+                inside.release()
+
+    service = World(OneAtATime()).service
+
+    def ask(_: int) -> int:
+        together.wait(60)
+        return len([service.embed_text(TextRequest(("red",))) for _ in range(50)])
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(ask, range(4))) == [50] * 4
 
 
 def test_a_search_that_began_before_perception_is_followed() -> None:

@@ -4,9 +4,6 @@
 from __future__ import annotations
 
 import logging
-import time
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from onemap_perception.config import PerceptionConfig
@@ -23,6 +20,7 @@ from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.target_detection import Target, detect_in_frame, make_target, with_picture
 from onemap_shared import keys
+from onemap_shared.clock import Clock, Future
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import (
     Detections,
@@ -149,11 +147,11 @@ class DetectorRunner:
     it is busy are skipped and counted, so that a slow detector does not delay the map.
     """
 
-    def __init__(self, detector: Detector, clock_s: Callable[[], float]) -> None:
+    def __init__(self, detector: Detector, clock: Clock) -> None:
         self.skipped = 0
         self._detector = detector
-        self._clock_s = clock_s
-        self._executor = None if detector.reads_features else ThreadPoolExecutor(1, "detector")
+        self._clock = clock
+        self._executor = None if detector.reads_features else clock.pool(1, "detector")
         self._pending: Future[DetectionResult] | None = None
 
     def before_encoding(self, frame: RgbdFrame, target: Target) -> None:
@@ -191,9 +189,10 @@ class DetectorRunner:
     def _detect(
         self, target: Target, frame: RgbdFrame, features: F16 | None = None
     ) -> DetectionResult:
-        begun_s = self._clock_s()
+        begun_s = self._clock.monotonic_s()
         detections = detect_in_frame(self._detector, target, frame, features)
-        return DetectionResult(target, frame.rgb, detections, (self._clock_s() - begun_s) * 1e3)
+        took_s = self._clock.monotonic_s() - begun_s
+        return DetectionResult(target, frame.rgb, detections, took_s * 1e3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +208,10 @@ class Perception:
     """The worker: one frame per step, always the newest."""
 
     def __init__(self, bus: Bus, components: PerceptionComponents) -> None:
-        self._components = components
-        self._telemetry = PerceptionTelemetry(started_s=time.monotonic())
-        self._detector_runner = DetectorRunner(components.detector, time.perf_counter)
+        self._components, self._clock = components, bus.clock
+        self._embedding = bus.clock.lock()  # encoders of text are used by one thread at a time
+        self._telemetry = PerceptionTelemetry(started_s=self._clock.monotonic_s())
+        self._detector_runner = DetectorRunner(components.detector, bus.clock)
         self._target: Target | None = None
         self._followed: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
@@ -244,7 +244,8 @@ class Perception:
 
     def health(self) -> Health:
         """Readiness, timings and counters, and the most serious problem."""
-        now_s, telemetry, counters = time.monotonic(), self._telemetry, self._frames.counters
+        now_s = self._clock.monotonic_s()
+        telemetry, counters = self._telemetry, self._frames.counters
         return Health(
             ready=telemetry.is_ready(now_s),
             problem=telemetry.problem(now_s, keys.ROBOT_RGBD.key),
@@ -269,7 +270,8 @@ class Perception:
     def embed_text(self, request: TextRequest) -> TextEmbeddings:
         """Answer of ``perception/embed_text``; refuses unknown words with code unknown_word."""
         try:
-            return self._components.encoder.embed_text(request.texts)
+            with self._embedding:
+                return self._components.encoder.embed_text(request.texts)
         except UnknownWordError as problem:
             words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
             raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
@@ -283,7 +285,7 @@ class Perception:
 
     def _encode(self, frame: RgbdFrame) -> F16 | None:
         """Publish the frame's features and return them; None if that failed."""
-        begun_s = time.perf_counter()
+        begun_s = self._clock.monotonic_s()
         try:
             features = self._components.encoder.encode(frame.rgb)
         except BackendError as problem:
@@ -291,10 +293,10 @@ class Perception:
                 LOG.warning("frame %d dropped: %s", frame.sequence, problem)
             self._telemetry.frame_failed(problem)
             return None
-        encoded_s = time.perf_counter()
+        encoded_s = self._clock.monotonic_s()
         field = feature_field(frame, features, self._components.encoder, self._components.variance)
         self._fields.put(field)
-        self._telemetry.frame_done(time.monotonic(), encode_ms=(encoded_s - begun_s) * 1e3)
+        self._telemetry.frame_done(self._clock.monotonic_s(), encode_ms=(encoded_s - begun_s) * 1e3)
         return features
 
     def _detect(self, frame: RgbdFrame | None, features: F16 | None) -> None:
@@ -339,7 +341,8 @@ class Perception:
     def _resolve_target(self, name: str, objects: tuple[str, ...]) -> Target:
         """The target with its queries; without them, and a problem, if the name is unknown."""
         try:
-            target = make_target(self._components.encoder, name, objects)
+            with self._embedding:
+                target = make_target(self._components.encoder, name, objects)
         except UnknownWordError as problem:
             LOG.warning("nothing can be detected as %r: %s", name, problem)
             self._telemetry.text_problem = str(problem)

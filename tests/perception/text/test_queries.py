@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.embeddings import CachedTextEncoder, scores, uncalibrated_queries
+from onemap_perception.text.embeddings import scores, uncalibrated_queries
 from onemap_perception.text.queries import QueryEncoder, unit
 from onemap_perception.text.vocabulary import Calibration, EmbeddingTable, ObjectClass, Vocabulary
 from onemap_shared.geometry import F32
@@ -168,23 +164,3 @@ def test_without_calibration_the_score_is_the_cosine() -> None:
     features = np.array([[1, 0, 0, 0], [-1, 0, 0, 0], [0, 1, 0, 0]], np.float32)
     np.testing.assert_allclose(scores(features, queries)[:, 0], [1, 0, 0.5])
     assert (queries.texts, queries.floor) == (("x",), 0.3)
-
-
-def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
-    asked: list[str] = []
-    together = threading.Barrier(4)
-
-    def embed(prompts: Sequence[str]) -> F32:
-        asked.extend(prompts)
-        return np.ones((len(prompts), 3), np.float32)
-
-    texts = CachedTextEncoder(embed, prompt="{}", capacity=8)
-
-    def ask(_: int) -> F32:
-        together.wait(60)
-        return texts(["sofa"])
-
-    with ThreadPoolExecutor(4) as pool:
-        rows = list(pool.map(ask, range(4)))
-    assert asked == ["sofa"]
-    assert all(row.shape == (1, 3) for row in rows)
