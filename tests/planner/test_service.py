@@ -16,6 +16,7 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.search import decision_log
 from onemap_planner.service import Planner
 from onemap_shared import keys
+from onemap_shared.clock import SystemClock
 from onemap_shared.geometry import pose_2d
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
@@ -360,7 +361,7 @@ def test_a_search_does_not_outlive_a_long_suspend(
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     asleep_s = [0.0]
-    monkeypatch.setattr("onemap_planner.service.suspended_s", lambda: asleep_s[0])
+    monkeypatch.setattr(SystemClock, "suspended_s", lambda _: asleep_s[0])
     services.frame()
     services.sent_commands()
     asleep_s[0] = away_s

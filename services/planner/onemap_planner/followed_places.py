@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import time
-
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.search.state_machine import Search
 from onemap_planner.sentences import waiting_for
@@ -34,13 +32,13 @@ class FollowedPlaces:
         revision: of the map that the plan is made on: rooms change with it.
         """
         current = self.version == inputs.places_version
-        due = time.monotonic() - self._asked_s >= EVERY_S
+        due = self._bus.clock.monotonic_s() - self._asked_s >= EVERY_S
         places = filter(None, map(self.known.get, Zones(self.known, search.stay_out).names))
         rooms = any(place.inside_m for place, _ in places)
         rooms = rooms or any(each.inside or each.outside for each in search.details)
         problem = ""
         if not current or (rooms and due and self.known.revision < revision):
-            self._asked_s = time.monotonic()
+            self._asked_s = self._bus.clock.monotonic_s()
             try:
                 self.known = self._bus.call(keys.MAP_PLACES, PlacesRequest(), TIMEOUT_S)
                 self.version = (inputs.places_version[0], self.known.version)

@@ -8,8 +8,6 @@ The map may answer slowly or not at all; the control loop reads ``result`` and n
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -122,7 +120,7 @@ class FindOutbox:
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
-        self._lock = threading.Lock()
+        self._lock = bus.clock.lock()
         self._unsent: deque[ObjectFind] = deque(maxlen=MAX_UNSENT)
         self._refused: ObjectFind | None = None  # the last, so that it is logged once
 
@@ -258,8 +256,9 @@ class PlanningThread:
         planned: Callable[[], None] = lambda: None,
     ) -> None:
         self._bus, self._registry, self._params, self._now = bus, registry, params, now
+        self._clock = bus.clock
         self._period_s, self._planned = period_s, planned
-        self.map_changed = threading.Event()
+        self.map_changed = bus.clock.event()
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
         self._views = ViewRequests(bus, VIEW_TIMEOUT_S)
@@ -268,9 +267,8 @@ class PlanningThread:
         self._reset_target: tuple[str, int] | None = None
         self.result = PlanningResult()
         self.turns = 0  # of the thread, also without a search
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="planning", daemon=True)
-        self._thread.start()
+        self._stop = bus.clock.event()
+        self._thread = bus.clock.thread("planning", self._run)
 
     @property
     def alive(self) -> bool:
@@ -299,7 +297,7 @@ class PlanningThread:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            began_s = time.monotonic()
+            began_s = self._clock.monotonic_s()
             state = self._registry.state
             if state is None or not state.search.active:
                 self._detections.take(0.0)
@@ -309,10 +307,11 @@ class PlanningThread:
             else:
                 self._plan(state)
             self.turns += 1
-            self._stop.wait(max(began_s + self._period_s - EARLIER_S - time.monotonic(), 0.0))
+            due_s = began_s + self._period_s
+            self._stop.wait(max(due_s - EARLIER_S - self._clock.monotonic_s(), 0.0))
             self.map_changed.clear()
-            latest_s = began_s + self._period_s + LATER_S
-            self.map_changed.wait(max(latest_s - time.monotonic(), 0.0))
+            latest_s = due_s + LATER_S
+            self.map_changed.wait(max(latest_s - self._clock.monotonic_s(), 0.0))
 
     def _plan(self, state: PlannerState) -> None:
         """One planning step on a new view of the map."""
@@ -335,7 +334,7 @@ class PlanningThread:
             stale_reason = waiting_for("the mapper", "it is not running")
         if view is not None:
             stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
-        now, now_s = self._now(), time.monotonic()
+        now, now_s = self._now(), self._clock.monotonic_s()
         if view is not None and now.inputs.pose is not None:
             stale_reason = stale_reason or outside_reason(view, now.inputs.pose.xy)
         if stale_reason:
@@ -362,7 +361,7 @@ class PlanningThread:
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision
-        plan_ms = (time.monotonic() - now_s) * 1e3
+        plan_ms = (self._clock.monotonic_s() - now_s) * 1e3
         if not self._registry.compare_and_swap(state, next_state):
             return
         result = replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
@@ -380,7 +379,7 @@ class PlanningThread:
         A plan that was overtaken by a change of the places is none.
         """
         if decision is not None and self._places.version == self._now().inputs.places_version:
-            now_s, search_id = time.monotonic(), state.search.search_id
+            now_s, search_id = self._clock.monotonic_s(), state.search.search_id
             offered, version = decision.goal_candidates, self._places.version
             result = replace(
                 result,
@@ -388,7 +387,7 @@ class PlanningThread:
                 view_at_s=now_s,
                 goals=len(offered.frontiers) + len(offered.regions),
             )
-            self._paths.put(planned_path(state.search, decision, time.time_ns()))
+            self._paths.put(planned_path(state.search, decision, self._clock.wall_ns()))
             self._finds.add(decision.finds)
         self.result = result
         self._planned()
@@ -413,7 +412,7 @@ class PlanningThread:
         """End the search for the present object: the map cannot answer for its name."""
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
-        stamp = sm.EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
+        stamp = sm.EventStamp(self._clock.monotonic_s(), state.active_time_s, xy, inputs.odometer_m)
         next_state = state.copy()
         next_state.apply(sm.Ending(SearchState.FAILED, reason, code), stamp)
         self._registry.compare_and_swap(state, next_state)

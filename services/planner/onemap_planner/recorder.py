@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections import deque
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from onemap_planner.search.decision_log import MAX_PLACES, Place, record
+from onemap_shared.clock import Clock
 from onemap_shared.messages import SearchStatus
 
 LOG = logging.getLogger("onemap.planner")
@@ -34,16 +34,14 @@ class SearchRecorder:
     is told once, and tried again with the next step.
     """
 
-    def __init__(self, folder: Path | None) -> None:
+    def __init__(self, folder: Path | None, clock: Clock) -> None:
         self._folder = folder
         self._waiting: deque[RecordedStep] = deque()
-        self._changed = threading.Condition()
+        self._changed = clock.condition()
         self._closed = False
         self._kept = ("", 0)  # the search of the last line, and how many results it has
         self._reported: set[str] = set()
-        self._thread = threading.Thread(target=self._run, name="record", daemon=True)
-        if folder is not None:
-            self._thread.start()
+        self._thread = None if folder is None else clock.thread("record", self._run)
 
     def add(self, step: RecordedStep) -> None:
         """Take a step to record; returns at once."""
@@ -61,7 +59,7 @@ class SearchRecorder:
         with self._changed:
             self._closed = True
             self._changed.notify()
-        if self._folder is not None:
+        if self._thread is not None:
             self._thread.join(CLOSE_S)
 
     def _run(self) -> None:

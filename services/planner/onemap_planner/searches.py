@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
-import uuid
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -19,6 +16,7 @@ from onemap_planner.search import decision_log
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import no_place
 from onemap_shared import keys
+from onemap_shared.clock import Clock
 from onemap_shared.messages import (
     PlacesRequest,
     SearchId,
@@ -46,13 +44,12 @@ class SearchRegistry:
 
     The planning thread replaces the state only if it is still the one that its step began
     with: a search that is cancelled during a step stays cancelled. The time at which a search
-    ends is recorded here, on ``clock_ns`` (nanoseconds since 1970). A command that cannot be
+    ends is recorded here, by the wall clock. A command that cannot be
     carried out raises ``RequestRejected``.
     """
 
-    def __init__(self, clock_ns: Callable[[], int] = time.time_ns) -> None:
-        self._clock_ns = clock_ns
-        self._lock = threading.RLock()
+    def __init__(self, clock: Clock) -> None:
+        self._clock, self._lock = clock, clock.rlock()
         self._state: PlannerState | None = None
         self._past: dict[str, sm.Search] = {}
 
@@ -152,7 +149,7 @@ class SearchRegistry:
     def _stamped(self, search: sm.Search) -> sm.Search:
         if search.active or search.ended_ns is not None:
             return search
-        return replace(search, ended_ns=self._clock_ns())
+        return replace(search, ended_ns=self._clock.wall_ns())
 
 
 EMBED_TIMEOUT_S = 1.5  # for all names of a search; the gateway gives the whole call 3 s
@@ -178,7 +175,7 @@ class SearchCommands:
         folder: Path | None = None,
     ) -> None:
         self._bus, self._registry, self._folder = bus, registry, folder
-        self._inputs, self._status_of = inputs, status_of
+        self._inputs, self._status_of, self._clock = inputs, status_of, bus.clock
         bus.serve(keys.SEARCH_START, self._start)
         bus.serve(keys.SEARCH_CANCEL, self._cancel)
         bus.serve(keys.SEARCH_GET, self._get)
@@ -186,18 +183,18 @@ class SearchCommands:
         bus.serve(keys.SEARCH_RECORD, self._record)
 
     def _start(self, request: SearchRequest) -> SearchStatus:
-        began_s = time.monotonic()
+        began_s = self._clock.monotonic_s()
         self._registry.reject_if_active()
         others = [n for each in request.details for n in (*each.anchors, *each.negatives)]
         names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
-        _reject_if_late(request, time.monotonic() - began_s)
+        _reject_if_late(request, self._clock.monotonic_s() - began_s)
         search = sm.new_search(
-            uuid.uuid4().hex[:12],
+            self._clock.random.randbytes(6).hex(),
             request.objects,
             self._stamp(),
-            time.time_ns(),
+            self._clock.wall_ns(),
             sm.Destination.of(request),
         )
         search = replace(
@@ -302,7 +299,7 @@ class SearchCommands:
     def _stamp(self) -> sm.EventStamp:
         inputs = self._inputs()
         xy = inputs.pose.xy if inputs.pose else None
-        return sm.EventStamp(time.monotonic(), 0.0, xy, inputs.odometer_m)
+        return sm.EventStamp(self._clock.monotonic_s(), 0.0, xy, inputs.odometer_m)
 
 
 def list_of(statuses: Sequence[SearchStatus]) -> SearchList:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import math
-import threading
-import time
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.inputs import (
@@ -52,19 +50,20 @@ class Planner:
     """Implements ``transport.Worker``: takes odometry and map revisions, sends velocities."""
 
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
-        now_s = time.monotonic()
-        self._bus, self._config = bus, config
-        self._woken = threading.Event()  # by odometry, or by a new plan
+        self._bus, self._config, self._clock = bus, config, bus.clock
+        now_s = self._clock.monotonic_s()
+        self._woken = self._clock.event()  # by odometry, or by a new plan
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY, arrived=self._woken)
         self._beats = [bus.subscribe(keys.heartbeat(name)) for name in ("perception", "mapper")]
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
-        self._suspended_s, self._stepped_s = suspended_s(), now_s  # at the last control step
-        self._registry = SearchRegistry()
+        # Both at the last control step.
+        self._suspended_s, self._stepped_s = self._clock.suspended_s(), now_s
+        self._registry = SearchRegistry(bus.clock)
         self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
         self._controller = VelocityController()
         self._sent = self._refused = 0
-        self._recorder = SearchRecorder(config.state_dir)
+        self._recorder = SearchRecorder(config.state_dir, bus.clock)
         self._trail = decision_log.Trail()
         self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
@@ -104,12 +103,12 @@ class Planner:
         self._whole_steps = False
         if not self._planning_thread.alive:
             raise RuntimeError("the planning thread died")
-        self._check_planning(self._planning_thread.turns, time.monotonic())
-        wait_s = min(timeout_s, max(self._next_control_s - time.monotonic(), 0.0))
+        self._check_planning(self._planning_thread.turns, self._clock.monotonic_s())
+        wait_s = min(timeout_s, max(self._next_control_s - self._clock.monotonic_s(), 0.0))
         self._woken.wait(wait_s)
         self._woken.clear()  # before it is looked at what came
         odometry = self._odometry.take(0.0)
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         if odometry is not None:
             self._inputs = with_odometry(self._inputs, odometry, now_s)
         revision = self._revisions.take(0.0)
@@ -137,7 +136,7 @@ class Planner:
 
     def health(self) -> Health:
         """Readiness and the metrics of planning and control; not ready while inputs are stale."""
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         age = self._inputs.ages(now_s)
         state = self._registry.state
         problem = ""
@@ -169,12 +168,12 @@ class Planner:
 
     def close(self) -> None:
         """Stop the robot first, if it may be moving; then end the search, and the threads."""
-        active_s = time.monotonic() - self._controller.active_s
+        active_s = self._clock.monotonic_s() - self._controller.active_s
         if active_s <= BRAKE_S:
             self._send(Velocity2d())
         crashed = not (self._whole_steps and self._planning_thread.alive)
         self._interrupt(PLANNER_ENDED if crashed else PLANNER_STOPPED)
-        self._publish_status(time.monotonic())
+        self._publish_status(self._clock.monotonic_s())
         self._planning_thread.close()
         if active_s <= BRAKE_S:
             self._send(Velocity2d())
@@ -186,7 +185,7 @@ class Planner:
         The monotonic clock does not count while a computer is suspended.
         """
         slept_s = self._suspended_s
-        self._suspended_s = suspended_s()
+        self._suspended_s = self._clock.suspended_s()
         away_s = self._suspended_s - slept_s + now_s - self._stepped_s
         self._stepped_s = now_s
         if away_s > MAX_AWAY_S:
@@ -200,14 +199,14 @@ class Planner:
 
     def _stamp(self) -> EventStamp:
         xy = self._inputs.pose.xy if self._inputs.pose else None
-        return EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
+        return EventStamp(self._clock.monotonic_s(), 0.0, xy, self._inputs.odometer_m)
 
     def _interrupt(self, why: str) -> None:
         """End the active search, if there is one: somebody has to ask again."""
         state = self._registry.state
         if state is None or not state.search.active:
             return
-        search, at_ns = state.search, time.time_ns()
+        search, at_ns = state.search, self._clock.wall_ns()
         reason = interrupted(why, at_ns, search.results)
         self._registry.interrupt(reason, self._stamp(), at_ns)
         LOG.warning("search %s for %s is interrupted: %s", search.search_id, search.subject, why)
@@ -237,7 +236,7 @@ class Planner:
         odometry = self._inputs.odometry
         command = VelocityCommand(
             self._sent,
-            time.time_ns(),
+            self._clock.wall_ns(),
             velocity.linear_mps,
             velocity.angular_radps,
             planner=self._bus.instance,
@@ -247,7 +246,7 @@ class Planner:
             driver=self._inputs.driver.named,
             validity_ms=round(1e3 * self._controller.validity_s),
         )
-        sent = SentCommand(self._sent, time.monotonic(), self._controller.velocity)
+        sent = SentCommand(self._sent, self._clock.monotonic_s(), self._controller.velocity)
         self._inputs = with_sent(self._inputs, sent)
         self._commands.put(command)
 
@@ -277,8 +276,8 @@ class Planner:
         return status(
             search,
             self._stamp(),
-            now_ns=time.time_ns(),
-            waiting=self._waiting(time.monotonic()),
+            now_ns=self._clock.wall_ns(),
+            waiting=self._waiting(self._clock.monotonic_s()),
             hold=self._inputs.hold,
         )
 
@@ -307,20 +306,13 @@ class Planner:
     def _follow(self, search: Search) -> None:
         """Keep where the robot is, for the record of an active search."""
         if search.active and self._inputs.pose is not None:
-            elapsed_s = time.monotonic() - search.began_s
+            elapsed_s = self._clock.monotonic_s() - search.began_s
             self._trail.add(elapsed_s, self._inputs.pose.xy)
 
     def _record_step(self, search: Search) -> None:
         pose = self._inputs.pose
-        step = status(search, self._stamp(), now_ns=time.time_ns())
+        step = status(search, self._stamp(), now_ns=self._clock.wall_ns())
         self._recorder.add(RecordedStep(step, pose.xy if pose else None, self._trail.take()))
-
-
-def suspended_s() -> float:
-    """Seconds since its start for which the computer was suspended; 0 where no system tells."""
-    if not hasattr(time, "CLOCK_BOOTTIME"):
-        return 0.0
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.clock_gettime(time.CLOCK_MONOTONIC)
 
 
 def build(bus: Bus, config: PlannerConfig) -> Worker:

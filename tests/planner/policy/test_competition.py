@@ -13,6 +13,7 @@ from onemap_planner.search.state_machine import EventStamp, Finished, new_search
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of
 from onemap_planner.world.map_view import MapView
+from onemap_shared.clock import SystemClock
 from onemap_shared.messages import (
     MAX_RIVALS,
     Detections,
@@ -91,7 +92,7 @@ def test_found_objects_are_kept_up_to_a_limit_from_one_search_to_the_next() -> N
     for _ in range(MAX_FOUND_OBJECTS + 3):
         state.find(candidate(PILLOW))
     assert state.found_objects == (FoundObject("bed", PILLOW),) * MAX_FOUND_OBJECTS
-    registry = SearchRegistry()
+    registry = SearchRegistry(SystemClock())
     registry.start(new_search("a", ("bed",), STAMP, 0))
     taken = registry.state
     assert taken is not None
