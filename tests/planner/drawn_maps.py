@@ -9,7 +9,7 @@ import numpy as np
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.world.costmap import BesideMap, Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F32, F64
+from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     NO_ROOM,
@@ -81,6 +81,12 @@ def costmap_of(
     """The costmap of the map alone unless more is given."""
     beside = BesideMap(trail_xy, obstacles_xy, appeared_xy=appeared_xy)
     return build_costmap(map_view, np.array(robot_xy), params, beside)
+
+
+def crossable(costmap: Costmap) -> Bool:
+    """Mask (nx, ny) of the unknown cells that a path may enter all the same, slowly."""
+    mask: Bool = costmap.passable & ~costmap.free & ~costmap.occupied
+    return mask
 
 
 def detections_of(

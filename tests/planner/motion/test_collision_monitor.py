@@ -26,7 +26,7 @@ from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
 from onemap_shared.messages import Occupancy
-from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
+from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, crossable, drawn_map
 
 DRIVE, SIZE = PARAMS.drive, PARAMS.costmap
 HOLONOMIC = DRIVE.model_copy(update={"max_lateral_mps": 0.4})
@@ -88,7 +88,7 @@ def test_whatever_command_is_the_last_the_robot_stands_on_the_known_free_floor(
     occupancy[4:8, 4:8] = Occupancy.FREE
     map_view = replace(drawn_map(*["." * 12] * 12), occupancy=occupancy)
     costmap = costmap_of(map_view, (0.6, 0.6), SIZE)
-    assume(not costmap.crossable.any())
+    assume(not crossable(costmap).any())
     pose, velocity = Pose2d(0.6, 0.6, yaw_rad), STOP
     unknown = ~(costmap.free | costmap.occupied)
     for _ in range(30):
@@ -220,12 +220,12 @@ def test_an_escape_crosses_unseen_floor_slowly_and_not_far() -> None:
     hole[5:20, 5:20] = Occupancy.UNKNOWN
     strict = SIZE.model_copy(update={"unknown_overlap_m": 0.1})
     near = costmap_of(replace(OPEN, occupancy=hole), (1.0, 1.25), strict)
-    assert near.crossable[7, 12]
+    assert crossable(near)[7, 12]
     slow, fast, pose = Velocity2d(-0.04, 0.0), Velocity2d(-0.1, 0.0), Pose2d(1.0, 1.25, 0.0)
     assert checked(slow, slow, pose, near) == slow
     assert checked(fast, fast, pose, near) != fast
     nothing = costmap_of(drawn_map(*[" " * 10] * 10, scale=5), (2.5, 2.5), SIZE)
-    beside = nothing.grid.centres(np.argwhere(nothing.crossable)) - (2.5, 2.5)
+    beside = nothing.grid.centres(np.argwhere(crossable(nothing))) - (2.5, 2.5)
     assert np.hypot(*beside.T).max() <= SIZE.radius_m + CELL_M  # only where it stands
     centre = Pose2d(2.5, 2.5, 0.0)
     for command in (Velocity2d(0.15, 0.0), Velocity2d(-0.15, 0.0)):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.costmap import AROUND_M, LASTS_S, NOTHING, Appeared
+from onemap_planner.world.appeared import AROUND_M, LASTS_S, NOTHING, Appeared
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec

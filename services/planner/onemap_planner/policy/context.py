@@ -10,19 +10,18 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
+from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.candidates import CONSENSUS, Consensus
 from onemap_planner.world.costmap import (
     MAP_ALONE,
-    NOTHING,
-    Appeared,
     BesideMap,
     Costmap,
     CostmapParams,
     build_costmap,
-    distance_cells,
     with_gaps,
 )
 from onemap_planner.world.description import Description
+from onemap_planner.world.distances import distance_cells
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import CameraView, Occupancy

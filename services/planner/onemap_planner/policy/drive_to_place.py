@@ -34,7 +34,7 @@ from onemap_planner.policy.ways import (
 )
 from onemap_planner.search.state_machine import Destination, Ending, without_choice
 from onemap_planner.sentences import driving, no_way
-from onemap_planner.world.costmap import distance_cells
+from onemap_planner.world.distances import distance_cells
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FailureCode, SearchKind, SearchState, subject_of
 

@@ -18,8 +18,8 @@ from onemap_planner.policy.goals import Goal, GoalCandidates, successor
 from onemap_planner.policy.ledger import Ledger, Xy
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import Landmarks
+from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
-from onemap_planner.world.costmap import NOTHING, Appeared
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.geometry import F64

@@ -32,7 +32,7 @@ from onemap_planner.sentences import (
     zone_in_the_way,
 )
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_planner.world.costmap import distance_cells
+from onemap_planner.world.distances import distance_cells
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,

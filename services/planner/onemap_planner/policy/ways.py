@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any
 from onemap_planner.policy.context import PlanningContext
@@ -14,7 +13,8 @@ from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind, GoalU
 from onemap_planner.policy.viewpoints import NO_CELLS, SightTarget, first_visible, viewpoints_around
 from onemap_planner.search.state_machine import Destination
 from onemap_planner.sentences import OBSTACLE, ONWARD, onward
-from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
+from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR
+from onemap_planner.world.distances import distance_cells, distances_to_edge_m
 from onemap_planner.world.map_view import components
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy, SearchKind, subject_of
@@ -259,10 +259,7 @@ def _cost_without_passers_by(context: PlanningContext) -> F64:
     """Costs (nx, ny) as if nothing stood where floor was seen once; dear where something does."""
     costmap, size = context.costmap, context.costmap.grid.cell_size_m
     seen = context.map_view.floor_seen
-    lasting: Bool = costmap.occupied & ~seen
-    away_m = np.full(seen.shape, np.inf)
-    if lasting.any():
-        away_m = ndimage.distance_transform_edt(~lasting) * size - size / 2
+    away_m = distances_to_edge_m(costmap.occupied & ~seen, size)
     open_once = (seen | costmap.free) & (away_m >= context.params.min_clearance_m)
     dear = RETURN_FACTOR * context.params.dearest
     cost: F64 = np.where(

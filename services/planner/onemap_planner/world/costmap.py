@@ -1,7 +1,4 @@
-"""Costmap: the navigable map N (cells for the robot's centre), costs and clearances.
-
-And what has just appeared where the floor was free: somebody who walks about, most likely.
-"""
+"""Costmap: the navigable map N (cells for the robot's centre), costs and clearances."""
 
 from __future__ import annotations
 
@@ -9,29 +6,28 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
-from skimage.graph import MCP_Geometric
 
+from onemap_planner.world.distances import distance_cells, distances_m, distances_to_edge_m
+from onemap_planner.world.keep_out import KeepOut
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
-from onemap_shared.grid import GridSpec, onto
+from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 from onemap_shared.places import NO_ZONES, Zones
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than any way through N
-LEAVE_FACTOR = (
-    200.0  # out of a keep-out zone: the shortest way, wherever else the robot wants to go
-)
+LEAVE_FACTOR = 200.0  # out of a keep-out zone: the shortest way, wherever else it wants to go
 HERE: I64 = np.zeros((1, 2), np.int64)
 NEIGHBOURHOOD: I64 = np.argwhere(CONNECTIVITY_8) - 1
 CLEAR_M = 0.5  # metres of clearance from which on a robot need not slow down
 # Metres around the robot's way within which unknown floor tells nothing: a camera at 1 m sees the
 # floor from 1.1 m on, but what stands there it saw above it.
 BLIND_RADIUS_M = 1.2
+ROUNDING_M = 1e-6
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 
 
@@ -90,48 +86,6 @@ class CostmapParams(Params):
         return max(self.min_clearance_m + self.inflation_m, CLEAR_M)
 
 
-ROUNDING_M = 1e-6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class KeepOut:
-    """Keep-out zones around a costmap: lethal for paths and commands, but no obstacle to sight.
-
-    cells_xy (n, 2): centres, metres, of the cells that a zone covers, also in part and beyond the
-    grid; closed (nx, ny) bool: the robot's centre is nearer to one than paths lead; way_out_m
-    (nx, ny) float64: from there to where paths lead, 0 outside and infinity without a way.
-    """
-
-    grid: GridSpec
-    cells_xy: F64
-    closed: Bool
-    way_out_m: F64
-
-    def distances_m(self, points: F64, within_m: float) -> F64:
-        """Distances (n,) of points (n, 2), metres, to the nearest zone; infinity if none is within
-        a distance of the first one."""
-        near = (np.abs(self.cells_xy - points[0]) <= within_m + self.grid.cell_size_m).all(axis=1)
-        apart = np.abs(points[:, None] - self.cells_xy[near][None]) - self.grid.cell_size_m / 2
-        away = np.linalg.norm(np.maximum(apart, 0.0), axis=2)
-        nearest: F64 = away.min(axis=1, initial=np.inf)
-        return nearest
-
-    def allows(self, here: F64, points: F64, radius_m: float, reach_m: float) -> bool:
-        """Whether a disc at ``here`` (2,) may take a path of points (n, 2) and ``reach_m`` metres.
-
-        No part of it comes into a zone. A disc that already reaches into one comes no nearer to it,
-        and inside it no farther from the way out.
-        """
-        away_m = self.distances_m(np.vstack([here, points]), reach_m + radius_m)
-        if (away_m[1:] < min(radius_m, away_m[0]) - ROUNDING_M).any():
-            return False
-        if away_m[0] >= radius_m - ROUNDING_M:
-            return True
-        cells = self.grid.cells(np.vstack([here, points]))
-        way_m = self.way_out_m[tuple(np.clip(cells, 0, np.subtract(self.grid.shape, 1)).T)]
-        return bool(((way_m[1:] <= way_m[0]) | (away_m[1:] >= radius_m)).all())
-
-
 @dataclass(frozen=True, slots=True)
 class Costmap:
     """All arrays (nx, ny) on ``grid``.
@@ -139,7 +93,7 @@ class Costmap:
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
     of effort per metre driven, >= 1, negative where impassable (passable besides N: the
     robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
-    the nearest obstacle's edge, infinity beyond ``clear_m``; near_trail bool: within
+    the nearest obstacle's edge, infinity without any; near_trail bool: within
     ``BLIND_RADIUS_M`` of where the robot's centre has been; returning bool: the robot's way until
     a metre ago, which it may drive back slowly; unseen bool: neither occupied nor floor that a
     camera saw or the robot's disc covered, and not blind; blind bool: assumed floor around the
@@ -173,12 +127,6 @@ class Costmap:
         mask: Bool = self.cost > 0
         return mask
 
-    @property
-    def crossable(self) -> Bool:
-        """Mask (nx, ny) of the unknown cells that a path may enter all the same, slowly."""
-        mask: Bool = self.passable & ~self.free & ~self.occupied
-        return mask
-
 
 def no_points() -> F64:
     """No points, (0, 2) metres."""
@@ -208,46 +156,51 @@ def build_costmap(
     map_view: MapView, robot_xy: F64, params: CostmapParams, beside: BesideMap = MAP_ALONE
 ) -> Costmap:
     """The costmap of a map view, for a robot at ``robot_xy`` (2,), metres, inside its grid."""
-    grid, size = map_view.grid, map_view.grid.cell_size_m
-    trail_xy, obstacles_xy = beside.trail_xy, beside.obstacles_xy
+    grid, size, radius_m = map_view.grid, map_view.grid.cell_size_m, params.radius_m
+    robot, trail_xy = grid.cells(robot_xy), beside.trail_xy
     earlier_xy = trail_xy[:-RECENT_POINTS]
-    driven_m = distances_m(_mark(grid, earlier_xy), size, params.radius_m)
-    driven = driven_m <= params.radius_m
-    covered = driven_m <= params.radius_m - size  # as a whole, wherever in its cell it drove
+    # What is known: obstacles, floor, floor that was assumed, and what is missing of it.
     seen_free = map_view.occupancy == Occupancy.FREE
-    occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
+    driven_m = distances_m(_mark(grid, earlier_xy), size)
+    covered = driven_m <= radius_m - size  # as a whole, wherever in its cell it drove
+    occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, beside.obstacles_xy)
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
-    beside_m = distances_m(map_view.drops, size, params.beside_drop_m)
-    drops = map_view.drops | (unseen & (beside_m <= params.beside_drop_m))
+    drops = map_view.drops
+    if drops.any():
+        drops = drops | (unseen & (distances_m(drops, size) <= params.beside_drop_m))
     occupied |= drops
-    unseen &= ~drops
-    free = (seen_free | driven) & ~occupied
-    start_xy = np.vstack([trail_xy, robot_xy])[0]
-    ran_into_m = np.hypot(*(obstacles_xy - start_xy).T).min(initial=np.inf)
-    blind = unseen & seen_free & map_view.assumed
-    from_start = np.hypot(*(np.argwhere(blind) - grid.cells(start_xy)).T)
-    blind[blind] = from_start * size <= params.blind_m
-    blind &= ran_into_m > params.blind_m + params.radius_m
-    unseen &= ~blind
-    clearance_m = _clearance_m(occupied, size, params.clear_m)
-    unseen_m = _clearance_m(unseen, size, params.min_clearance_m)
-
+    free = (seen_free | (driven_m <= radius_m)) & ~occupied
+    blind = _blind_spot(
+        unseen & seen_free & map_view.assumed & ~drops, beside, robot_xy, grid, params
+    )
+    unseen &= ~(drops | blind)
+    # Inflation: N, and what a metre through it costs.
+    clearance_m = distances_to_edge_m(occupied, size)
+    unseen_m = distances_to_edge_m(unseen, size)
     navigable = free & (clearance_m >= params.min_clearance_m)
     navigable &= ~_near_unknown(free | occupied, size, params)
     cost = np.full(grid.shape, IMPASSABLE)
     cost[navigable] = _effort(clearance_m[navigable], unseen_m[navigable], params)
-    wide_enough = clearance_m >= params.radius_m / 2  # for the way that the robot came
-    robot = grid.cells(robot_xy)
-    drop_m = _clearance_m(drops, size, params.radius_m)
-    on_floor = drop_m >= min(params.radius_m, float(drop_m[tuple(robot)]))
-    wide_enough &= on_floor
+    # Besides N: the way that the robot came, and out of a pocket that it is in.
+    on_floor = np.ones(grid.shape, bool)
+    if drops.any():
+        drop_m = distances_to_edge_m(drops, size)
+        on_floor = drop_m >= min(radius_m, float(drop_m[tuple(robot)]))
+    wide_enough = (clearance_m >= radius_m / 2) & on_floor
     cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0) & on_floor
         cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
-
-    trail_m = distances_m(_mark(grid, np.vstack([trail_xy, robot_xy])), size, BLIND_RADIUS_M)
-    costmap = Costmap(
+    # Keep-out zones.
+    keep_out = KeepOut.of(beside.zones, grid, cost > 0, params.min_clearance_m)
+    if keep_out is not None:
+        ways_out = keep_out.ways_out(robot, cost > 0)
+        cost[keep_out.closed] = IMPASSABLE
+        cost[ways_out] = LEAVE_FACTOR * params.dearest
+        navigable &= ~keep_out.closed
+        clearance_m = np.minimum(clearance_m, keep_out.clearance_m)
+    here_xy = np.vstack([trail_xy, robot_xy])
+    return Costmap(
         grid=grid,
         occupied=occupied,
         drops=drops,
@@ -255,60 +208,28 @@ def build_costmap(
         navigable=navigable,
         cost=cost,
         clearance_m=clearance_m.astype(np.float32),
-        near_trail=trail_m <= BLIND_RADIUS_M + ROUNDING_M,
+        near_trail=distances_m(_mark(grid, here_xy), size) <= BLIND_RADIUS_M + ROUNDING_M,
         returning=_beside(grid, earlier_xy) & wide_enough,
         unseen=unseen,
         blind=blind,
-        creeping=unseen_m < params.radius_m,
+        creeping=unseen_m < radius_m,
         appeared=occupied & _mark(grid, beside.appeared_xy),
         params=params,
-    )
-    return _without_zones(costmap, beside.zones, robot)
-
-
-def _without_zones(costmap: Costmap, zones: Zones, robot_cell: I64) -> Costmap:
-    """The costmap without the keep-out zones, and the floor beside them.
-
-    Paths keep ``margin_m`` more from them than from obstacles, since nothing there may be touched.
-    A robot in a cell (2,) that is nearer may leave: no path leads farther in.
-    """
-    params, grid, size = costmap.params, costmap.grid, costmap.grid.cell_size_m
-    pad = int(np.ceil((params.min_clearance_m + params.margin_m) / size)) + 1
-    (x, y), (nx, ny) = grid.origin_cell, grid.shape
-    mask = zones.mask(GridSpec(size, (x - pad, y - pad), (nx + 2 * pad, ny + 2 * pad)))
-    if not mask.any():
-        return costmap
-    cells_xy = grid.centres(np.argwhere(mask) - pad)
-    away_m = _clearance_m(mask, size, params.clear_m + params.margin_m)[pad:-pad, pad:-pad]
-    away_m = away_m - params.margin_m
-    closed = away_m < params.min_clearance_m
-    cost = np.where(closed, IMPASSABLE, costmap.cost)
-    way_out_m = np.where(closed, np.inf, 0.0)
-    robot = (int(robot_cell[0]), int(robot_cell[1]))
-    if closed[robot]:
-        way_out_m = _ways_out_m(costmap.passable, closed, size)
-        parts, _ = ndimage.label(closed, CONNECTIVITY_8)
-        out = (parts == parts[robot]) & costmap.passable & np.isfinite(way_out_m)
-        out &= way_out_m <= way_out_m[robot]
-        out[robot] = True
-        cost[out] = LEAVE_FACTOR * params.dearest
-    return replace(
-        costmap,
-        navigable=costmap.navigable & ~closed,
-        cost=cost,
-        clearance_m=np.minimum(costmap.clearance_m, away_m).astype(np.float32),
-        keep_out=KeepOut(grid, cells_xy, closed, way_out_m),
+        keep_out=keep_out,
     )
 
 
-def _ways_out_m(passable: Bool, closed: Bool, cell_size_m: float) -> F64:
-    """(nx, ny): metres from each closed cell to one that is not, infinity without a way."""
-    ends = np.argwhere(passable & ~closed)
-    if len(ends) == 0:
-        return np.where(closed, np.inf, 0.0)
-    paths = MCP_Geometric(np.where(passable, 1.0, IMPASSABLE), fully_connected=True)
-    lengths, _ = paths.find_costs(ends.tolist())
-    return np.where(closed, lengths * cell_size_m, 0.0)
+def _blind_spot(
+    assumed: Bool, beside: BesideMap, robot_xy: F64, grid: GridSpec, params: CostmapParams
+) -> Bool:
+    """Which of the assumed cells (nx, ny) lie below the image where the robot set out; none once it
+    ran into something there."""
+    start_xy = np.vstack([beside.trail_xy, robot_xy])[0]
+    ran_into_m = np.hypot(*(beside.obstacles_xy - start_xy).T).min(initial=np.inf)
+    if ran_into_m <= params.blind_m + params.radius_m:
+        return np.zeros_like(assumed)
+    near: Bool = distance_cells(grid, grid.cells(start_xy)) * grid.cell_size_m <= params.blind_m
+    return assumed & near
 
 
 def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
@@ -318,9 +239,7 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     and another part of N, and nothing that was seen stands in it. It is as dear as the own trail.
     """
     params, size = costmap.params, costmap.grid.cell_size_m
-    within = params.gap_m / size + 1.0
-    across = distances_m(reached, 1.0, within)
-    across += distances_m(costmap.navigable & ~reached, 1.0, within)
+    across = distances_m(reached, 1.0) + distances_m(costmap.navigable & ~reached, 1.0)
     gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
     gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
@@ -338,7 +257,7 @@ def _escape_cells(
     grid, size = map_view.grid, map_view.grid.cell_size_m
     distance_m = distance_cells(grid, robot) * size
     body = distance_m <= params.radius_m
-    seen_m = distances_m(map_view.occupancy == Occupancy.FREE, size, params.escape_unknown_m)
+    seen_m = distances_m(map_view.occupancy == Occupancy.FREE, size)
     enterable = (~occupied | body) & (free | body | (seen_m <= params.escape_unknown_m))
     cells: Bool = (distance_m <= params.escape_radius_m) & enterable
     return cells
@@ -368,7 +287,7 @@ def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Boo
     keep = (params.radius_m - params.unknown_overlap_m) / cell_size_m + 0.5
     if keep <= 1:
         return np.zeros_like(known)
-    near: Bool = distances_m(~known, 1.0, keep) < keep
+    near: Bool = distances_m(~known, 1.0) < keep
     return near
 
 
@@ -388,112 +307,9 @@ def _beside(grid: GridSpec, points_xy: F64) -> Bool:
     return _mark(grid, points_xy, NEIGHBOURHOOD)
 
 
-def distances_m(mask: Bool, cell_size_m: float, within_m: float, *, less_m: float = 0.0) -> F64:
-    """(nx, ny): metres, less ``less_m``, to the centre of the nearest true cell.
-
-    Infinity where that is more than ``within_m``: a transform of all distances takes several times
-    as long, and nobody asks how far away something is that is far.
-    """
-    reach = int(np.ceil((within_m + less_m) / cell_size_m))
-    none = reach * reach + 1  # squares of cells are whole numbers, and there are few
-    table_m = np.sqrt(np.arange(none + 1.0)) * cell_size_m - less_m
-    table_m[none] = np.inf
-    box = _box_around(mask, reach)
-    squares = np.where(mask[box], 0, none).astype(np.uint16 if 2 * none < 2**16 else np.int64)
-    squares = _least_around(_least_around(squares, reach).T, reach).T
-    around_m: F64 = table_m.take(squares, mode="clip")
-    if around_m.shape == mask.shape:
-        return around_m
-    away_m = np.full(mask.shape, np.inf)
-    away_m[box] = around_m
-    return away_m
-
-
-def _least_around(squares: NDArray[np.integer], reach: int) -> NDArray[np.integer]:
-    """The least of each value and those up to ``reach`` steps away along the first axis, to which
-    the squares of the steps are added."""
-    least: NDArray[np.integer] = squares.copy(order="K")
-    for step in range(1, min(reach + 1, len(squares))):
-        farther = squares + squares.dtype.type(step * step)
-        np.minimum(least[step:], farther[:-step], out=least[step:])
-        np.minimum(least[:-step], farther[step:], out=least[:-step])
-    return least
-
-
-def _box_around(mask: Bool, reach: int) -> tuple[slice, slice]:
-    """The smallest part of the grid with all cells within ``reach`` of a true one."""
-    x, y = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
-    if not x:
-        return slice(0), slice(0)
-    return (
-        slice(max(x[0] - reach, 0), x[-1] + reach + 1),
-        slice(max(y[0] - reach, 0), y[-1] + reach + 1),
-    )
-
-
-def _clearance_m(mask: Bool, cell_size_m: float, within_m: float) -> F64:
-    """(nx, ny): metres to the nearest true cell's edge, infinity if it is beyond ``within_m``."""
-    return distances_m(mask, cell_size_m, within_m, less_m=cell_size_m / 2)
-
-
-def distance_cells(grid: GridSpec, cell: I64) -> F64:
-    """(nx, ny): distance in cells from the centre of ``cell`` (2,)."""
-    x, y = np.ogrid[: grid.shape[0], : grid.shape[1]]
-    distance: F64 = np.hypot(x - cell[0], y - cell[1])
-    return distance
-
-
 def _component_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
     """Area of the component of N around the robot; 0 if the robot is outside N."""
     if not navigable[tuple(robot)]:
         return 0.0
     parts, _ = ndimage.label(navigable, CONNECTIVITY_8)
     return float((parts == parts[tuple(robot)]).sum() * cell_area_m2)
-
-
-LASTS_S = 1.0  # then it stands: four views at 4 Hz, in each of which a walker is in other cells
-AROUND_M = 2.5  # of the robot: a walker's metre and the robot's way to a stop are less
-
-NEVER = float("-inf")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Appeared:
-    """What the last view showed around the robot.
-
-    Arrays (nx, ny) on ``grid``. free bool: floor that a camera saw; since_s float64: when a cell
-    that was free became occupied, minus infinity elsewhere.
-    """
-
-    grid: GridSpec
-    free: Bool
-    since_s: F64
-
-    @property
-    def xy(self) -> F64:
-        """Centres (n, 2) in metres of the cells in which something has appeared."""
-        return self.grid.centres(np.argwhere(self.since_s > NEVER))
-
-    def after(self, map_view: MapView, robot_xy: F64, seen_s: float) -> Appeared:
-        """With another view of the map, and the robot (2,) metres elsewhere.
-
-        seen_s: when the newest frame in the view was taken: what stands there for a while must
-        have been seen to stand.
-        """
-        grid = _around(map_view.grid, robot_xy)
-        occupied = onto(grid, map_view.grid, map_view.occupancy == Occupancy.OCCUPIED)
-        seen = (map_view.occupancy == Occupancy.FREE) & ~map_view.assumed
-        since_s = onto(grid, self.grid, self.since_s, NEVER)
-        since_s[onto(grid, self.grid, self.free)] = seen_s
-        since_s[~occupied | (np.abs(seen_s - since_s) > LASTS_S)] = NEVER
-        return Appeared(grid, onto(grid, map_view.grid, seen), since_s)
-
-
-NOTHING = Appeared(GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), bool), np.zeros((0, 0)))
-
-
-def _around(grid: GridSpec, robot_xy: F64) -> GridSpec:
-    """The grid of the cells around the robot, on the same raster."""
-    reach = int(np.ceil(AROUND_M / grid.cell_size_m))
-    x, y = (int(index) for index in grid.cells(robot_xy) + np.asarray(grid.origin_cell) - reach)
-    return GridSpec(grid.cell_size_m, (x, y), (2 * reach + 1, 2 * reach + 1))

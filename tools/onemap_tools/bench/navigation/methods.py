@@ -38,7 +38,7 @@ from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import LINGER_S, SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.search.state_machine import Ending, Event
 from onemap_planner.world.candidates import CONSENSUS, Consensus
-from onemap_planner.world.costmap import distance_cells
+from onemap_planner.world.distances import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64

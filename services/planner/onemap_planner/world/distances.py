@@ -1,0 +1,31 @@
+"""Distances over the cells of a grid."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.grid import GridSpec
+
+
+def distances_m(mask: Bool, cell_size_m: float) -> F64:
+    """(nx, ny): metres to the centre of the nearest true cell, infinity without any."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf)
+    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    squares = np.rint(np.square(away, dtype=np.float64))  # whole numbers, of float32 roots
+    metres: F64 = np.sqrt(squares) * cell_size_m
+    return metres
+
+
+def distances_to_edge_m(mask: Bool, cell_size_m: float) -> F64:
+    """(nx, ny): metres to the edge of the nearest true cell, infinity without any."""
+    return distances_m(mask, cell_size_m) - cell_size_m / 2
+
+
+def distance_cells(grid: GridSpec, cell: I64) -> F64:
+    """(nx, ny): distance in cells from the centre of ``cell`` (2,)."""
+    x, y = np.ogrid[: grid.shape[0], : grid.shape[1]]
+    distance: F64 = np.hypot(x - cell[0], y - cell[1])
+    return distance
