@@ -303,9 +303,9 @@ class Client:
 def _address(folder: str, name: str) -> str:
     """The address of a map or an object; InvalidSetting if the name would lead to another one."""
     if not name or "/" in name or name.startswith("."):
+        what = "name of a map" if folder == MAPS else "id of an object"
         raise InvalidSetting(
-            f"{name!r} can be no name of a map and no id of an object: both begin with a letter or "
-            "a digit and hold no '/', so that a map lies in the mapper's map_folder."
+            f"{name!r} is no {what}: it begins with a letter or a digit and has no '/' in it."
         )
     return f"{folder}/{quote(name, safe='')}"
 

@@ -236,16 +236,16 @@ class Connection:
     ) -> Iterator[Parsed | StreamInterrupted]:
         """The data of each server-sent ``event``, and of each ``problem``, without end.
 
-        An interrupted stream is opened again; body: of a POST. Raises OneMapError if the stream is
-        refused or the gateway stays away (see ``Retry``).
+        An interrupted stream is opened again, and each attempt that fails is told; body: of a
+        POST. Raises OneMapError if the stream is refused or the gateway stays away (see ``Retry``).
         """
-        failures, reported = 0, False
+        failures = 0
         while True:
             failures += 1  # as long as no event comes
             try:
                 with closing(self._stream(path, body)) as chunks:
                     for message in stream_messages(chunks):
-                        failures, reported = 1, False
+                        failures = 1
                         if message.event == event:
                             yield _parsed(message, parse)
                         elif message.event == "problem":
@@ -254,9 +254,7 @@ class Connection:
             except OneMapError as error:
                 if not error.temporary or failures > self._retry.attempts:
                     raise
-                if not reported:
-                    reported = True
-                    yield StreamInterrupted(error.detail)
+                yield StreamInterrupted(error.detail)
             else:
                 if failures > self._retry.attempts:
                     raise OneMapError(

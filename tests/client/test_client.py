@@ -138,5 +138,5 @@ def test_maps_are_saved_listed_loaded_merged_and_deleted(
 @pytest.mark.parametrize("name", ["", "../etc", "..", "a/b"])
 def test_a_name_that_would_be_another_address_is_not_sent(client: Client, name: str) -> None:
     for ask in (client.maps.delete, client.object_picture):
-        with pytest.raises(InvalidSetting, match="begin with a letter or a digit and hold no"):
+        with pytest.raises(InvalidSetting, match="begins with a letter or a digit and has no"):
             ask(name)

@@ -92,6 +92,9 @@ class SearchHandle:
             self._failures += 1
             if self._failures > MAX_FAILED_POLLS:
                 raise
-            return str(cli_error(error))
+            if not isinstance(error, Unreachable):
+                return error.detail
+            attempt = f"attempt {self._failures} of {MAX_FAILED_POLLS}"
+            return f"The gateway does not answer: {attempt}, the search itself goes on."
         self._failures = 0
         return ""

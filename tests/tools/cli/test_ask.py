@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import os
 import re
 import signal
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import httpx
@@ -315,6 +317,43 @@ def test_a_search_is_shown_until_it_ends_also_while_the_planner_is_away(console:
     assert gateway.sent[0] == {"objects": ["sofa", "bed"]}
     for part in ("sofa: approaching", "The planner is not running.", "map 0.2 s old, 5.0 updates"):
         assert part in text_of(console)
+
+
+def test_a_gateway_that_is_away_is_told_now_and_then_until_it_is_back(
+    console: Console, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, passed_s = [0], itertools.count(step=0.5)
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        if request.method == "GET" and request.url.path != "/v1/status":
+            asked[0] += 1
+            if asked[0] < 16:
+                raise httpx.ConnectError("refused", request=request)
+        return httpx.Response(200, json=report("found" if asked[0] else "exploring", RESULT))
+
+    monkeypatch.setattr(remote, "time", SimpleNamespace(monotonic=lambda: next(passed_s)))
+    client = Client(transport=httpx.MockTransport(handle))
+    assert follow(client, partial(client.search, "sofa"), console)[1] == 0
+    told = [line for line in text_of(console).splitlines() if "does not answer" in line]
+    assert 2 <= len(told) <= 3
+    assert told[0].endswith(
+        "The gateway does not answer: attempt 1 of 20, the search itself goes on."
+    )
+
+
+def test_ctrl_c_ends_what_waits_for_an_answer(console: Console) -> None:
+    asked: list[str] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        asked.append(request.method)
+        if request.method == "GET":
+            os.kill(os.getpid(), signal.SIGINT)
+            raise AssertionError("it went on")
+        return httpx.Response(200, json=report("cancelled" if len(asked) > 1 else "exploring"))
+
+    client = Client(transport=httpx.MockTransport(handle))
+    assert follow(client, partial(client.search, "sofa"), console)[1] == 130
+    assert asked == ["POST", "GET", "DELETE"]
 
 
 def test_ctrl_c_cancels_and_is_told_from_a_search_without_success(console: Console) -> None:

@@ -1,7 +1,10 @@
 """What commands that ask a running robot do with its gateway: follow a search, print a reply."""
 
+# Talks: the clock.
+
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from functools import partial
 from math import degrees
@@ -45,16 +48,26 @@ def follow(
     lines = ProgressLines(console)
     with interruptible(lambda: console.print(MAY_DRIVE, soft_wrap=True)) as stop:
         handle = SearchHandle(start())
-        if understood := _understood(handle.report, *handle.report["objects"]):
+        if understood := _understood(handle.report):
             console.print(understood, soft_wrap=True)
+        problem, heard_s = "", time.monotonic()
         while handle.active or (again and handle.interrupted):
-            lines.show(_progress(gateway, handle.report))
+            if not problem:
+                heard_s = time.monotonic()
+                with stop.breaking():
+                    lines.show(_progress(gateway, handle.report))
             if stop.wait(POLL_S):
+                console.print("Stopping the robot.")
                 handle.cancel(partial(_say_not_stopped, console))
                 interrupted = True
                 break
-            if problem := handle.poll() if handle.active else handle.again():
-                lines.wait(handle.report["elapsed_s"], problem)
+            if handle.active:
+                with stop.breaking():
+                    problem = handle.poll()
+            else:
+                problem = handle.again()
+            if problem:
+                lines.wait(handle.report["elapsed_s"] + time.monotonic() - heard_s, problem)
     if is_done(handle.report):
         return handle.report, EXIT_OK
     return handle.report, EXIT_INTERRUPTED if interrupted else EXIT_FAILED
@@ -64,11 +77,10 @@ def _say_not_stopped(console: Console, why: str) -> None:
     console.print(f"Not stopped yet, trying again (Ctrl-C: give up): {why}", soft_wrap=True)
 
 
-def _understood(reply: dict[str, Any], *names: str) -> str:
-    """How sentences were understood, in a line; empty if they are names alone."""
+def _understood(reply: dict[str, Any]) -> str:
+    """How sentences were understood, in a line; empty for a place or an image."""
     understood = reply.get("understood", "")  # older gateways have no such key
-    plain = "; ".join(f"{name}, anywhere" for name in names)
-    return "" if understood in ("", plain) else f"Understood as: {understood}."
+    return f"Understood as: {understood}." if understood else ""
 
 
 def _progress(gateway: Client, report: dict[str, Any]) -> SearchProgress:
@@ -153,7 +165,7 @@ def describe_queries(reply: dict[str, Any], console: Console) -> None:
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print the regions of the map that match, best first."""
-    if understood := _understood(reply, reply["text"]):
+    if understood := _understood(reply):
         console.print(understood, soft_wrap=True)
     if sentence := reply.get("sentence"):  # older gateways have no such key
         console.print(sentence, soft_wrap=True)
