@@ -32,7 +32,7 @@ from onemap.place_replies import MapPlace, PlaceListReply
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
 MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
-PLACES, GEOJSON = "/v1/places", "/v1/places.geojson"
+PLACES = "/v1/places"
 QueryInterrupted = StreamInterrupted  # there are no answers at the moment
 QueryEvent = replies.QueryResult | QueryInterrupted
 Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
@@ -254,16 +254,6 @@ class Client:
     def forget_places(self) -> PlaceListReply:
         """Remove all places, also those that the mapper cannot read, for which a robot stands."""
         return self._connection.fetch(PlaceListReply.of, "DELETE", PLACES)
-
-    def export_places(self) -> dict[str, Any]:
-        """The named places as GeoJSON, in metres of the map frame."""
-        return self._connection.fetch(dict, "GET", GEOJSON)
-
-    def import_places(self, collection: Mapping[str, Any]) -> PlaceListReply:
-        """Add or replace the places of a GeoJSON FeatureCollection; all of them, or none."""
-        return self._connection.fetch(
-            PlaceListReply.of, "PUT", GEOJSON, collection, timeout_s=FILE_TIMEOUT_S
-        )
 
     def objects(self) -> list[replies.MapObject]:
         """What was found on this map, the object found last first."""

@@ -318,15 +318,6 @@ class LookedArea(Reply):
     )
 
 
-class ScoreGrid(Reply):
-    """The score of every cell: ``scores[ix][iy]``, x to the right, y up, null: not observed."""
-
-    cell_size_m: float
-    origin_m: Point = Field(description="x, y of the lower left corner of [0][0].")
-    shape: tuple[int, int]
-    scores: tuple[tuple[float | None, ...], ...]
-
-
 FOUND = """{
     "text": "sofa", "verdict": "found", "sentence": "'sofa' is at (2.35, -1.10) m.",
     "regions": [{
@@ -391,7 +382,6 @@ class QueryResult(Reply):
         "without a calibration, only their order means anything.",
     )
     message: str = Field(default="", description="Why there are no regions; empty if there are.")
-    grid: ScoreGrid | None = None
 
     @property
     def found(self) -> bool:

@@ -24,10 +24,10 @@ from tests.memory_bus import MemoryRouter
 
 BODIES: dict[str, object] = {
     "/v1/queries": {"text": "sofa"},
+    "/v1/queries/events": {"text": "sofa"},
     "/v1/searches": {"object": "sofa"},
     "/v1/map.png": {"image": EXAMPLE_PNG},
     "/v1/places/{name}": {"inside_m": [1, 2]},
-    "/v1/places.geojson": {"type": "FeatureCollection", "features": []},
     "/mcp": {"jsonrpc": "2.0", "id": 1, "method": "tools/list"},
 }
 PARAMETERS = {"/v1/words": {"text": "lamp in the hall"}}

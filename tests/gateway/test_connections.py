@@ -31,8 +31,9 @@ from tests.memory_bus import MemoryRouter
 LIMIT = 8
 WEBSOCKET = (
     "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
 )
+STANDING = 'Content-Type: application/json\r\nContent-Length: 16\r\n\r\n{"text": "sofa"}'
 REQUEST = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
@@ -157,8 +158,8 @@ def test_a_body_that_breaks_off_gets_one_answer(
 @pytest.mark.parametrize(
     ("path", "headers", "answer"),
     [
-        ("/v1/queries/events?text=sofa", "", b"200 OK"),
-        ("/v1/live", WEBSOCKET, b"101 Switching Protocols"),
+        ("POST /v1/queries/events", STANDING, b"200 OK"),
+        ("GET /v1/live", WEBSOCKET, b"101 Switching Protocols"),
     ],
 )
 def test_what_was_asked_for_may_be_read_for_ever(
@@ -168,7 +169,7 @@ def test_what_was_asked_for_may_be_read_for_ever(
     answer: bytes,
     begun: list[LimitedConnection],
 ) -> None:
-    request = f"GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n".encode()
+    request = f"{path} HTTP/1.1\r\nHost: localhost\r\n{headers}".encode()
     with opened(worker, request) as client:
         assert answer in client.recv(4096)
         (connection,) = begun

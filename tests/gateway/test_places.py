@@ -1,8 +1,7 @@
-"""Places over HTTP, as GeoJSON, in Python and on the command line."""
+"""Places over HTTP, in Python and on the command line."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -122,82 +121,14 @@ def test_what_is_no_place_is_refused(
     assert said in answer.json()["detail"]
 
 
-def named(mapper: NamingMapper) -> dict[str, m.Place]:
-    """A room, one that is not known yet, a region and a zone."""
-    places = (
-        m.Place("kitchen", inside_m=(1.51234567, 1.0)),
-        m.Place("L", inside_m=L_SHAPED),
-        m.Place("attic", inside_m=(50.0, 50.0)),
-        m.Place("corner", corners_m=((0.1, 0.2), (1.123456789, 0.2), (0.1, 1.7))),
-        m.Place("stairs", m.PlaceKind.KEEP_OUT, corners_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.5))),
-    )
-    mapper.named.update({place.name.casefold(): place for place in places})
-    return dict(mapper.named)
-
-
-def test_what_is_exported_is_imported(client: TestClient, mapper: NamingMapper) -> None:
-    before = named(mapper)
-    exported = client.get("/v1/places.geojson")
-    assert exported.headers["Content-Type"] == "application/geo+json"
-    collection = exported.json()
-    shapes = [each["geometry"]["type"] for each in collection["features"]]
-    assert shapes == ["Polygon", "MultiPolygon", "Point", "Polygon", "Polygon"]
-    for feature in collection["features"][3:]:
-        (ring,) = feature["geometry"]["coordinates"]
-        assert ring[0] == ring[-1]
-        feature["geometry"]["coordinates"][0] = [[*corner, 0.0] for corner in ring]  # heights
-    mapper.named.clear()
-    mapper.named["kitchen"] = m.Place("Kitchen", m.PlaceKind.KEEP_OUT, ROOM_3)
-    sent = client.put(
-        "/v1/places.geojson",
-        content=json.dumps({**collection, "name": "of a GIS"}),
-        headers={"Content-Type": "application/geo+json"},
-    )
-    assert sent.status_code == 200
-    assert mapper.named == before
-    assert [place["name"] for place in sent.json()["places"]] == [p.name for p in before.values()]
-
-
-def feature(name: str = "stairs", shape: object = CORNERS, **properties: Any) -> dict[str, Any]:
-    kind = "Polygon" if isinstance(shape, list) else "Point"
-    coordinates = [shape] if kind == "Polygon" else shape
-    geometry = {"type": kind, "coordinates": coordinates}
-    return {"type": "Feature", "properties": {"name": name, **properties}, "geometry": geometry}
-
-
-@pytest.mark.parametrize(
-    ("last", "said"),
-    [
-        (feature(shape={"a": 1}), "'stairs' is to be a Point in a room or a Polygon"),
-        (feature(shape=[[0, 0], ["a", 1], [1, 1]]), "'stairs' is to be a Point"),
-        (feature(shape=[]), "'stairs' is to be a Point"),
-        (feature(shape=CORNERS[:2]), "corners_m has 2 corners"),
-        (feature("FIRST"), "places have the name 'first': give each its own"),
-        (feature(" "), "name of a place is empty"),
-        (feature(kind="lava"), "properties.kind"),
-        ({"type": "Feature", "properties": {}}, "properties.name"),
-    ],
-)
-def test_a_file_is_imported_as_a_whole_or_not_at_all(
-    client: TestClient, mapper: NamingMapper, last: dict[str, Any], said: str
-) -> None:
-    features = [feature("first"), last]
-    answer = client.put(
-        "/v1/places.geojson", json={"type": "FeatureCollection", "features": features}
-    )
-    assert (answer.status_code, mapper.named) == (422, {})
-    assert said in answer.json()["detail"]
-
-
 def test_places_that_cannot_be_read_are_a_problem(client: TestClient, mapper: NamingMapper) -> None:
     def damaged(_: m.PlacesRequest) -> m.MapPlaces:
         raise RequestRejected("unreadable", "the named places in places.bin cannot be read")
 
     mapper.bus.serve(keys.MAP_PLACES, damaged)
-    for path in ("places", "places.geojson"):
-        answer = client.get(f"/v1/{path}")
-        assert (answer.status_code, answer.json()["title"]) == (503, "A file cannot be read")
-        assert "places.bin cannot be read" in answer.json()["detail"]
+    answer = client.get("/v1/places")
+    assert (answer.status_code, answer.json()["title"]) == (503, "A file cannot be read")
+    assert "places.bin cannot be read" in answer.json()["detail"]
 
 
 def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
@@ -205,9 +136,7 @@ def test_places_in_python(python_client: Client, mapper: NamingMapper) -> None:
     assert (kitchen.room, kitchen.kind, kitchen.inside_m) == (3, "room", ROOM_3)
     zone = python_client.name_place("stairs", corners_m=[(0, 0), (2, 0), (2, 1)], keep_out=True)
     assert python_client.places().places[:2] == (kitchen, zone)
-    collection = python_client.export_places()
     assert python_client.forget_place("Kitchen / 2") == kitchen
-    assert python_client.import_places(collection).places[0] == zone
     assert m.NO_ROOM not in {place.room for place in python_client.places().places}
     with pytest.raises(OneMapError, match="No pose of the robot"):
         python_client.name_place("kitchen")

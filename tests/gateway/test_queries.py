@@ -20,7 +20,6 @@ from onemap_shared import messages as m
 from onemap_shared.messages import MAX_IMAGE_BYTES
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import (
-    GRID,
     FakeMapper,
     client_of,
     client_on,
@@ -36,8 +35,8 @@ from tests.shared.samples import PNG
 IMAGE = b64encode(PNG).decode()
 
 
-def test_regions_come_back_best_first_and_a_grid_on_request(client: TestClient) -> None:
-    answer = client.post("/v1/queries", json={"text": "sofa", "include_grid": True})
+def test_regions_come_back_best_first(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa"})
     assert answer.status_code == 200
     reply = answer.json()
     assert [region["rank"] for region in reply["regions"]] == [1, 2]
@@ -45,11 +44,6 @@ def test_regions_come_back_best_first_and_a_grid_on_request(client: TestClient) 
     assert reply["regions"][1]["variance"] is None  # infinite: JSON has no such number
     assert reply["revision"] == 7
     assert reply["age_s"] > 0
-    grid = reply["grid"]
-    assert grid["shape"] == list(GRID.shape)
-    assert grid["origin_m"] == pytest.approx([-1.0, -0.5])
-    assert grid["scores"][0][0] is None  # not seen
-    assert grid["scores"][13][16] == pytest.approx(0.9)
 
 
 def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRouter) -> None:
@@ -174,27 +168,18 @@ def test_an_empty_map_is_a_problem_that_passes(router: MemoryRouter) -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "reason"),
+    ("body", "reason"),
     [
-        ("", "text"),
-        ("text=flurb", "flurb"),
-        ("text=sofa&area_m=here", "area_m"),
-        ("text=sofa&area_m=1,0,0,1", "x_min < x_max"),
-        ("text=sofa&max_regions=0", "max_regions"),
-        ("&".join(["text=sofa"] * 21), "text"),
+        ({}, "text"),
+        ({"text": "flurb"}, "flurb"),
+        ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
+        ({"texts": ["sofa"] * 21}, "texts"),
+        ({"image": IMAGE}, "'image' is for POST /v1/queries"),
     ],
 )
 def test_what_cannot_be_followed_is_refused_before_the_stream(
-    client: TestClient, asked: str, reason: str
+    client: TestClient, body: dict[str, Any], reason: str
 ) -> None:
-    answer = client.get(f"/v1/queries/events?{asked}")
+    answer = client.post("/v1/queries/events", json=body)
     assert answer.status_code == 422
     assert reason in answer.json()["detail"]
-
-
-@pytest.mark.parametrize("name", ["image", "include_grid"])
-def test_a_stream_is_of_words_and_without_grids(client: TestClient, name: str) -> None:
-    body = {"image": {"image": IMAGE}, "include_grid": {"text": "sofa", "include_grid": True}}
-    answer = client.post("/v1/queries/events", json=body[name])
-    assert answer.status_code == 422
-    assert f"'{name}' is for POST /v1/queries" in answer.json()["detail"]

@@ -208,7 +208,6 @@ class QueryRequest(Parts):
         description="x_min, y_min, x_max, y_max in metres: only this part of the map counts.",
     )
     max_regions: int = Field(default=5, ge=1, le=100, description="Best regions to return.")
-    include_grid: bool = Field(default=False, description="Also return the score of every cell.")
     image: ImageMember | None = Field(
         default=None, description="A crop of one thing; then `score` is no probability."
     )
@@ -250,7 +249,6 @@ class QueryRequest(Parts):
             m.SimilarityRequest(
                 each.name,
                 self.max_regions,
-                self.include_grid,
                 negatives=each.detail.negatives,
                 area_m=self.area_m or (),
                 robot_xy_m=robot_xy_m,
@@ -290,13 +288,12 @@ def _described(
 
 
 class StandingRequest(QueryRequest):
-    """A query in words whose answers are sent again whenever they change; without a grid."""
+    """A query in words whose answers are sent again whenever they change."""
 
     @model_validator(mode="after")
     def _in_words(self) -> StandingRequest:
-        for name in ("image", "include_grid"):
-            if getattr(self, name):
-                raise ValueError(f"{name!r} is for POST /v1/queries: leave it out of a stream")
+        if self.image is not None:
+            raise ValueError("'image' is for POST /v1/queries: leave it out of a stream")
         return self
 
 
@@ -392,3 +389,43 @@ class MergeRequest(RequestModel):
     yaw_rad: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-10, le=10)] = Field(
         default=0.0, description="Radians that it is turned, counter-clockwise."
     )
+
+
+HERE = (0.0, 0.0)  # stands for the robot's place while a request is checked
+
+
+class PlaceRequest(RequestModel):
+    """Where a place is: ``inside_m`` or ``corners_m``; without both, the room of the robot."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"inside_m": [2.5, -1.0]},
+                {},
+                {"corners_m": [[0, 0], [2, 0], [2, 1.5], [0, 1.5]], "kind": "keep_out"},
+            ]
+        }
+    )
+
+    inside_m: Place | None = Field(default=None, description="x, y in the room, metres.")
+    corners_m: list[Place] | None = Field(
+        default=None, description=f"x, y of 3 to {m.MAX_CORNERS} corners, in their order, metres."
+    )
+    kind: m.PlaceKind = Field(
+        default=m.PlaceKind.ROOM, description="keep_out: no robot enters it from now on."
+    )
+
+    @model_validator(mode="after")
+    def _is_place(self) -> PlaceRequest:
+        self.place("any", HERE)
+        return self
+
+    @property
+    def is_here(self) -> bool:
+        """Whether the room of the robot is meant."""
+        return self.inside_m is None and self.corners_m is None
+
+    def place(self, name: str, robot_m: tuple[float, ...]) -> m.Place:
+        """The place of this name, with the robot at ``robot_m``; ValueError if there is none."""
+        inside_m = robot_m if self.is_here else self.inside_m or ()
+        return m.Place(name, self.kind, inside_m, tuple(self.corners_m or ()))

@@ -58,15 +58,15 @@ def only_looks(method: str, path: str) -> bool:
 
 
 MAX_BODY_BYTES = 64 * 1024
-# Behind the prefix of any robot: the body of these may hold an image in base64, or many outlines.
-LARGE_PATHS = ("/v1/queries", "/v1/map.png", "/v1/places.geojson")
+# Behind the prefix of any robot: the body of these may hold an image in base64.
+LARGE_PATHS = ("/v1/queries", "/v1/map.png")
 MAX_IMAGE_BODY_BYTES = MAX_BODY_BYTES + (MAX_IMAGE_BYTES * 4 + 2) // 3
 BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s, and for an image over 77 kB/s
 # A browser cannot add a header to a WebSocket, so the page sends its token, in base64url without
 # padding, as one of the subprotocols; the gateway chooses LIVE_PROTOCOL, never the token.
 TOKEN_PROTOCOL = "onemap.token."
 LIVE_PROTOCOL = "onemap.live"
-JSON, GEOJSON = "application/json", "application/geo+json"
+JSON = "application/json"
 ROLE = "onemap.role"  # member of the scope: the role of the client, for routes that ask for it
 LOG = logging.getLogger("onemap.gateway")
 
@@ -217,7 +217,7 @@ async def buffered_body(headers: Headers, receive: Receive, limit_bytes: int) ->
         raise HttpProblem(
             "slow_body", "The connection ended before the body was complete."
         ) from None
-    if body and media_type(headers) not in (JSON, GEOJSON):
+    if body and media_type(headers) != JSON:
         raise HttpProblem(
             "content_type",
             f"Send JSON with the header 'Content-Type: {JSON}'; /docs has an example for each "

@@ -1,4 +1,4 @@
-"""Rooms and places as clients get them, and as GeoJSON."""
+"""Rooms and places as clients get them."""
 
 from __future__ import annotations
 
@@ -60,27 +60,3 @@ def _shape(cells: I64, grid: GridSpec) -> dict[str, Any]:
             for outline in sorted(outlines, key=cv2.contourArea, reverse=True)
         ),
     }
-
-
-def feature_collection(message: MapPlaces) -> dict[str, Any]:
-    """GeoJSON of the places that people named.
-
-    RFC 7946 knows degrees only; the coordinates here are metres of the map frame. A room has its
-    outline of now, or is a Point where none is known, and ``inside_m``, by which it is imported.
-    """
-    features = []
-    for place, shape in zip(message.places, place_list(message).places, strict=False):
-        if place.suggested:
-            continue
-        outlines_m = (place.corners_m,) if place.corners_m else shape.outlines_m  # not rounded
-        rings = [[[*outline, outline[0]]] for outline in outlines_m]
-        geometry: dict[str, Any] = {"type": "MultiPolygon", "coordinates": rings}
-        if len(rings) == 1:
-            geometry = {"type": "Polygon", "coordinates": rings[0]}
-        elif not rings:
-            geometry = {"type": "Point", "coordinates": place.inside_m}
-        properties: dict[str, Any] = {"name": place.name, "kind": place.kind.value}
-        if place.inside_m:
-            properties["inside_m"] = place.inside_m
-        features.append({"type": "Feature", "properties": properties, "geometry": geometry})
-    return {"type": "FeatureCollection", "features": features}

@@ -10,7 +10,7 @@ import numpy as np
 from onemap import replies
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import age_s, reply_of
-from onemap_shared.grid import GridSpec, onto
+from onemap_shared.grid import onto
 from onemap_shared.messages import SearchView, SimilarityReply, Verdict
 
 MOVED_M = 0.1  # a cell of the default size
@@ -41,7 +41,6 @@ def query_result(reply: SimilarityReply, now_ns: int, *, subject: str) -> replie
         ),
         age_s=age_s(reply.stamp_ns, now_ns),
         message="" if regions else no_match_message(reply, subject),
-        grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
     )
 
 
@@ -103,13 +102,3 @@ def no_match_message(reply: SimilarityReply, subject: str) -> str:
     if reply.floor > 0:
         sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
     return sentence + "."
-
-
-def _score_grid(grid: GridSpec, scores: np.ndarray) -> replies.ScoreGrid:
-    rounded = np.round(scores.astype(np.float64), 4).tolist()
-    return replies.ScoreGrid(
-        cell_size_m=grid.cell_size_m,
-        origin_m=grid.bounds_m[:2],
-        shape=grid.shape,
-        scores=finite(rounded),
-    )

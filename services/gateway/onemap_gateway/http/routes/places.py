@@ -6,27 +6,19 @@ from __future__ import annotations
 from typing import Annotated
 
 from anyio import to_thread
-from fastapi import APIRouter, Path, Response
+from fastapi import APIRouter, Path
 from pydantic import AfterValidator
 
 from onemap.place_replies import MapPlace, PlaceListReply
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.place_schemas import PlaceCollection, PlaceRequest
-from onemap_gateway.http.problems import HttpProblem, content, problem_responses
-from onemap_gateway.http.security import GEOJSON
-from onemap_gateway.present.formats import json_text
-from onemap_gateway.present.places import feature_collection, place_list
+from onemap_gateway.http.problems import HttpProblem, problem_responses
+from onemap_gateway.http.schemas import PlaceRequest
+from onemap_gateway.present.places import place_list
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.names import same_name
 
 router = APIRouter(prefix="/v1", tags=["places"])
-COLLECTION = content(
-    GEOJSON,
-    "A FeatureCollection; the coordinates are metres of the map frame, not degrees. Rooms have "
-    "`inside_m`, a point in them, beside their outline.",
-    type="object",
-)
 
 
 def check_place_name(name: str) -> str:
@@ -88,28 +80,6 @@ async def forget_places(gateway: GatewayDep) -> PlaceListReply:
     that there are none. Their file is kept on the mapper's machine.
     """
     changed = await gateway.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(all_others=True))
-    return await to_thread.run_sync(place_list, changed)
-
-
-@router.get(
-    "/places.geojson",
-    summary="The named places as GeoJSON",
-    response_class=Response,
-    responses={200: COLLECTION, **problem_responses(503)},
-)
-async def export_places(gateway: GatewayDep) -> Response:
-    """For other programs, and for `PUT` on another map of the same frame."""
-    document = await to_thread.run_sync(feature_collection, await _places(gateway))
-    return Response(json_text(document), media_type=GEOJSON)
-
-
-@router.put("/places.geojson", summary="Import places", responses=problem_responses(404, 422, 503))
-async def import_places(collection: PlaceCollection, gateway: GatewayDep) -> PlaceListReply:
-    """Add the places of a GeoJSON file, or replace those of the same names.
-
-    Nothing is changed unless all of them can be.
-    """
-    changed = await gateway.call(keys.MAP_CHANGE_PLACES, collection.change())
     return await to_thread.run_sync(place_list, changed)
 
 

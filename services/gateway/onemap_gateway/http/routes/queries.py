@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import AsyncIterator, Sequence
-from typing import Annotated, Any
+from collections.abc import AsyncIterator
+from typing import Annotated
 
 import anyio
 from fastapi import APIRouter, Depends, Query
@@ -80,26 +80,6 @@ async def image_view(gateway: GatewayContext, image: bytes) -> SearchView:
 # What ends by itself: the stream stays open and says why there are no answers now.
 PASSING = frozenset({"empty_map", "unavailable", "timeout", "busy", "encoder_mismatch"})
 NEVER = -1  # no revision of a map
-
-
-def standing_query(
-    texts: Sequence[str], negatives: Sequence[str], area_m: str, max_regions: int
-) -> QueryRequest:
-    """The request that an address describes; HttpProblem if it is none.
-
-    area_m: x_min,y_min,x_max,y_max in metres; empty for all of the map.
-    """
-    body: dict[str, Any] = {"texts": texts, "negatives": negatives, "max_regions": max_regions}
-    try:
-        if area_m:
-            body["area_m"] = [float(part) for part in area_m.split(",")]
-        return StandingRequest.model_validate(body)
-    except ValidationError as error:
-        raise from_validation_error(error) from None
-    except ValueError:
-        raise HttpProblem(
-            "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
-        ) from None
 
 
 async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> None:
@@ -185,54 +165,21 @@ async def read_words(
     )
 
 
-async def standing_request(
-    gateway: GatewayDep,
-    text: Annotated[
-        list[str], Query(min_length=1, max_length=20, description="May be repeated, up to 20.")
-    ],
-    negative: Annotated[
-        list[str], Query(max_length=10, description="What it must not be; may be repeated.")
-    ] = [],  # noqa: B006 (FastAPI copies it)
-    area_m: Annotated[
-        str, Query(description="x_min,y_min,x_max,y_max in metres.", examples=["0,-2,4,3"])
-    ] = "",
-    max_regions: Annotated[int, Query(ge=1, le=100)] = 5,
-) -> QueryRequest:
-    """The request of a stream; what cannot be answered is refused before the stream begins."""
-    request = standing_query(text, negative, area_m, max_regions)
-    await check_answerable(gateway, request)
-    return request
-
-
-@router.get(
-    "/queries/events",
-    summary="Tell me when it changes",
-    response_class=EventSourceResponse,
-    responses={200: EVENTS, **problem_responses(422, 503)},
-)
-async def follow_queries(
-    request: Annotated[QueryRequest, Depends(standing_request)], gateway: GatewayDep
-) -> AsyncIterator[ServerSentEvent]:
-    """Standing queries: the answers, again whenever they change; the stream has no end."""
-    async for event in query_events(gateway, request):
-        yield event
-
-
 async def standing_body(request: StandingRequest, gateway: GatewayDep) -> QueryRequest:
-    """The request of a stream in a body, refused as one in an address."""
+    """The request of a stream; what cannot be answered is refused before the stream begins."""
     await check_answerable(gateway, request)
     return request
 
 
 @router.post(
     "/queries/events",
-    summary="Tell me when it changes, of what a body describes",
+    summary="Tell me when it changes",
     response_class=EventSourceResponse,
     responses={200: EVENTS, **problem_responses(422, 503)},
 )
-async def follow_query_body(
+async def follow_queries(
     request: Annotated[QueryRequest, Depends(standing_body)], gateway: GatewayDep
 ) -> AsyncIterator[ServerSentEvent]:
-    """The same, asked with the body of `POST /v1/queries`, without `image` and `include_grid`."""
+    """Standing queries, in words: the answers, again whenever they change, without end."""
     async for event in query_events(gateway, request):
         yield event
