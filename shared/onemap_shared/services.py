@@ -28,8 +28,7 @@ ALL = (
     Service("gateway", "onemap_gateway", "gateway", "the HTTP API and the live page"),
 )
 SERVICES = {service.name: service for service in ALL}
-SIMULATED = ("simulator", "replay")  # robots whose poses begin anew with each start
-ROBOTS = (*SIMULATED, "ros2")  # publish what a real robot would
+ROBOTS = ("simulator", "replay", "ros2")  # publish what a real robot would
 STAGES = ("perception", "mapper", "planner")  # what every search needs, in the order of the data
 DRIVER = "robot"  # the name under which a robot's driver joins the bus
 SOLE = (DRIVER, *STAGES)  # of each of these roles one process may be on a set of keys

@@ -396,6 +396,7 @@ def test_a_resumed_map_of_another_encoder_is_dropped(rig: Rig, tmp_path: Path) -
     again.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
     revision = again.newest()
     assert (revision.encoder_id, revision.frames_fused) == ("encoder-b", 1)
+    assert "it is dropped, and a new one begins" in again.mapper.health().problem
     again.feed(sofa_ahead(2))  # once frames were fused, encoders are never mixed
     assert "encoder-b" in again.mapper.health().problem
 

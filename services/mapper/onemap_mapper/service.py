@@ -75,7 +75,7 @@ from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
-NOTICE_S = 60.0  # for which the status says that a map was set aside; the log keeps it
+NOTICE_S = 60.0  # for which the status says that a map was left; the log keeps it
 # The other services share the cores, and torch's threads wait for each other at every step: on two
 # cores under a load of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.
 TORCH_THREADS = 1
@@ -102,7 +102,7 @@ class Mapper:
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
         self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
-        self._notice, self._notice_until_s = "", 0.0  # that a map was set aside
+        self._notice, self._notice_until_s = "", 0.0  # that a map was set aside or dropped
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(
             config.map_folder, self._live, lambda: self._places.for_checkpoint
@@ -400,12 +400,15 @@ class Mapper:
         why = f"the map was of another world ({before.name}) than the robot's frames ({now.name})"
         if before.name in ("", now.name):
             why = "the robot's driver was started anew, and the frame of its poses with it"
-        self._notice = (
+        self._notify(
             f"{why}: the map is set aside, with what was found and named there, in {aside}, and a "
             "new one begins"
         )
-        self._notice_until_s = time.monotonic() + NOTICE_S
-        LOG.warning("%s", self._notice)
+
+    def _notify(self, notice: str) -> None:
+        """Log that a map was left, and say it in the status for a while."""
+        self._notice, self._notice_until_s = notice, time.monotonic() + NOTICE_S
+        LOG.warning("%s", notice)
 
     def _take_up(self, kept: BeliefMap) -> None:
         """Go on with the map of a checkpoint, whose places and objects are those in use."""
@@ -448,10 +451,9 @@ class Mapper:
                 or encoder_id == belief.encoder_id
             ):
                 return belief
-            LOG.warning(
-                "the resumed map is of encoder %s, but frames are of %s: it is dropped",
-                belief.encoder_id,
-                encoder_id,
+            self._notify(
+                f"the map of before is of encoder {belief.encoder_id}, but frames are of "
+                f"{encoder_id}: it is dropped, and a new one begins"
             )
             self._replace(BeliefMap(self._config.map, first_revision=belief.revision + 1))
             self._checkpoints.replaced(due=False)

@@ -21,12 +21,11 @@ from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.up import (
-    at_first,
     choose,
     claim,
     conflicts,
     page_url,
-    report_start,
+    report_mapper,
     supervise,
     up,
 )
@@ -77,43 +76,29 @@ def test_two_robots_are_refused() -> None:
     assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
-@pytest.mark.parametrize(
-    ("names", "sections", "begins_empty"),
-    [
-        pytest.param(("simulator", "mapper"), {}, True, id="a simulated robot starts"),
-        pytest.param(("mapper",), {}, False, id="the robot runs elsewhere"),
-        pytest.param(
-            ("simulator", "mapper"), {"mapper": {"resume": True}}, False, id="the file says so"
-        ),
-    ],
-)
-def test_a_map_begins_empty_with_a_simulated_robot(
-    names: tuple[str, ...], sections: dict[str, dict[str, bool]], begins_empty: bool
-) -> None:
-    assert bool(at_first("mapper", names, sections)) is begins_empty
-    assert at_first("planner", names, sections) == {}
-
-
-def test_a_mapper_that_compiles_is_reported_once_and_when_it_is_done() -> None:
+def test_what_the_mapper_says_is_printed_once() -> None:
     bus_router = MemoryRouter()
-    starts = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
+    beats = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
     mapper = bus_router.bus().publish(keys.heartbeat("mapper"))
     console, last = Console(file=io.StringIO(), width=200), ""
-    starts_s, what = {"start_s": 1.0}, "compiling the map's kernels, once"
-    for problem, metrics in (
-        ("it is starting, for 1 s so far", starts_s),
-        (what, starts_s),
-        (what, starts_s),
-        ("", {"cells": 0.0}),
-        ("", {"cells": 9.0}),
+    starts_s, what, aside = {"start_s": 1.0}, "compiling the map's kernels, once", "it is set aside"
+    for ready, problem, metrics in (
+        (False, "it is starting, for 1 s so far", starts_s),
+        (False, f"{what}: 0 of 35 s", starts_s),
+        (False, f"{what}: 1 of 35 s", starts_s),
+        (False, "no frame has arrived yet", {}),
+        (True, aside, {}),
+        (True, aside, {}),
+        (True, "", {}),
     ):
-        mapper.put(Heartbeat("mapper", "a", 1, 1, not problem, problem, metrics))
-        last = report_start(starts, last, console)
+        mapper.put(Heartbeat("mapper", "a", 1, 1, ready, problem, metrics))
+        last = report_mapper(beats, last, console)
     assert said(console).splitlines() == [
-        "The mapper is compiling the map's kernels, once ...",
+        f"The mapper is {what}: 0 of 35 s ...",
         "The mapper has started.",
+        f"The mapper warns: {aside}.",
     ]
-    assert report_start(starts, last, console) == ""  # nothing new
+    assert report_mapper(beats, last, console) == ""  # nothing new
 
 
 def until_reported(processes: Processes) -> str:

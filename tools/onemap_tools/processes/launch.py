@@ -14,7 +14,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from onemap_shared.runner import PARENT_VARIABLE
@@ -40,15 +40,11 @@ THREAD_VARIABLES = (
 
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
-    """A process to start. ``last``: stopped after the others, as the router is.
-
-    at_first: environment variables of its first start, which restarts do not get.
-    """
+    """A process to start. ``last``: stopped after the others, as the router is."""
 
     name: str
     command: tuple[str, ...]
     last: bool = False
-    at_first: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +152,13 @@ class Processes:
         child.due_s = None
         child.starts += 1
         child.started_s = time.monotonic()
-        at_first = child.spec.at_first if child.starts == 1 else {}
         with child.log.open("ab") as log:
             child.process = subprocess.Popen(
                 child.spec.command,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env={**self._environment, **at_first},
+                env=self._environment,
                 start_new_session=True,
             )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 import uuid
@@ -16,7 +17,7 @@ from onemap_shared.config import BusConfig, read, section
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_shared.runner import STARTING, StartError
-from onemap_shared.services import DRIVER, ROBOTS, SIMULATED
+from onemap_shared.services import DRIVER, ROBOTS
 from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.interrupts import interruptible
@@ -35,6 +36,7 @@ TWO_ROBOTS = (
     "one of these sections of the configuration, or choose one with --only."
 )
 HEARTBEATS = 8  # kept between two looks, which are more often than heartbeats
+STARTS = "starts"  # what ``report_mapper`` said last: that a start takes long
 CONNECT_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
 
@@ -82,13 +84,7 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         check_robot(robot, sections)
     arguments = ("--config", str(config)) if config is not None else ()
     specs = [
-        ProcessSpec(
-            name,
-            onemap_command(name, *arguments),
-            last=name == "router",
-            at_first=at_first(name, names, sections),
-        )
-        for name in names
+        ProcessSpec(name, onemap_command(name, *arguments), last=name == "router") for name in names
     ]
     with (
         Processes(specs, log_folder) as processes,
@@ -101,7 +97,7 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
             if bus is None:
                 return
             check_port(names, sections)
-            starts = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
+            beats = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
             processes.start()
             url = page_url(names, sections)
             page = f"Live page: {url}. " if url else ""
@@ -111,19 +107,8 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
             said = ""
             while not stop.wait(WATCH_S):
                 supervise(processes, time.monotonic(), console)
-                said = report_start(starts, said, console)
+                said = report_mapper(beats, said, console)
             console.print("Stopping ...")
-
-
-def at_first(name: str, names: Collection[str], sections: Mapping[str, Any]) -> Mapping[str, str]:
-    """Environment variables of a process's first start.
-
-    With a robot that starts here the map begins empty, unless the configuration says otherwise: a
-    simulated robot's poses begin anew. A mapper that crashes goes on with its map.
-    """
-    begins_anew = name == "mapper" and set(names).intersection(SIMULATED)
-    said = "resume" in sections.get("mapper", {})
-    return {"ONEMAP__MAPPER__RESUME": "false"} if begins_anew and not said else {}
 
 
 @contextmanager
@@ -215,20 +200,25 @@ def page_url(names: Collection[str], sections: Mapping[str, Any]) -> str:
     return f"http://{host}:{gateway.port}" if gateway.port else ""
 
 
-def report_start(starts: Subscription[Heartbeat], said: str, console: Console) -> str:
-    """Print what a service's long start does, once, and when it is over.
+def report_mapper(beats: Subscription[Heartbeat], said: str, console: Console) -> str:
+    """Print what a long start of the mapper does, when it is over, and each of its warnings once.
 
+    A warning tells, for example, that the map was set aside because the world is another one.
     said: what the last call returned, empty at first.
     """
-    beat = starts.take(0.0)
+    beat = beats.take(0.0)
     if beat is None:
         return said
-    takes_long = beat.starting and not beat.problem.startswith(STARTING)
-    now = f"The {beat.service} is {beat.problem}" if takes_long else ""
-    if now and not said:
-        console.print(f"{now} ...", soft_wrap=True)
-    if said and not now:
-        console.print(f"The {beat.service} has started.")
+    if beat.starting and not beat.problem.startswith(STARTING):
+        now, line = STARTS, f"The mapper is {beat.problem} ..."
+    elif beat.ready and beat.problem:
+        now, line = re.split(r"\d", beat.problem)[0], f"The mapper warns: {beat.problem}."
+    else:
+        now, line = "", ""
+    if said == STARTS and now != STARTS:
+        console.print("The mapper has started.")
+    if now and now != said:
+        console.print(line, soft_wrap=True)
     return now
 
 
