@@ -358,6 +358,7 @@ class PlanningThread:
             anchor_views=anchor_views,
             places=self._places.known,
             offset_m=now.inputs.offset_m,
+            pose_ns=now.inputs.odometry.stamp_ns if now.inputs.odometry else 0,
         )
         outcome = step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision

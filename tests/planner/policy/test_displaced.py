@@ -106,3 +106,15 @@ def test_what_it_can_drive_and_small_corrections_are_no_jump(share: float, passe
         pose, at_s = Pose2d(driven_m + beyond_m, 0.0, turned_rad + beyond_rad), 10.0 + passed_s
         notice(state, Observation(at_s, pose, 0.0, STOP, False, None, (), ""), DRIVE)
         assert (state.displacement is not None) == jumps
+
+
+@pytest.mark.parametrize(("lag_s", "jumps"), [(0.2, True), (0.9, False), (9.0, False)])
+def test_a_pose_that_comes_late_is_no_jump(lag_s: float, jumps: bool) -> None:
+    """A simulator that stood still for a while, or odometry that was on its way for long."""
+    stamp, ns = EventStamp(0.0, 0.0, (0.0, 0.0), 0.0), 10**9
+    state = PlannerState(new_search("s", ("sofa",), stamp, 0), pose=Pose2d(0.0, 0.0, 0.0))
+    state.last_step_s, state.pose_ns = 10.0, 10 * ns
+    seen = Observation(10.2, Pose2d(0.0, 0.0, 0.9), 0.0, STOP, False, None, (), "")
+    pose_ns = 10 * ns + round(lag_s * ns)
+    notice(state, replace(seen, pose_ns=pose_ns), DRIVE)
+    assert (state.displacement is not None) == jumps

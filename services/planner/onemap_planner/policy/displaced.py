@@ -22,6 +22,7 @@ STANDS_S = 1.0  # four frames at 4 Hz: then the map has what is in view
 # Beyond what it can drive and turn: corrections of a localisation that holds are smaller.
 JUMP_M = 0.3
 JUMP_RAD = 0.5
+LAG_S = 1.0  # between two poses: without commands for longer, the robot stands
 
 
 def notice(state: PlannerState, observation: Observation, params: DriveParams) -> None:
@@ -42,6 +43,9 @@ def _jumped(state: PlannerState, observation: Observation, params: DriveParams) 
     if before is None or pose is None or state.last_step_s is None:
         return ""
     passed_s = observation.now_s - state.last_step_s
+    if state.pose_ns and observation.pose_ns:  # since a pose that was older than its step
+        between_s = (observation.pose_ns - state.pose_ns) * 1e-9
+        passed_s = max(passed_s, min(between_s, LAG_S))
     fastest_mps = hypot(params.max_linear_mps, params.max_lateral_mps)
     away_m = pose.distance_to(before.xy)
     if away_m > fastest_mps * passed_s + JUMP_M:

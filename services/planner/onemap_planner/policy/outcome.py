@@ -22,10 +22,10 @@ STAND = Rest()
 class Observation:
     """Inputs of one planning step, at ``now_s`` of the planner's monotonic clock.
 
-    pose None: no odometry yet; view None: the map has not answered; detections: all since the
-    last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
-    the inputs are too old to act on, empty if they are fresh; blocked: the costmap did not allow
-    the command, so that the robot stands;
+    pose None: no odometry yet; pose_ns: its time on the robot's clock, 0 if unknown; view None: the
+    map has not answered; detections: all since the last step, oldest first; command: the velocity
+    that the plan last asked for; stale_reason: why the inputs are too old to act on, empty if they
+    are fresh; blocked: the costmap did not allow the command, so that the robot stands;
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
     the goal at which its own navigation says it stands, refused: the one at which that failed
@@ -51,6 +51,7 @@ class Observation:
     anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces = NOWHERE
     offset_m: float = 0.0
+    pose_ns: int = 0
 
     def stamp(self, active_time_s: float) -> EventStamp:
         """When and where it was made; active_time_s: of the search."""

@@ -175,7 +175,8 @@ class PlannerState:
     names. map_id and known_m2: of the map at the last step, the latter its known area.
     active_time_s: seconds with fresh inputs; last_step_s: time of the last step; stale_since_s:
     since when the inputs are stale, None while they are fresh; both of the planner's monotonic
-    clock. trail: where the robot has been, metres. crept_s: active time for which it has crept
+    clock. pose and pose_ns: of the last step with fresh inputs, the time on the robot's clock, 0 if
+    unknown. trail: where the robot has been, metres. crept_s: active time for which it has crept
     without a break. appeared: what has just appeared on the map. cost_to_go: of the last step, for
     one on the same map from the same place. displacement: while the robot stands because it was
     moved. refused: the last goal at which the robot's own navigation failed.
@@ -198,6 +199,7 @@ class PlannerState:
     trail: tuple[Xy, ...] = ()
     progress: ProgressMonitor | None = None
     pose: Pose2d | None = None
+    pose_ns: int = 0
     crept_s: float = 0.0
     appeared: Appeared = NOTHING
     cost_to_go: CostToGo | None = None

@@ -54,6 +54,7 @@ def take_in(
         return None
     turned_rad = wrap_angle(pose.yaw_rad - (state.pose or pose).yaw_rad)
     state.move_to(pose)
+    state.pose_ns = observation.pose_ns
     stuck = _check_progress(state, observation, params)
     context = _context(state, observation, params, follow_window(state, observation))
     if not context.whole and not can_follow(state, context):
