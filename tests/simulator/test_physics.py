@@ -186,6 +186,17 @@ def test_after_a_long_pause_it_has_not_driven_on() -> None:
     assert run.counts == SimulationCounts(0, 1, run.counts.deadman_stops)
 
 
+def test_a_simulation_that_lags_says_so_for_a_while() -> None:
+    run = simulation()
+    run.advance(105.0)  # before the first command
+    run.receive_command(Velocity2d(0.5), 105.0, validity_s=0.3)
+    run.advance(105.2)
+    assert run.lag_problem(105.2) == ""
+    run.advance(106.0)
+    assert "stood still for 0.8 s" in run.lag_problem(106.0)
+    assert run.lag_problem(112.0) == ""
+
+
 def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
     with pytest.raises(ValueError, match=r"0\.10 m from an obstacle; its radius is 0\.2 m"):
         simulation(RobotState(0.1, 1.0, 0.0))

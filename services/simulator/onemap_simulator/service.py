@@ -174,10 +174,12 @@ class SimulatorWorker:
 
     def health(self) -> Health:
         """Ready once the first image was published."""
+        now_s, ready = self._clock.monotonic_s(), self._camera.sequence > 0
         return Health(
-            ready=self._camera.sequence > 0,
+            ready=ready,
+            problem=self._simulation.lag_problem(now_s) if ready else "it renders its first image",
             metrics={
-                **self._camera.metrics(self._clock.monotonic_s()),
+                **self._camera.metrics(now_s),
                 **asdict(self._simulation.counts),
                 "commands_refused": self._commands.counters.refused,
                 "commands_late": self._gate.late,

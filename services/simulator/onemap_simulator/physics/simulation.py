@@ -14,6 +14,8 @@ from onemap_simulator.physics.robot import RobotParams, RobotState, step
 MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
 IMPACT_MPS = 0.05  # below this speed, contact is not counted as a new collision
 MAX_PAUSE_S = 1.0  # simulated at most after a pause, such as a suspended computer
+LAG_S = 0.3  # between two steps: as long as a command holds, so that the robot brakes by itself
+LAG_TOLD_S = 5.0  # for which a lag is told
 
 
 @dataclass(slots=True)
@@ -50,6 +52,7 @@ class Simulation:
         self._parameters = params
         self._deadman = Deadman()
         self._now_s = now_s
+        self._lag_s, self._lagged_at_s = 0.0, float("-inf")
         self.state = start
         self.counts = SimulationCounts()
         self._over_edge = self._is_over_edge()
@@ -68,6 +71,9 @@ class Simulation:
     def advance(self, now_s: float) -> bool:
         """Simulate up to ``now_s``; returns whether an obstacle stopped the robot on the way."""
         collided = False
+        lag_s = now_s - self._now_s
+        if lag_s > LAG_S and self.counts.commands_received:  # before that, nobody drives
+            self._lag_s, self._lagged_at_s = lag_s, now_s
         self._now_s = max(self._now_s, now_s - MAX_PAUSE_S)
         while self._now_s < now_s:
             # The epsilon avoids a last step of zero length by rounding.
@@ -93,6 +99,15 @@ class Simulation:
             collided = collided or self.state.collided
             self._now_s += dt_s
         return collided
+
+    def lag_problem(self, now_s: float) -> str:
+        """That the simulation lately stood still, in a sentence; empty if it did not."""
+        if now_s - self._lagged_at_s > LAG_TOLD_S:
+            return ""
+        return (
+            f"the simulator stood still for {self._lag_s:.1f} s: this machine is too busy for it, "
+            "and the robot waits or moves with a jerk"
+        )
 
     @property
     def bystanders(self) -> Bystanders:
