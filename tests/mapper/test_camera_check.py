@@ -186,10 +186,10 @@ def test_a_wrong_floor_is_reported_as_sentence_and_metrics() -> None:
 
 def test_silence_and_rejected_frames_are_reported() -> None:
     telemetry = MapperTelemetry()
-    assert "no frame has arrived" in telemetry.problem(0.0)
+    assert "waiting for the first frame" in telemetry.problem(0.0)
     assert not telemetry.ready(0.0)
     telemetry = fed(GOOD)
-    assert "no frame for" in telemetry.problem(SILENT_AFTER_S + 1)
+    assert "no frame from perception for" in telemetry.problem(SILENT_AFTER_S + 1)
     assert not telemetry.ready(SILENT_AFTER_S + 1)
     telemetry.record_rejected("another encoder")
     assert telemetry.problem(0.1) == "another encoder"

@@ -189,7 +189,7 @@ def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:
     assert fleet.mapper.health().ready
     beat = fleet.r2.heartbeat()
     assert (beat.service, beat.ready) == ("mapper", False)
-    assert "no frame has arrived yet" in beat.problem
+    assert "waiting for the first frame" in beat.problem
     assert fleet.r2.bus.members() >= {("mapper", beat.instance)}
     fleet.feed(fleet.r2, frame(0, 5 * S, BEHIND))
     assert fleet.mapper._health(robots(fleet)[1]).ready

@@ -113,9 +113,9 @@ class MapperTelemetry:
             return self.rejection
         silent_s = self._silent_s(now_s)
         if math.isinf(silent_s):
-            return "no frame has arrived yet: is perception running?"
+            return "waiting for the first frame from perception"
         if silent_s > SILENT_AFTER_S:
-            return f"no frame for {silent_s:.0f} s: is perception running?"
+            return f"no frame from perception for {silent_s:.0f} s"
         if self.depth is not None and self.depth.problem:
             return self.depth.problem
         floor = self._floor.assessment(now_s)

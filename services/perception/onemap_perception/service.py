@@ -117,10 +117,10 @@ class PerceptionTelemetry:
         silent_s = self._silent_s(now_s)
         if self.failure:
             return f"frames cannot be encoded: {self.failure}"
-        if silent_s >= SHORT_SILENCE_S:
-            return f"no camera frames on {camera_key} for {silent_s:.1f} s"
         if not self.encoded.times_s:
             return f"waiting for the first camera frame on {camera_key}"
+        if silent_s >= SHORT_SILENCE_S:
+            return f"no camera frames on {camera_key} for {silent_s:.1f} s"
         if self.detector_failure:
             return f"nothing can be detected: {self.detector_failure}"
         return self.text_problem

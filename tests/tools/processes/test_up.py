@@ -86,7 +86,7 @@ def test_what_the_mapper_says_is_printed_once() -> None:
         (False, "it is starting, for 1 s so far", starts_s),
         (False, f"{what}: 0 of 35 s", starts_s),
         (False, f"{what}: 1 of 35 s", starts_s),
-        (False, "no frame has arrived yet", {}),
+        (False, "waiting for the first frame", {}),
         (True, aside, {}),
         (True, aside, {}),
         (True, "", {}),

@@ -30,8 +30,8 @@ def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterat
     if bus is None:
         raise CliError(
             f"No router at {', '.join(config.connect)}: start everything with {start_all()}, or "
-            "the router alone with 'onemap router'; another address goes into bus.connect of "
-            "--config."
+            "the router alone with 'onemap service router'; another address goes into bus.connect "
+            "of --config."
         )
     try:
         yield bus
