@@ -263,23 +263,6 @@ def test_a_procedure_is_served_and_called_by_its_roles_only(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("topic", [t for t in TOPICS if t.latched], ids=lambda topic: topic.key)
-def test_late_joiners_get_the_last_message(
-    buses: Mapping[str, Bus], callers: Mapping[str, Bus], topic: Topic[Any]
-) -> None:
-    publishers = [bus.publish(topic) for r, bus in buses.items() if may(r, "publishes", topic)]
-    for publisher in publishers:
-        publisher.put(sample(topic.message))
-
-    def joined_late(bus: Bus) -> Any:
-        return bus.subscribe(topic).take(ABSENCE_S)
-
-    for role, bus in callers.items():
-        if may(role, "subscribes", topic):
-            assert eventually(partial(joined_late, bus)) is not None
-
-
-@pytest.mark.slow
 def test_nobody_speaks_for_another(
     buses: Mapping[str, Bus], connect: Callable[[str, str], Bus]
 ) -> None:

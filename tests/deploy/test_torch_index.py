@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, HTTPServer
 from typing import Any
 
 import pytest
@@ -50,46 +45,6 @@ def test_the_decision_is_explained_in_a_sentence(
     assert reason in decision.reason
     assert decision.reason.endswith(".")
     assert "\n" not in decision.reason
-
-
-@contextmanager
-def served(status: int) -> Iterator[str]:
-    """A web server on this machine that answers every HEAD with a status."""
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_HEAD(self) -> None:
-            self.send_response(status)
-            self.end_headers()
-
-        def log_message(self, *_: object) -> None:
-            pass
-
-    with HTTPServer(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{server.server_port}/"
-        finally:
-            server.shutdown()
-            thread.join()
-
-
-@pytest.fixture(autouse=True)
-def no_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("no_proxy", "127.0.0.1")
-
-
-def test_only_a_page_is_an_answer() -> None:
-    with served(200) as url:
-        assert INDEX.answers(url)
-    with served(404) as url:
-        assert not INDEX.answers(url)
-    assert not INDEX.answers(url)  # the port is closed
-
-
-def test_what_hangs_is_given_up() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        assert not INDEX.answers(f"http://127.0.0.1:{silent.getsockname()[1]}/", limit_s=0.2)
 
 
 @pytest.mark.parametrize(

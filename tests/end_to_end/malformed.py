@@ -11,7 +11,7 @@ import msgpack
 import numpy as np
 import zenoh
 
-from onemap_shared.wire import MAX_BODY_BYTES, MAX_HEADER_BYTES, Packet
+from onemap_shared.wire import MAX_BODY_BYTES, Packet
 from tests.shared.samples import SAMPLES
 
 
@@ -38,16 +38,8 @@ def overwritten(packet: Packet, offset: int, content: bytes) -> Packet:
     return Packet(packet.header, body)
 
 
-def truncated_header(packet: Packet) -> Packet:
-    return Packet(packet.header[:-1], packet.body)
-
-
 def truncated_body(packet: Packet) -> Packet | None:
     return Packet(packet.header, packet.body[:-8]) if packet.body else None
-
-
-def oversized_header(packet: Packet) -> Packet:
-    return Packet(packet.header + bytes(MAX_HEADER_BYTES), packet.body)
 
 
 def oversized_body(packet: Packet) -> Packet:
@@ -56,26 +48,6 @@ def oversized_body(packet: Packet) -> Packet:
 
 def wrong_version(packet: Packet) -> Packet:
     return with_header(packet, lambda h: h.update(schema=h["schema"].rpartition("/")[0] + "/99"))
-
-
-def wrong_dtype(packet: Packet) -> Packet | None:
-    """Every array declares the dtype of Python objects."""
-
-    def change(header: dict[str, Any]) -> None:
-        for array in header["arrays"].values():
-            array[0] = "|O"
-
-    return with_header(packet, change) if arrays(packet) else None
-
-
-def boundless_shape(packet: Packet) -> Packet | None:
-    """Every array declares a shape larger than any memory."""
-
-    def change(header: dict[str, Any]) -> None:
-        for array in header["arrays"].values():
-            array[1] = [2**40, 2**40]
-
-    return with_header(packet, change) if arrays(packet) else None
 
 
 def not_finite(packet: Packet) -> Packet | None:
@@ -87,24 +59,11 @@ def not_finite(packet: Packet) -> Packet | None:
     return found
 
 
-def not_rigid(packet: Packet) -> Packet | None:
-    """The pose is not a rigid transform."""
-    for name, (dtype, _, offset) in arrays(packet).items():
-        if name.startswith("T_"):
-            return overwritten(packet, offset, np.diag([2, 2, 2, 1]).astype(dtype).tobytes())
-    return None
-
-
 # Faults of a packet; None for messages that cannot have it.
 FAULTS: dict[str, Callable[[Packet], Packet | None]] = {
-    "truncated header": truncated_header,
     "truncated body": truncated_body,
-    "oversized header": oversized_header,
     "wrong version": wrong_version,
-    "wrong dtype": wrong_dtype,
-    "boundless shape": boundless_shape,
     "not finite": not_finite,
-    "not rigid": not_rigid,
 }
 
 

@@ -16,11 +16,8 @@ import torch
 
 from onemap_perception import factory
 from onemap_perception.config import (
-    CocoParams,
     OpenClipConvNextParams,
-    OpenVocabularyParams,
     PerceptionConfig,
-    RoutedParams,
 )
 from onemap_perception.detectors.networks import CocoNetwork
 from onemap_perception.detectors.protocol import Detection, Image
@@ -43,25 +40,6 @@ from tests.perception.toy import ColourEncoder, frame
 
 def configured(document: dict[str, Any]) -> PerceptionConfig:
     return section({"perception": document}, "perception", PerceptionConfig)
-
-
-def test_the_default_is_what_ships() -> None:
-    config = configured({})
-    assert config.encoder.backend == "mini"
-    assert config.detector.backend == "patches"
-    assert configured({"mini": {"channels": 9}, "patches": {}}) == configured(
-        {"encoder": {"backend": "mini", "channels": 9}, "detector": {"backend": "patches"}}
-    )
-
-
-def test_a_routed_detector_is_two() -> None:
-    document = {"backend": "routed", "model": "a/b", "device": "cuda", "score_threshold": 0.3}
-    detector = configured({"detector": document}).detector
-    assert isinstance(detector, RoutedParams)
-    assert detector.coco == CocoParams(device="cuda")
-    assert detector.open_vocabulary == OpenVocabularyParams(
-        model="a/b", device="cuda", score_threshold=0.3
-    )
 
 
 @pytest.mark.parametrize(

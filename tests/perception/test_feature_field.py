@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 from onemap_perception.feature_field import (
     VarianceFormula,
     VarianceParams,
-    feature_field,
     observation_variance,
 )
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32
-from tests.perception import toy
 from tests.reference import variance as slow
 
 CAMERA = Intrinsics(30.0, 28.0, 16.0, 12.0)
@@ -73,15 +71,3 @@ def test_depth_that_is_not_a_number_is_no_depth() -> None:
     variance = observation_variance(depth, CAMERA, VarianceParams())
     assert np.isinf(np.diag(variance)[:3]).all()
     assert np.isfinite(variance[4:, 4:]).all()
-
-
-def test_it_holds_the_frames_own_data_and_the_variance_of_its_depth() -> None:
-    encoder, shown, params = toy.ColourEncoder(), toy.frame(3, depth_mm=1234), VarianceParams()
-    features = encoder.encode(shown.rgb)
-    field = feature_field(shown, features, encoder, params)
-    assert (field.sequence, field.stamp_ns) == (3, shown.stamp_ns)
-    assert (field.encoder_id, field.text_space) == ("toy", "colours")
-    assert field.features is features
-    assert (field.depth_mm is shown.depth_mm, field.intrinsics) == (True, toy.CAMERA)
-    expected = observation_variance(np.full((32, 48), 1.234, np.float32), toy.CAMERA, params)
-    np.testing.assert_allclose(field.variance, expected, rtol=1e-5)

@@ -104,13 +104,6 @@ def test_a_refusal_of_the_hub_is_one_sentence(hub: LocalHub) -> None:
         model_store.fetch(listing, NEEDED)
 
 
-def test_a_path_is_a_path(tmp_path: Path) -> None:
-    assert model_store.locate(str(tmp_path)) == tmp_path
-    spaced = tmp_path / "my models"
-    spaced.mkdir()
-    assert model_store.locate(str(spaced)) == spaced
-
-
 @pytest.mark.parametrize(
     "place",
     [

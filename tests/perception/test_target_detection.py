@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.detectors.protocol import Detection, Image
+from onemap_perception.detectors.protocol import Detection
 from onemap_perception.target_detection import (
     MAX_POINTS,
     MAX_SIDE_PX,
@@ -24,7 +24,7 @@ from onemap_perception.target_detection import (
     with_picture,
 )
 from onemap_shared.geometry import U16, Bool, inverse, pose_2d, transform
-from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
+from onemap_shared.messages import Detections, RgbdFrame
 from tests.perception.toy import CAMERA, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
@@ -50,29 +50,11 @@ def test_detections_have_points_in_the_map() -> None:
     assert not detections.independent  # it reads the features that the map holds
 
 
-def test_a_detector_that_reads_no_features_is_independent() -> None:
-    class Nothing:
-        detector_id = "nothing"
-        reads_features = False
-
-        def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
-            return ()
-
-    target = make_target(ENCODER, "red", ())
-    assert detect_in_frame(Nothing(), target, frame(), None).independent
-
-
 def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detection:
     """A square of ``side`` cells at (x, y) of a grid of 16 x 16."""
     mask = np.zeros((16, 16), bool)
     mask[y : y + side, x : x + side] = True
     return Detection(name, score, (x, y, x + side, y + side), mask)
-
-
-def test_of_two_names_for_one_object_the_better_one_is_kept() -> None:
-    bed, sofa = detection("bed", 0.9, 2, 2), detection("sofa", 0.6, 2, 3)
-    assert suppress_overlaps((bed, sofa)) == (bed,)
-    assert suppress_overlaps((sofa, bed)) == (bed,)
 
 
 def test_scores_of_two_networks_are_not_compared() -> None:

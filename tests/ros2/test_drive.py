@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import struct
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +17,12 @@ from onemap_ros2.drive.driver import (
     GoalPose,
     PlannerVoice,
     RobotNow,
-    encoded_pose,
     end_of,
     goal_of,
-    pose_of,
 )
 from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.velocity import ZEROS, CommandRelay
-from onemap_shared.geometry import Velocity2d, pose_2d
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState, VelocityCommand
 from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
@@ -74,22 +71,6 @@ def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
     for motion in ("rest", "reverse", ""):
         assert goal_of(path_to(3.0, 0.0, motion), ORIGIN) is None
         assert end_of(path_to(3.0, 0.0, motion)) is None
-
-
-def test_goals_differ_by_distance_or_heading() -> None:
-    goal = GoalPose(1.0, 1.0, 3.1)
-    assert not goal.differs(GoalPose(1.3, 1.0, -2.7))
-    assert goal.differs(GoalPose(1.5, 1.0, 3.1))
-    assert goal.differs(GoalPose(1.0, 1.0, 2.4))
-
-
-def test_a_pose_has_the_bytes_that_struct_builds() -> None:
-    goal = pose_of(pose_2d(1.5, -2.0, math.pi / 3))
-    body = struct.pack("<iII4s", 3, 7, 4, b"map\0")
-    values = (1.5, -2.0, 0, 0, 0, math.sin(math.pi / 6), math.cos(math.pi / 6))
-    encoded = encoded_pose(goal, 3_000_000_007, "map")
-    assert encoded[:20] == bytes((0, 1, 0, 0)) + body
-    assert struct.unpack("<7d", encoded[20:]) == pytest.approx(values)
 
 
 NOW = RobotNow(10.1, 7, True, ORIGIN)

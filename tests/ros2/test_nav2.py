@@ -73,38 +73,6 @@ def driving(target: GoalPose = A) -> nav2.NavGoal:
     return goal
 
 
-def test_nothing_is_sent_without_a_wish_or_a_server() -> None:
-    assert nav2.NavGoal().step(0.0, None, QUIET) == (nav2.NavGoal(), nav2.Order.NOTHING)
-    assert nav2.NavGoal().step(0.0, A, nav2.Heard(served=False)) == (
-        nav2.NavGoal(),
-        nav2.Order.NOTHING,
-    )
-
-
-def test_a_goal_that_moves_is_replaced_but_not_more_often_than_the_period() -> None:
-    goal = driving()
-    assert goal.step(0.5, B, QUIET)[1] is nav2.Order.NOTHING
-    goal, order = goal.step(1.1, B, QUIET)
-    assert (order, goal.phase, goal.replaces) == (nav2.Order.SEND, nav2.GoalPhase.ASKING, True)
-    # If it is refused, the one before still drives, and is cancelled.
-    goal, order = goal.step(1.2, B, nav2.Heard(accepted=False))
-    assert (goal.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
-
-
-def test_no_wish_cancels_until_nav2_says_that_it_ended() -> None:
-    goal, order = driving().step(1.0, None, QUIET)
-    assert (goal.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
-    again, order = goal.step(1.1 + nav2.CANCEL_S, A, QUIET)
-    assert (again.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.CANCEL)
-    assert (goal.overdue_s(1.0 + nav2.CANCEL_S), again.overdue_s(2.5)) == (0.0, 1.5)
-    accepted, order = again.step(2.5, A, nav2.Heard(cancel_code=0))
-    assert (accepted.phase, order) == (nav2.GoalPhase.CANCELLING, nav2.Order.NOTHING)
-    assert (accepted.overdue_s(2.5), accepted.overdue_s(1.1 + nav2.END_S) > 0) == (0.0, True)
-    ended, order = accepted.step(2.6, None, nav2.Heard(result=nav2.GoalResult(5)))
-    assert (ended.phase, order) == (nav2.GoalPhase.NONE, nav2.Order.NOTHING)
-    assert ended.overdue_s(100.0) == 0.0
-
-
 def test_where_nav2_has_come_to_is_told_and_not_asked_for_again() -> None:
     """It ends a goal 0.25 m before; the same again would end at once, and bring nothing."""
     here = GoalPose(0.75, 0.0, 0.2)
@@ -138,18 +106,6 @@ def test_a_look_around_is_one_goal_after_the_other() -> None:
         if turned_rad >= 2 * math.pi:
             break
     assert (sent, turned_rad >= 2 * math.pi) == (3, True)
-
-
-@pytest.mark.parametrize("heard", [nav2.Heard(accepted=False), nav2.Heard(accepted=True)])
-def test_a_goal_that_was_refused_or_ended_is_sent_again_later(heard: nav2.Heard) -> None:
-    goal, _ = nav2.NavGoal().step(0.0, A, QUIET)
-    goal, order = goal.step(0.1, A, heard)
-    if heard.accepted:
-        goal, order = goal.step(0.2, A, nav2.Heard(result=nav2.GoalResult(6)))
-    assert (goal.phase, order) == (nav2.GoalPhase.NONE, nav2.Order.NOTHING)
-    assert goal.step(2.0, A, QUIET)[1] is nav2.Order.NOTHING
-    assert goal.step(0.3 + nav2.RETRY_S, A, QUIET)[1] is nav2.Order.SEND
-    assert goal.step(1.3, B, QUIET)[1] is nav2.Order.SEND  # another one need not wait
 
 
 def test_whatever_is_heard_a_goal_is_never_sent_while_another_may_drive() -> None:

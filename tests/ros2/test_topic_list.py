@@ -63,12 +63,6 @@ def test_the_camera_information_is_beside_the_image(color: str) -> None:
     assert Ros2Config(topics=named, namespace="/r1").names.camera_info == "/r1/elsewhere"
 
 
-def test_compressed_topics_have_another_type() -> None:
-    topics = TopicParams(color="/c/image/compressed", depth="/d/image/compressedDepth")
-    found = {need.setting: need.types for need in needs(Ros2Config(topics=topics))}
-    assert found["color"] == found["depth"] == ("sensor_msgs/msg/CompressedImage",)
-
-
 @pytest.mark.parametrize(
     ("drive", "kind", "ros_type", "topic"),
     [

@@ -55,13 +55,6 @@ def write(path: Path, text: str) -> Path:
     return file
 
 
-def test_defaults_apply_without_a_file() -> None:
-    bus, log, sample = load(None, "mapper", Sample)
-    assert bus.connect == ("tcp/127.0.0.1:7447",)
-    assert log.format == "human"
-    assert sample == Sample()
-
-
 BAD_FILES = {
     "unknown section": ("maper: {}", "section 'maper' is unknown; did you mean 'mapper'"),
     "far from any": ("zzz: {}", "valid are bus, log"),

@@ -173,11 +173,6 @@ def test_the_longest_lists_fit_into_one_message() -> None:
         assert decode(type(full), encode(full)) == full
 
 
-def test_a_command_to_drive_sideways_moves() -> None:
-    assert m.VelocityCommand(1, 2, 0.0, 0.0, lateral_mps=-0.1).moves
-    assert not m.VelocityCommand(1, 2, 0.0, 0.0).moves
-
-
 def test_a_status_has_its_target_while_active_and_a_drive_its_place() -> None:
     status = sample(m.SearchStatus)
     assert (status.active, status.target, status.subject) == (True, "bed", "'bed'")
@@ -209,12 +204,6 @@ def embeddings(rows: list[list[float]], competing: list[list[int]]) -> m.TextEmb
 def test_which_texts_mean_the_same(rows: list[list[float]], competing: list[list[int]]) -> None:
     expected = [[True, True, False], [True, True, False], [False, False, True]]
     assert embeddings(rows, competing).same_meaning().tolist() == expected
-
-
-def test_some_of_the_texts_keep_their_rows() -> None:
-    some = embeddings([[1, 0], [0.6, 0.8], [0, 1]], [[0], [1], [1]]).only(np.array([1, 2]))
-    assert some.texts == ("b", "c")
-    np.testing.assert_array_equal(some.embeddings, np.array([[0.6, 0.8], [0, 1]], np.float32))
 
 
 def encoded(width: int, height: int, suffix: str, *options: int) -> bytes:

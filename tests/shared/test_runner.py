@@ -307,23 +307,6 @@ def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert f"cannot read {key}: No such file or directory" in stderr
 
 
-def test_a_service_that_is_imported_slowly_says_so_meanwhile(space: Router) -> None:
-    bus = join(space, "gateway")
-    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
-    process = start(space, "slow import")
-    first, second = (eventually(lambda: beats.take(0.5)) for _ in range(2))
-    assert not first.ready
-    assert first.starting
-    assert second.starting
-    assert second.progress > first.progress
-    assert process.stdin is not None
-    process.stdin.close()
-    eventually(lambda: ((beat := beats.take(0.5)) and beat.ready and not beat.starting) or None)
-    process.terminate()
-    assert process.wait(PATIENCE_S) == 0
-    bus.close()
-
-
 def test_a_signal_ends_a_service_that_is_being_imported(space: Router) -> None:
     bus = join(space, "gateway")
     process = start(space, "slow import")

@@ -12,7 +12,7 @@ import pytest
 from onemap_shared.clock import SystemClock
 from onemap_shared.log import MAX_CHARS, PERIOD_S, LogLimit
 from onemap_shared.messages import Odometry
-from onemap_shared.supervisor import JournalFormatter, start_hint
+from onemap_shared.supervisor import start_hint
 from onemap_shared.transport import Inbox
 from onemap_shared.wire import Packet, encode
 from tests.shared.samples import sample
@@ -95,16 +95,6 @@ def test_kinds_do_not_silence_each_other(lines: Callable[[], list[str]]) -> None
         LOG.warning(f"{stream}: refused %s", "a")
         LOG.warning(f"{stream}: refused %s", "b")
     assert lines() == ["odometry: refused a", "rgbd: refused a"]
-
-
-@pytest.mark.parametrize(
-    ("level", "priority"),
-    [(logging.CRITICAL, 2), (logging.WARNING, 4), (logging.DEBUG, 7)],
-)
-def test_each_line_has_the_priority_of_its_record(level: int, priority: int) -> None:
-    record = logging.LogRecord("x", level, "x.py", 1, "one\ntwo", None, None)
-    text = JournalFormatter(logging.Formatter("%(message)s")).format(record)
-    assert text == f"<{priority}>one\n<{priority}>two"
 
 
 @pytest.mark.parametrize(

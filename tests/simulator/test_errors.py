@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_shared.camera import ray_directions
 from onemap_shared.geometry import F32, F64, Velocity2d, pose_2d, yaw_of
 from onemap_simulator.errors import (
     DepthErrorParams,
@@ -23,7 +22,6 @@ from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import (
     GAP_M,
     NOBODY,
-    PATIENCE_S,
     START_AWAY_M,
     People,
     WalkableFloor,
@@ -34,9 +32,7 @@ from onemap_simulator.rendering.label_renderer import LabelRenderer
 from onemap_simulator.rendering.rgbd_camera import (
     CameraParams,
     RgbdCamera,
-    depth_edges,
     faces_without_return,
-    quantised,
     with_depth_errors,
 )
 from tests.simulator.scenes import SceneBuilder, box_room
@@ -166,18 +162,6 @@ def measured(depth: F32, params: DepthErrorParams, seed: int = 0) -> F32:
     return with_depth_errors(depth, faces, np.array([False]), params, rng)
 
 
-def test_only_jumps_of_depth_are_edges_and_slanted_planes_are_not() -> None:
-    edges = depth_edges(two_walls())
-    assert edges[:, 29:31].all()
-    assert not edges[:, :29].any()
-    assert not edges[:, 31:].any()
-    rays = ray_directions(CAMERA.intrinsics, 160, 120) @ CAMERA.mount[:3, :3].T
-    floor = np.where(rays[..., 2] < -0.05, -1.0 / np.minimum(rays[..., 2], -0.05), 0.0)
-    below = depth_edges(floor.astype(np.float32))[60:]
-    assert not below.any()
-    assert not depth_edges(np.zeros((4, 4), np.float32)).any()
-
-
 def test_pixels_at_edges_fly_between_front_and_back_or_have_no_return() -> None:
     params = DepthErrorParams(edge_flying=0.3, edge_holes=0.3)
     images = np.array([measured(two_walls(), params, seed) for seed in range(50)])
@@ -186,15 +170,6 @@ def test_pixels_at_edges_fly_between_front_and_back_or_have_no_return() -> None:
     assert ((at_edge > 2) & (at_edge < 3)).mean() == pytest.approx(0.3, abs=0.03)
     np.testing.assert_array_equal(np.unique(elsewhere), (2.0, 3.0))
     np.testing.assert_array_equal(measured(two_walls(), params, 7), images[7])
-
-
-def test_steps_grow_with_the_square_of_the_distance() -> None:
-    near, far = (np.linspace(d, d + 0.5, 5000, dtype=np.float32) for d in (1.0, 4.0))
-    for depth, step in ((near, 0.0028), (far, 0.0028 * 16)):
-        values = np.unique(quantised(depth, 0.0028))
-        assert np.diff(values)[0] == pytest.approx(step, rel=0.05)
-        assert np.abs(quantised(depth, 0.0028) - depth).max() <= 0.51 * np.diff(values).max()
-    assert (quantised(np.zeros(3, np.float32), 0.0028) == 0).all()
 
 
 def test_glass_and_black_surfaces_give_no_return() -> None:
@@ -258,15 +233,6 @@ def test_people_start_away_from_the_robot_and_stop_before_it() -> None:
         assert away.min() >= 0.25 + 0.2 + GAP_M - 1e-9
     assert away.min() < 1.0  # they do come near
     assert walkers.distance_m(*steps[-1, 0]) == pytest.approx(-0.25)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_whom_the_robot_stopped_goes_elsewhere(seed: int) -> None:
-    robot_xy = (2.0, 1.5)
-    places = walked(people(2, seed, robot_xy), 90.0, robot_xy)
-    span = round(2.5 * PATIENCE_S / 0.02)
-    spans = np.lib.stride_tricks.sliding_window_view(places, span, axis=0)[::50]
-    assert np.ptp(spans, axis=-1).max(axis=-1).min() > 0
 
 
 class Statue(People):

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from onemap_shared.messages import TruthRequest
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
-from onemap_simulator.ground_truth.truth import SceneTruth, horizontal_distances, visible_from
+from onemap_simulator.ground_truth.truth import SceneTruth, horizontal_distances
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.scene.scene import Scene
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room
 
@@ -69,13 +68,6 @@ def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> Non
         assert (distance == 0.0) == places[tuple(cell)]
 
 
-def test_the_nearest_object_is_named_and_walls_are_not() -> None:
-    truth = truth_of(box_room())
-    assert truth.nearest(1.0, 1.0) == "ball"
-    assert truth.nearest(2.0, 2.5) == "sofa"
-    assert truth.nearest(0.0, 3.0) == "sofa"
-
-
 def test_unknown_names_and_unreachable_objects_are_infinitely_far() -> None:
     found = truth_of(box_room()).reply(TruthRequest("elephant", 1.0, 1.0))
     assert (found.instances, found.distance_m, found.shortest_path_m) == (0, np.inf, np.inf)
@@ -102,16 +94,6 @@ def test_horizontal_distance_agrees_with_many_points_on_the_triangles(seed: int)
     points = np.einsum("nk,tkd->tnd", weights, triangles)[..., :2]
     sampled = float(np.linalg.norm(points - place, axis=2).min())
     assert horizontal_distances(triangles, place).min() == pytest.approx(sampled, abs=0.05)
-
-
-def test_the_shortest_path_leads_around_the_wall_to_a_success_place() -> None:
-    truth = truth_of(divided_room())
-    path = truth.shortest_path("bed", 1.0, 1.0)
-    np.testing.assert_allclose(path[0], (1.0, 1.0), atol=0.05)
-    assert path[:, 1].max() > 2.9  # through the door
-    assert truth.path_m("bed", float(path[-1, 0]), float(path[-1, 1])) == 0
-    assert len(truth.shortest_path("sofa", 1.0, 1.0)) == 0
-    assert len(truth.shortest_path("bed", 50.0, 1.0)) == 0
 
 
 def test_the_least_way_between_two_categories() -> None:
@@ -142,15 +124,3 @@ def test_in_the_open_it_is_the_straight_line_to_the_nearest_goal(
     straight = min(np.hypot(*np.subtract(start, end)) for end in (first, second))
     length = paths.length(np.array(start))
     assert straight - 1e-9 <= length <= 1.014 * straight + 1e-9
-
-
-def test_an_object_is_visible_past_an_obstacle_but_not_through_it() -> None:
-    builder = (
-        SceneBuilder()
-        .add("wall", (1, -1, 0), (1.1, 1, 2))
-        .add("ball", (3, -0.2, 0), (3.4, 0.2, 0.4))
-    )
-    scene = builder.build()
-    eyes = np.array([(0, 0, 1), (0, 4, 1), (2, 0, 1), (3.2, 0, 1)], np.float32)
-    seen = visible_from(RayTracer(scene), scene, 1, eyes)
-    assert seen.tolist() == [False, True, True, True]

@@ -15,7 +15,7 @@ from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.physics.collision import CollisionMap, MissingFloor
 from onemap_simulator.physics.robot import STOP, RobotParams, RobotState, step
 from onemap_simulator.physics.simulation import Simulation, SimulationCounts
-from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room
+from tests.simulator.scenes import SceneBuilder, box_room
 
 PARAMETERS = RobotParams()
 HOLONOMIC = RobotParams(max_lateral_mps=0.4)
@@ -52,10 +52,6 @@ def test_drives_a_circle_back_to_where_it_began() -> None:
     assert (once.x_m, once.y_m, once.yaw_rad) == pytest.approx((1.0, 1.0, 0.0), abs=1e-9)
     half = drive(rolling, rolling.velocity, 2 * np.pi, dt_s=2 * np.pi / 300)
     assert (half.x_m, half.y_m) == pytest.approx((1.0, 1.0 + 2 * 0.4 / 0.5), abs=1e-9)
-
-
-def test_a_differential_drive_ignores_what_is_sideways() -> None:
-    assert drive(START, Velocity2d(0.4, 0.2, 0.3), 2.0) == drive(START, Velocity2d(0.4, 0.2), 2.0)
 
 
 def test_a_holonomic_drive_moves_sideways_within_its_limits() -> None:
@@ -131,18 +127,6 @@ def test_clearance_is_close_to_the_truth_and_never_above_it(x: float, y: float) 
     assert clearance >= truth - 3 * MAP.grid.cell_size_m
 
 
-def test_standable_cells_are_connected_to_the_place() -> None:
-    builder = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES))
-    builder.add("wall", (1.9, 0, 0), (2.1, 3, 2.5))
-    collision = CollisionMap.of(builder.build(), height_m=1.1)
-    left = collision.reachable_cells(1.0, 1.5, 0.2)
-    x = collision.grid.centres(np.argwhere(left))[:, 0]
-    assert left.any()
-    assert x.max() < 1.7
-    assert not collision.reachable_cells(2.0, 1.5, 0.2).any()
-    assert not collision.reachable_cells(1.0, 1.5, 5.0).any()
-
-
 def simulation(start: RobotState | None = None) -> Simulation:
     return Simulation(MAP, RobotParams(), start or RobotState(1.0, 1.5, 0.0), now_s=100.0)
 
@@ -203,15 +187,6 @@ def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
 
 
 OPENING = (1.5, 1.0, 2.2, 2.0)
-
-
-def test_a_disc_touches_the_opening_and_nothing_else() -> None:
-    floor = MissingFloor.of(with_stairwell(box_room(), OPENING), 1.1)
-    assert floor.touches(1.85, 1.5, 0.01)
-    assert floor.touches(1.35, 1.5, 0.2)
-    assert not floor.touches(1.25, 1.5, 0.2)
-    assert not floor.touches(3.0, 1.5, 0.2)
-    assert not floor.touches(9.0, 9.0, 0.2)
 
 
 def test_a_joint_between_boards_is_no_missing_floor() -> None:

@@ -154,13 +154,6 @@ def test_depth_noise_grows_with_the_square_of_distance() -> None:
     assert (clean.depth_mm != noisy.depth_mm).mean() > 0.5
 
 
-def test_the_parameters_in_degrees_make_the_camera() -> None:
-    params = CameraParams(horizontal_fov_deg=90, pitch_down_deg=30, height_m=1.2)
-    assert params.intrinsics.x_at(params.width - 0.5) == pytest.approx(1.0)
-    np.testing.assert_allclose(params.mount[:3, 3], (0.1, 0.0, 1.2))
-    np.testing.assert_allclose(params.mount[:3, 2], (np.sqrt(0.75), 0.0, -0.5))
-
-
 def test_a_lamp_does_not_shine_through_a_wall() -> None:
     def brightness(wall: bool) -> float:
         builder = SceneBuilder().add(
@@ -235,9 +228,3 @@ def test_poses_are_free_rigid_and_repeatable() -> None:
         check_rigid(T, "T_map_camera")
         assert collision.clearance_m(T[0, 3], T[1, 3]) > 0.2
         assert 0.8 <= T[2, 3] <= 1.3
-
-
-def test_a_scene_without_free_space_is_refused() -> None:
-    scene = SceneBuilder().add("wall", (0, 0, 0), (0.3, 0.3, 2)).build()
-    with pytest.raises(ValueError, match="no free space"):
-        sample_camera_poses(scene, np.random.default_rng(0), 1)

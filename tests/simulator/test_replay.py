@@ -23,7 +23,7 @@ from onemap_simulator.replay.recording import (
     RecordingError,
     write_recording,
 )
-from onemap_simulator.replay.service import body_below, build
+from onemap_simulator.replay.service import build
 from tests.memory_bus import MemoryRouter
 
 INTRINSICS = Intrinsics(10.0, 10.0, 4.0, 3.0)
@@ -168,8 +168,3 @@ def test_an_unreadable_frame_is_left_out_and_counted(directory: Path) -> None:
     seen, _, unreadable = play(config, steps=15)
     assert [frame.sequence for frame in seen][:3] == [0, 2, 3]
     assert unreadable >= 1
-
-
-def test_the_body_stands_below_a_camera_that_looks_down() -> None:
-    T = pose_2d(1.0, -2.0, 2.5) @ camera_mount(0.0, 1.2, 0.6)
-    np.testing.assert_allclose(body_below(T), pose_2d(1.0, -2.0, 2.5), atol=1e-12)

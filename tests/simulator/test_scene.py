@@ -24,7 +24,7 @@ from onemap_simulator.scene.scene_file import (
 )
 from tests.reference.occupancy_raster import touched_cells
 from tests.simulator.scene_files import RED, room_of, write_two_materials
-from tests.simulator.scenes import SceneBuilder, box_room, object_vertices
+from tests.simulator.scenes import box_room, object_vertices
 
 
 def extent(scene: Scene, category: str) -> np.ndarray:
@@ -257,22 +257,6 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
     for x, y in have:
         near = {(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
         assert near & sampled or not sampled
-
-
-def test_free_space_keeps_clear_of_walls_and_furniture() -> None:
-    grid, clearance = loading.free_space(box_room())
-    places = grid.centres(np.argwhere(clearance > 0))
-    assert len(places)
-    assert (places > loading.ROBOT_CLEARANCE_M - grid.cell_size_m).all()
-    assert (places < np.array([4, 3]) - loading.ROBOT_CLEARANCE_M + grid.cell_size_m).all()
-    in_sofa = (places > (2.5, 2.0)).all(axis=1) & (places < (3.2, 2.8)).all(axis=1)
-    assert not in_sofa.any()
-
-
-def test_only_floor_is_free_where_there_is_floor() -> None:
-    builder = SceneBuilder().add("floor", (0, 0, 0), (3, 3, 0.1), sides=("z-",))
-    grid, clearance = loading.free_space(builder.add("ball", (5, 5, 0), (6, 6, 1)).build())
-    assert grid.centres(np.argwhere(clearance > 0)).max() < 3.0
 
 
 def test_the_start_is_the_roomiest_place_and_faces_the_middle() -> None:

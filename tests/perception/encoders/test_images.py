@@ -12,7 +12,6 @@ from onemap_perception.encoders.images import (
     decoded,
     fitted_size,
     framed,
-    mean_feature,
     patch_shares,
 )
 from onemap_perception.errors import ImageError
@@ -40,11 +39,6 @@ def noise(height: int, width: int) -> U8:
     return np.random.default_rng(0).integers(0, 256, (height, width, 3), dtype=np.uint8)
 
 
-def test_a_png_is_decoded_as_it_was() -> None:
-    rgb = noise(24, 40)
-    np.testing.assert_array_equal(decoded(png(rgb)), rgb)
-
-
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
@@ -57,15 +51,6 @@ def test_a_png_is_decoded_as_it_was() -> None:
 def test_what_shows_nothing_is_refused(data: bytes, reason: str) -> None:
     with pytest.raises(ImageError, match=reason):
         decoded(data)
-
-
-def test_the_mean_is_of_the_patches_with_a_weight() -> None:
-    features = np.zeros((2, 2, 3), np.float16)
-    features[0], features[1] = (1, 0, 0), (0, 1, 0)
-    weights = np.array([[1, 1], [0, 0]], np.float32)
-    np.testing.assert_allclose(mean_feature(features, weights), [1, 0, 0])
-    even = mean_feature(features, np.ones((2, 2), np.float32))
-    np.testing.assert_allclose(even, np.array([1, 1, 0]) / np.sqrt(2), rtol=1e-6)
 
 
 @pytest.mark.parametrize(("height", "width"), [(16, 64), (64, 16), (17, 17), (300, 400)])

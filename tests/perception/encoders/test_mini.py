@@ -55,16 +55,6 @@ def test_wrong_images_are_refused(encoder: Encoder) -> None:
         encoder.encode(np.zeros((8, 8), np.uint8))
 
 
-def test_words_come_with_their_calibration(encoder: Encoder) -> None:
-    queries = encoder.embed_text(["sofa", "the Fridge", "piano"])
-    assert queries.encoder_id == encoder.encoder_id
-    assert queries.text_space == encoder.text_space
-    assert queries.embeddings.shape == (3, 384)
-    np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, atol=1e-4)
-    assert len(queries.neutral) > 50
-    assert queries.temperature > 1
-
-
 def test_without_the_sentence_encoder_an_unknown_word_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -73,17 +63,6 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
     assert bare.embed_text(["refrigerator"]).texts == ("refrigerator",)
     with pytest.raises(UnknownWordError, match=r"'refrigeratr' .did you mean 'refrigerator'"):
         bare.embed_text(["refrigeratr"])
-
-
-def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
-    classes = load_vocabulary(SHIPPED).classes
-    query_aliases = [word for entry in classes for word in entry.query_aliases]
-    assert len(query_aliases) == len(set(query_aliases))
-    trained = {word for entry in classes for word in entry.aliases}
-    assert not trained & set(query_aliases)
-    for entry in classes:
-        others = {word for other in classes if other is not entry for word in other.held_out}
-        assert not others & set(entry.query_aliases)
 
 
 def test_the_limit_of_a_place_lets_synonyms_pass(encoder: Encoder) -> None:
@@ -114,15 +93,6 @@ def test_words_are_suggested_for_misspelt_ones_and_not_for_nonsense(encoder: Enc
     slips = {name[:2] + name[3] + name[2] + name[4:]: name for name in names}  # two letters swapped
     found = refused(encoder, list(slips))
     assert sum(slips[slip] in near for slip, near in found.items()) >= 0.95 * len(found)
-
-
-def test_a_word_of_the_table_is_refused_without_a_word_that_is_spelt_alike(
-    encoder: Encoder,
-) -> None:
-    assert refused(encoder, ["sofa", "skateboard", "scissors"]) == {
-        "skateboard": (),
-        "scissors": (),
-    }
 
 
 def copied(folder: Path) -> Path:

@@ -4,49 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-import torch
 from safetensors.torch import load_file, save_file
 
-from onemap_perception.config import Tipsv2Params
 from onemap_perception.encoders.tipsv2 import read_model
-from onemap_perception.encoders.torch_encoder import TorchEncoder
 from onemap_perception.errors import BackendError
-from onemap_perception.factory import make_encoder
-from tests.perception.tiny import EMBED_DIM, tipsv2_folder
+from tests.perception.tiny import tipsv2_folder
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tipsv2_folder(tmp_path_factory.mktemp("tipsv2"))
-
-
-@pytest.fixture(scope="module")
-def encoder(folder: Path) -> TorchEncoder:
-    encoder = make_encoder(Tipsv2Params(model=str(folder), long_side_px=56))
-    assert isinstance(encoder, TorchEncoder)
-    return encoder
-
-
-def test_features_cover_the_image(encoder: TorchEncoder) -> None:
-    rng = np.random.default_rng(0)
-    features = encoder.encode(rng.integers(0, 256, (48, 64, 3)).astype(np.uint8))
-    assert features.shape == (3, 4, EMBED_DIM)
-    np.testing.assert_allclose(np.linalg.norm(features.astype(np.float32), axis=-1), 1, atol=2e-3)
-
-
-def test_texts_are_the_models_own(encoder: TorchEncoder, folder: Path) -> None:
-    model, tokenizer = read_model(folder)
-    asked = tokenizer(["a sofa"], padding="max_length", max_length=64, return_tensors="pt")
-    with torch.inference_mode():
-        pooled = model.get_text_features(**asked).pooler_output
-    expected = torch.nn.functional.normalize(pooled, dim=-1).numpy()
-    reply = encoder.embed_text(["sofa", "lamp"])
-    np.testing.assert_allclose(reply.embeddings[:1], expected, atol=1e-6)
-    assert reply.embeddings.shape == (2, EMBED_DIM)
-    assert reply.encoder_id == encoder.encoder_id
-    assert reply.text_space == encoder.text_space
 
 
 def test_a_missing_tensor_is_refused_by_name(folder: Path, tmp_path: Path) -> None:

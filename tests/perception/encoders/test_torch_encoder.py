@@ -59,15 +59,6 @@ def encoder(
     return TorchEncoder(model, params)
 
 
-@pytest.mark.parametrize(
-    ("height", "width", "rows", "columns"), [(24, 32, 3, 4), (480, 640, 3, 4), (64, 32, 4, 2)]
-)
-def test_the_shape_of_the_image_is_kept(height: int, width: int, rows: int, columns: int) -> None:
-    features = encoder().encode(np.full((height, width, 3), 9, np.uint8))
-    assert features.shape == (rows, columns, 3)
-    assert features.dtype == np.float16
-
-
 def test_texts_go_through_the_prompt_once_and_compete() -> None:
     asked: list[str] = []
     toy = encoder(asked, floor=0.62)
@@ -106,14 +97,6 @@ class Channels(torch.nn.Module):
 
 
 PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
-
-
-def test_features_are_normalised_in_half_precision() -> None:
-    features = TorchTower(Channels(7.0), "cpu")(PIXELS)
-    assert features.dtype == np.float16
-    expected = PIXELS[0].transpose(1, 2, 0)
-    expected = expected / np.linalg.norm(expected, axis=-1, keepdims=True)
-    np.testing.assert_allclose(features, expected, atol=1e-3)
 
 
 def test_features_that_are_not_finite_are_an_error() -> None:
