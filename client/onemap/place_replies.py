@@ -10,7 +10,9 @@ from onemap.replies import MaybePoint, Point, Reply, Rounded
 class MapPlace(Reply):
     """A part of the floor: a room, cut off at doors and narrow passages, or a named polygon."""
 
-    name: str = Field(description="Whatever its case, no other has it; empty: a room without one.")
+    name: str = Field(
+        description="No other place has it, whatever its case; empty: a room without a name."
+    )
     kind: str = Field(description="room, or keep_out: no robot enters it.")
     suggested: bool = Field(
         default=False, description="Named by what was found there, not by a person."
@@ -23,9 +25,9 @@ class MapPlace(Reply):
     inside_m: MaybePoint = Field(
         default=None, description="x, y in the room, which may grow around it; null: a polygon."
     )
-    corners_m: tuple[Point, ...] = Field(default=(), description="Of the polygon; empty: a room.")
+    corners_m: tuple[Point, ...] = Field(default=(), description="The polygon; empty: a room.")
     outlines_m: tuple[tuple[Point, ...], ...] = Field(
-        description="Of the polygon, or of each part of the room's floor as it is now, to a cell, "
+        description="The polygon, or each part of the room's floor as it is now, within a cell, "
         "the largest part first; holes are filled."
     )
     area_m2: Rounded = Field(description="Of the room's free floor, or of the polygon.")

@@ -352,13 +352,15 @@ class QueryResult(Reply):
 
     model_config = examples(FOUND, ABSENT)
 
-    text: str = Field(description="As it was asked; `image` where an image was.")
+    text: str = Field(description="As it was asked; `image` for an image.")
     request: str = Field(
         default="",
         description="What is asked for, without the words around it, as 'red chair in the "
-        "kitchen' of 'where is the red chair in the kitchen?'; empty of an image.",
+        "kitchen' of 'where is the red chair in the kitchen?'; empty for an image.",
     )
-    understood: str = Field(default="", description="How the text was; empty of an image.")
+    understood: str = Field(
+        default="", description="The text as it was understood; empty for an image."
+    )
     stands_for: tuple[str, ...] = Field(default=(), description="Names nearest to a description.")
     verdict: Annotated[str, one_of(VERDICTS)] = Field(
         default="",

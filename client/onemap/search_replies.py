@@ -145,7 +145,7 @@ class SearchSnapshot(Reply):
     id: str
     kind: Annotated[str, one_of(("find", "go_to", "look_at"))] = "find"
     continues: str = Field(
-        default="", description="Id of the ended search whose rest it is; empty: of none."
+        default="", description="Id of the ended search that it continues; empty: none."
     )
     place_m: MaybePoint = Field(
         default=None,
@@ -157,7 +157,9 @@ class SearchSnapshot(Reply):
         default=(),
         description="The objects with all that was said of each, as 'red chair in the kitchen'.",
     )
-    understood: str = Field(default="", description="How the objects were; empty for a place.")
+    understood: str = Field(
+        default="", description="The objects as they were understood; empty for a place."
+    )
     left: tuple[str, ...] = Field(default=(), description="Not found so far, to search again.")
     index: int = Field(default=0, description="Which of the objects is now sought, from 0.")
     target: str = Field(

@@ -141,7 +141,7 @@ IN_COLOUR = re.compile(
 )
 NO_NAMES = frozenset({"one", "ones", "it", "that", "this", "those", "them", "there", "here"})
 NO_NAMES |= {"something", "anything", "somewhere", "thing", "things", "place", "nothing"}
-OPEN = "it is open what lies beside what: parts of one object are joined by 'and'"
+OPEN = "it is unclear what lies beside what: parts of one object are joined by 'and'"
 CHAIN = 3  # relations in a row, nothing between them, from which it is open what lies beside what
 Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase
 
@@ -352,7 +352,7 @@ def _relation(part: str, words: str, phrase: str, known: Mapping[str, str]) -> R
         raise _not_understood(f"{words} {phrase}", "say 'between the A and the B'")
     for name in names:
         if part != "in" and _place(name, known):
-            hint = "of places it is said whether the object is 'in' or 'not in' them"
+            hint = "an object is 'in' or 'not in' a place"
             raise _not_understood(f"{words} {name}", hint)
         if _coloured(name)[0]:
             hint = "a colour is said only of the object itself, not of what is beside it"

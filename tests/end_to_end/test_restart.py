@@ -20,7 +20,7 @@ from tests.end_to_end.test_faults import absent_object, problem_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
-PLANNER_ENDED, DRIVER = "the planner ended before it", "driver was started anew"
+PLANNER_ENDED, DRIVER = "the planner ended before", "driver was started anew"
 WATCHED_S = 4.0
 STILL_M = 0.02
 

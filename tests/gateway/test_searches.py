@@ -67,7 +67,10 @@ def test_what_an_interrupted_search_left_is_asked_for_as_it_was(
     assert asked.stay_out == ("bath",)
     assert (asked.max_time_s, asked.max_distance_m) == (60.0, 30.0)
     planner.status = replace(planner.status, objects=("chair",), details=(), results=(found,))
-    assert client.post("/v1/searches/s2/again").json()["title"] == "All of this search was found"
+    assert (
+        client.post("/v1/searches/s2/again").json()["title"]
+        == "Everything in this search was found"
+    )
     place = {"kind": m.SearchKind.LOOK_AT, "place_m": (1.0, 2.0)}
     planner.status = replace(
         search("s3", m.SearchState.INTERRUPTED, ()), kind=m.SearchKind.LOOK_AT, place_m=(1.0, 2.0)

@@ -19,6 +19,7 @@ from onemap_perception.detectors.boxes import (
     BoxDetector,
     RoutedDetector,
     detections_from_boxes,
+    inner_mask,
 )
 from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork, coco_name
 from onemap_perception.detectors.patches import PatchDetector, PatchLimits
@@ -64,6 +65,13 @@ def accepted(
     return detections_from_boxes(
         boxes, (9, 9), score_threshold=score_threshold, max_detections=max_detections
     )
+
+
+def test_the_middle_of_a_box_stands_for_the_object() -> None:
+    mask = inner_mask((10, 20, 20, 40), (64, 48))
+    rows, columns = np.nonzero(mask)
+    assert (columns.min(), columns.max() + 1) == (12, 18)
+    assert (rows.min(), rows.max() + 1) == (24, 36)
 
 
 @given(

@@ -178,7 +178,9 @@ def _read(folder: Path, name: str) -> Identity | None:
     certificate, key = folder / f"{name}.pem", folder / f"{name}.key"
     if certificate.exists() != key.exists():
         missing = key if certificate.exists() else certificate
-        raise CliError(f"{missing} is missing beside its other half: bring it, or remove both.")
+        raise CliError(
+            f"{missing} is missing, and its other half is there: restore it, or remove both."
+        )
     return Identity(certificate.read_bytes(), key.read_bytes()) if key.exists() else None
 
 

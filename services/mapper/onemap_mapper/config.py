@@ -54,7 +54,7 @@ class MapperConfig(Params):
         default=0.3,
         ge=0,
         le=1,
-        description="Score of the best region from which the answer to a query is found: above "
+        description="Score of the best region from which a query's verdict is found: above "
         "mini's floor, 0.25, where one unrelated word in twenty is answered. With an encoder whose "
         "floor is fitted to the map, that floor counts.",
     )

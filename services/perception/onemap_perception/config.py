@@ -95,7 +95,7 @@ class MiniParams(ChannelParams):
     )
     folder: Path = Field(
         default=SHIPPED,
-        description="Weights and words; another folder holds one's own training.",
+        description="Folder of weights and words: that of OneMap, or of your own training.",
     )
 
 

@@ -92,7 +92,7 @@ AFAR = "going to a place {where} that was only seen from afar"
 ALIKE = "going to the place {where}"
 SEEN = "going for a closer look at what may be {a} {where}"
 DOUBTED = "going for a closer look at what the camera took for {a} {where}"
-OBSTACLE = "going to look at what stands in the only way to the floor behind it, {where}"
+OBSTACLE = "going to look at what blocks the only way to the floor behind it, {where}"
 ONWARD = "going to the unexplored space {where}, on the way to what looks like {a}"
 
 
@@ -253,7 +253,7 @@ def no_way(zones: Sequence[str]) -> str:
 
 
 PLANNER_STOPPED = "the planner was stopped"
-PLANNER_ENDED = "the planner ended before it"
+PLANNER_ENDED = "the planner ended before the search did"
 DRIVER_CHANGED = "the robot's driver was started anew, or another one drives the robot"
 
 

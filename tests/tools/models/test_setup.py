@@ -140,7 +140,7 @@ def test_what_is_not_allowed_or_cannot_be_written_is_refused_before_anything_is_
     hub: LocalHub,
 ) -> None:
     sentence = refused("coco", "--device", "cpu", code=EXIT_USAGE_ERROR)
-    assert sentence.endswith("there is none here; read them, then give --yes")
+    assert sentence.endswith("read them, then give --yes.")
     sentence = refused("radio", "--yes", code=EXIT_USAGE_ERROR)
     assert "runs Python that comes with its weights" in sentence
     assert sentence.endswith("then give --allow-remote-code")
@@ -221,7 +221,7 @@ def test_models_of_ones_own_are_loaded_too(hub: LocalHub, checkpoints: Path) -> 
     Path("robot.yaml").write_text(yaml.safe_dump({"perception": {"encoder": own}}))
     answer = use("coco", "--device", "cpu", "--yes")
     assert answer.code == EXIT_OK, answer.text
-    assert "your own files; their licence is yours to know" in answer.text
+    assert "your own files: see to their licence yourself" in answer.text
     own["model"] = "./gone"
     Path("other.yaml").write_text(yaml.safe_dump({"perception": {"encoder": own}}))
     assert "the model ./gone does not exist" in refused("coco", "--yes", "--config", "other.yaml")

@@ -33,20 +33,20 @@ from onemap_tools.processes.network import DEFAULT_URL
 
 REPLAY_EPILOG = (
     "The planner records the last 50 searches in the folder 'decisions' of planner.state_dir, one "
-    "file each; 'onemap search list' has their ids. To search for an object called replay: onemap "
-    "search -- replay"
+    "file each; 'onemap search list' has their ids. 'onemap search -- replay' searches for a "
+    "thing called replay."
 )
 Crop = Annotated[
-    Path | None, typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG.")
+    Path | None, typer.Option(dir_okay=False, help="A picture of it instead of words, PNG or JPEG.")
 ]
 Negatives = Annotated[
     list[str] | None, typer.Option("--not", help="What it must not be; may be repeated.")
 ]
 Area = Annotated[
-    str, typer.Option(help="Only there: x_min,y_min,x_max,y_max in metres of the map.")
+    str, typer.Option(help="Only in this part of the map: x_min,y_min,x_max,y_max in metres.")
 ]
 Follow = Annotated[
-    bool, typer.Option("--follow", help="Again whenever the answer changes, until Ctrl-C.")
+    bool, typer.Option("--follow", help="Answer again whenever the answer changes, until Ctrl-C.")
 ]
 app = typer.Typer()
 
@@ -199,7 +199,7 @@ def go(
     y: Annotated[float, typer.Argument(help="Metres along the map's y; may be negative.")],
     *,
     look: Annotated[
-        bool, typer.Option("--look", help="Only to where the place can be seen, and face it.")
+        bool, typer.Option("--look", help="Drive only to where the place can be seen, and face it.")
     ] = False,
     max_distance: MaxDistance = None,
     max_time: MaxTime = None,

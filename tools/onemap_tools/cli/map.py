@@ -55,7 +55,7 @@ def merge(
     x: Annotated[float, typer.Option(help="Metres that it is moved along x.")] = 0.0,
     y: Annotated[float, typer.Option(help="Metres that it is moved along y.")] = 0.0,
     yaw: Annotated[
-        float, typer.Option(help="Degrees that it is turned before, counter-clockwise.")
+        float, typer.Option(help="Degrees that it is turned first, counter-clockwise.")
     ] = 0.0,
     url: Url = DEFAULT_URL,
     token: Token = "",
@@ -134,9 +134,11 @@ def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> No
 def export(
     file: Annotated[Path, typer.Argument(dir_okay=False, help="Ends in .npz, .png or .yaml.")],
     *,
-    text: Annotated[str, typer.Option(help="Also the similarity to it, in .npz and .png.")] = "",
+    text: Annotated[
+        str, typer.Option(help="Add the similarity to this text, to .npz and .png.")
+    ] = "",
     layer: Annotated[
-        MapLayer, typer.Option(help="Of a .png file; similarity needs --text.")
+        MapLayer, typer.Option(help="What a .png file shows; similarity needs --text.")
     ] = MapLayer.OCCUPANCY,
     url: Url = DEFAULT_URL,
     token: Token = "",

@@ -109,7 +109,7 @@ def _agree() -> None:
     answer = confirmed("Accept the licences, fetch the models and write the configuration?")
     if answer is None:
         raise CliError(
-            "Licences are accepted on a terminal: there is none here; read them, then give --yes",
+            "Licences are accepted on a terminal, which this is not: read them, then give --yes.",
             EXIT_USAGE_ERROR,
         )
     if not answer:

@@ -23,10 +23,13 @@ Json = Annotated[
 ]
 MaxDistance = Annotated[
     float | None,
-    typer.Option("--max-distance", help="Metres that the robot may drive; then it fails."),
+    typer.Option(
+        "--max-distance", help="Metres that the robot may drive; beyond, the search fails."
+    ),
 ]
 MaxTime = Annotated[
-    float | None, typer.Option("--max-time", help="Seconds that it may take; then it fails.")
+    float | None,
+    typer.Option("--max-time", help="Seconds that it may take; beyond, the search fails."),
 ]
 Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of the gateway.")]
 Token = Annotated[

@@ -32,7 +32,10 @@ def name_place(
     *,
     at: Annotated[str, typer.Option(help="x,y of a point in the room, metres.")] = "",
     corners: Annotated[
-        str, typer.Option(help="Of a polygon instead: x,y of each, with spaces between, metres.")
+        str,
+        typer.Option(
+            help="Corners of a polygon instead: x,y of each in metres, with spaces between."
+        ),
     ] = "",
     keep_out: Annotated[
         bool, typer.Option("--keep-out", help="No robot enters it from now on.")

@@ -110,7 +110,7 @@ def again(report: dict[str, Any]) -> str:
     """How to go on with an interrupted search, in a sentence; empty for any other."""
     if report.get("state") != SearchState.INTERRUPTED.value:
         return ""
-    return f"The last search was {report['reason']}. Go on with it: onemap search --again"
+    return f"The last search was {report['reason']}. Continue it with 'onemap search --again'."
 
 
 def interrupted(gateway: Client) -> str:

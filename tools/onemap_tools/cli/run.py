@@ -30,7 +30,12 @@ Objects = Annotated[
     typer.Option(help="Names or sentences, separated by commas; by default what the scene has."),
 ]
 PagePort = Annotated[
-    int, typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any.")
+    int,
+    typer.Option(
+        min=0,
+        max=65535,
+        help=f"Port of the live page; 0: {DEFAULT_PORT}, or any free one if headless.",
+    ),
 ]
 Headless = Annotated[
     bool | None,

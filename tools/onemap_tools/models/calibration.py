@@ -212,7 +212,7 @@ def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
     for floor in FLOORS:
         if np.mean(scores >= floor) <= MAX_FALSE_POSITIVE_RATE:
             return floor
-    raise ValueError("no floor keeps unrelated words unanswered: scores of this encoder say little")
+    raise ValueError("no floor keeps out unrelated words: scores of this encoder say little")
 
 
 def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | int | None]:

@@ -41,8 +41,8 @@ ALLOWANCE_BYTES = 1_000_000_000
 CGROUP = Path("/sys/fs/cgroup")
 TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
 UNCALIBRATED = (
-    "Scores of this encoder are not fitted with labels: everyday words compete with each text, and "
-    "what control words score on the map is no answer (docs/encoders.md)."
+    "Scores of this encoder are not fitted with labels: each text competes with everyday words "
+    "and counts only above what control words score on the map (docs/encoders.md)."
 )
 
 
@@ -227,7 +227,7 @@ def _check_disk(wanted: Sequence[WantedModel]) -> None:
     if missing > free:
         raise CliError(
             f"The models need {missing / GIGABYTE:.1f} GB of disk and {there} has "
-            f"{free / GIGABYTE:.1f} GB free: make room, or set HF_HOME to a larger disk"
+            f"{free / GIGABYTE:.1f} GB free: make room, or set HF_HOME to a larger disk."
         )
 
 
@@ -235,7 +235,7 @@ def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
     """Print licence, size and what is missing of every model."""
     for each in wanted:
         if each.model is None or each.listing is None:
-            own = f"{each.params.model}: your own files; their licence is yours to know"
+            own = f"{each.params.model}: your own files: see to their licence yourself"
             console.print(own, soft_wrap=True)
             continue
         stated = each.listing.licence

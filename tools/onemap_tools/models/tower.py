@@ -39,13 +39,13 @@ def export_encoder(
     """
     if isinstance(config, MiniParams):
         raise CliError(
-            f"The encoder {config.backend} runs in onnxruntime already", EXIT_USAGE_ERROR
+            f"The encoder {config.backend} runs in onnxruntime already.", EXIT_USAGE_ERROR
         )
     if isinstance(config, PluginEncoderParams):
-        raise CliError("The package of the encoder alone can export it", EXIT_USAGE_ERROR)
+        raise CliError("Only the package of this encoder can export it.", EXIT_USAGE_ERROR)
     if isinstance(config, RadioParams):
         raise CliError(
-            "RADIO runs code from its model folder, which OneMap cannot export", EXIT_USAGE_ERROR
+            "RADIO runs code from its model folder, which OneMap cannot export.", EXIT_USAGE_ERROR
         )
     plain = config.model_copy(update={"device": "cpu", "exported": None, "channels": 0})
     with model_errors():

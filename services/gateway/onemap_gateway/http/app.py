@@ -166,8 +166,8 @@ async def _on_http(request: Request, error: Exception) -> Response:
     elif error.status_code == 400:  # FastAPI could not read the body
         problem = HttpProblem(
             "not_json",
-            "The body cannot be read as JSON: write it in UTF-8, and no thousands of brackets "
-            "within each other or of digits.",
+            "The body cannot be read as JSON: write it in UTF-8, without thousands of nested "
+            "brackets or of digits.",
         )
     else:
         problem = HttpProblem("http", str(error.detail), status=error.status_code)

@@ -37,7 +37,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "method_not_allowed": (405, "This address does not take this method"),
     "slow_body": (408, "The body did not arrive in time"),
     "conflict": (409, "Another search is under way"),
-    "nothing_left": (409, "All of this search was found"),
+    "nothing_left": (409, "Everything in this search was found"),
     "keep_out": (409, "A keep-out zone is in the way"),
     "no_robot": (409, "A recording moves no robot"),
     "empty_map": (409, "The map is empty"),
@@ -261,7 +261,7 @@ PROBLEM_STATUSES = {
     "another encoder.",
     421: "The gateway does not answer to this host name.",
     422: "The request cannot be understood, the map does not know a place (`places` are those that "
-    "it knows), or the encoder no word (`words` names each, with the known ones nearest to it).",
+    "it knows), or the encoder does not know a word (`words`, each with its nearest known ones).",
     500: "The gateway failed; its log says why.",
     501: "The gateway was installed without this part.",
     502: "A service failed; `service` names it.",

@@ -85,7 +85,7 @@ class SharedResults:
         except asyncio.TimeoutError:  # of Python 3.10; later it is the builtin one
             raise HttpProblem(
                 "busy",
-                f"The gateway draws {AT_ONCE} images at once, and has others to draw: try again.",
+                f"The gateway draws at most {AT_ONCE} images at once, and is busy: try again.",
                 service="gateway",
             ) from None
         try:

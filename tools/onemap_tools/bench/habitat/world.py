@@ -107,7 +107,7 @@ def habitat_sim() -> Any:
             f"Habitat-Sim cannot be imported ({problem}): build it (MIT licence) for this Python "
             "from github.com/facebookresearch/habitat-sim, because its conda packages are for "
             "Python 3.9 and OneMap needs 3.10, and get the HM3D scenes from Matterport, whose "
-            "terms allow academic use only"
+            "terms allow academic use only."
         ) from problem
 
 

@@ -63,9 +63,8 @@ PICTURE = content(
 )
 HEIGHTS = content(
     "image/png",
-    "Grey: decimetres above the floor, within 1, up to which what stands in an occupied cell was "
-    "seen; 22 also for what is higher, 0 elsewhere and where it is not known. `X-OneMap-Bounds` as "
-    "of the map.",
+    "The grey value is the height in decimetres, within 1, of what stands in an occupied cell; 22: "
+    "that or more, 0: elsewhere, or not known. `X-OneMap-Bounds` as of the map.",
     format="binary",
 )
 ARCHIVE = content(
@@ -116,7 +115,7 @@ async def get_map_picture(gateway: GatewayDep, how: DrawingDep, text: Text = Non
 
 @router.post(
     "/map.png",
-    summary="The map as an image, with the similarity to an image",
+    summary="The map as an image, with similarity",
     response_class=Response,
     responses={200: PICTURE, **problem_responses(409, 422, 503)},
 )

@@ -127,7 +127,7 @@ async def start_search(
     responses={
         200: {
             "model": SearchSnapshot,
-            "description": "It was gone on with before, as this search.",
+            "description": "It was continued before, as this search.",
         },
         201: LOCATION,
         **problem_responses(404, 409, 422, 503),

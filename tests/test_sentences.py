@@ -1,0 +1,44 @@
+"""House rules for every sentence that the product says."""
+
+from __future__ import annotations
+
+import re
+
+from tests.sentences import WORD, Said, sentences
+
+LONG = 10  # words from which a text that begins as a sentence is one, and no title
+# The project's own words for things that have a name in the field, and metaphors.
+PRIVATE = re.compile(
+    r"\b(quest|pursuit|helm|glow|footing|shun\w*|dead ends?|whoever holds|of then|gone on with)\b",
+    re.IGNORECASE,
+)
+
+
+def breaking(rule: re.Pattern[str]) -> list[str]:
+    return [str(said) for said in SAID if rule.search(said.text)]
+
+
+SAID: list[Said] = sentences()
+
+
+def test_the_list_has_the_sentences_of_every_part() -> None:
+    assert len(SAID) > 1000
+    parts = {said.file.split("/")[1] if said.file.startswith("services") else said.file[:5]
+             for said in SAID}  # fmt: skip
+    assert parts >= {"planner", "gateway", "mapper", "perception", "simulator", "ros2"}
+    assert parts >= {"clien", "tools", "share"}
+    assert any(said.file.endswith(".js") for said in SAID)
+    assert any(said.file.endswith(".html") for said in SAID)
+
+
+def test_no_word_is_private() -> None:
+    assert breaking(PRIVATE) == []
+
+
+def test_spaces_and_signs_stand_where_they_belong() -> None:
+    assert breaking(re.compile(r"\S {2,}\S|\s[,;:!?](\s|$)|\.\.(?!\.)(?<!\.\.\.)|[,;]{2}")) == []
+
+
+def test_a_long_text_that_begins_as_a_sentence_ends_as_one() -> None:
+    long = [s for s in SAID if s.text[:1].isupper() and len(WORD.findall(s.text)) >= LONG]
+    assert [str(said) for said in long if not re.search(r"[.?!:…})'\"]$", said.text)] == []
