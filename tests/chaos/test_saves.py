@@ -44,6 +44,7 @@ def large_map() -> MapSnapshot:
         confidence=ones,
         searched=ones,
         explored=None if small.explored is None else ones,
+        colours=None,
         heights=None,  # of the small map's cells, as where they were seen from
         seen=None,
     )

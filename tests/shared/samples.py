@@ -73,7 +73,7 @@ SAMPLES: tuple[Any, ...] = (
     m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123, frame_ns=99),
     m.FeatureField(
         7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),
-        np.full((6, 8), 1500, np.uint16), CAMERA, POSE,
+        np.full((6, 8), 1500, np.uint16), CAMERA, POSE, colours=np.full((2, 3, 3), 99, np.uint8),
     ),
     m.Detections(
         7, 123, "patches", ("sofa", "sofa"), f32(2, 4), f32(2), f32(3, 3),

@@ -18,9 +18,11 @@ from onemap_shared.messages.checks import (
     Shape,
     Share,
     cleaned,
+    expect,
     finite,
     items,
     within,
+    without,
 )
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
@@ -42,6 +44,7 @@ class FeatureField(Message):
             pixel.
         depth_mm: (H, W) depth as in the frame: millimetres, 0 = no return.
         world: of the frame.
+        colours: (h, w, 3) mean colour of each patch, as ``colours.packed``; (0, 0, 3): not sent.
     """
 
     sequence: int
@@ -54,8 +57,11 @@ class FeatureField(Message):
     intrinsics: Intrinsics
     T_map_camera: Pose
     world: Name = ""
+    colours: Annotated[U8, Shape(None, None, 3)] = without(np.uint8, 0, 0, 3)
 
     def _check(self) -> None:
+        if self.colours.size:
+            expect(self.colours, "colours", np.uint8, (*self.features.shape[:2], 3))
         if self.features.size == 0 or self.depth_mm.size == 0:
             raise ValueError("the feature field is empty")
         self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])

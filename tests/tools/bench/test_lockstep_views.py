@@ -124,7 +124,11 @@ class World:
         features = torch.from_numpy(unit_rows(self.rng, len(cells)))
         if self.belief.dimension == 0:
             self.belief.set_encoder("encoder-a", "space-a", CHANNELS)
-        self.belief.put_in(FeatureShare(cells, features, c, c, heights))
+        self.belief.put_in(
+            FeatureShare(
+                cells, features, c, c, heights, np.full((len(cells), 3), np.nan, np.float32)
+            )
+        )
 
     def ask(self, request: m.SearchViewRequest, *, lost: bool) -> None:
         """A reply travels to the caller, or is lost on the way."""

@@ -80,9 +80,9 @@ def map_of(cells: int, params: MapParams, seed: int) -> BeliefMap:
     for first in range(0, cells, 4096):
         some = where[first : first + 4096]
         ones = np.ones(len(some))
-        heights = np.zeros((len(some), LEVELS), np.float32)
+        heights, colours = (np.zeros((len(some), k), np.float32) for k in (LEVELS, 3))
         features = _unit(len(some), generator)
-        belief.put_in(FeatureShare(some, features, ones, ones, heights))
+        belief.put_in(FeatureShare(some, features, ones, ones, heights, colours))
     return belief
 
 

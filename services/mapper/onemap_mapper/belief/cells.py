@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -32,6 +33,13 @@ from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.transfers import to_device
 from onemap_shared.geometry import F32, F64, I64
+
+
+def _mixed(colours: F32, new: F32, K: F32) -> F32:
+    """Colours (n, 3) moved by gains (n,) towards new ones; where one is not known, the other."""
+    mean: F32 = colours + K[:, None] * (new - colours)
+    return np.where(np.isnan(colours), new, np.where(np.isnan(new), colours, mean))
+
 
 TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
 
@@ -64,19 +72,21 @@ def searched_row(robot: int) -> int:
 
 @compiled
 def fuse_slots(
-    held: tuple[F64, F32, I64, I64],
-    frame: tuple[I64, F32, F32],
+    held: tuple[F64, F32, F32, I64, I64],
+    frame: tuple[I64, F32, F32, F32],
     counts_for: F32,
     most: float,
     revision: int,
 ) -> tuple[F32, I64]:
     """Fuse all of an observation but its features.
 
-    held: confidences (rows, slots), heights, and when slots and groups of them changed; frame:
-    distinct slots (n,), confidence (n,), heights (n, LEVELS), or (0, LEVELS): not known; counts_for
-    (rows,): how often; most: as ``max_prior``. Returns the gains (n,) and ``seeds`` (n,).
+    held: confidences (rows, slots), heights, colours, and when slots and groups of them changed;
+    frame: distinct slots (n,), confidence (n,), heights (n, LEVELS) and colours (n, 3), or none of
+    them: not known; counts_for (rows,): how often; most: as ``max_prior``. Returns the gains (n,)
+    and ``seeds`` (n,).
     """
-    (confidence, heights, changed_at, group_changed_at), (slots, new, shares) = held, frame
+    confidence, heights, colours, changed_at, group_changed_at = held
+    slots, new, shares, lab = frame
     K, seed = np.empty(len(slots), np.float32), np.empty(len(slots), np.int64)
     bits = confidence[0].view(np.int64)
     for k in range(len(slots)):
@@ -88,11 +98,30 @@ def fuse_slots(
                 before = heights[slot, level]
                 after = before + K[k] * (shares[k, level] - before)
                 heights[slot, level] = max(after, np.float32(0))
+        if len(lab):
+            for channel in range(3):
+                before, seen = colours[slot, channel], lab[k, channel]
+                colours[slot, channel] = (
+                    seen if np.isnan(before) else before + K[k] * (seen - before)
+                )
         for row in range(len(counts_for)):
             if counts_for[row] > 0:
                 confidence[row, slot] += counts_for[row] * new[k]
         changed_at[slot] = group_changed_at[slot // GROUP] = revision
     return K, seed
+
+
+class BesideFeature(NamedTuple):
+    """What an observation of n cells shows beside their features, or arrays without rows.
+
+    heights (n, LEVELS) float32: shares of confidence by level; colours (n, 3) float32, Lab.
+    """
+
+    heights: F32
+    colours: F32
+
+
+NOT_KNOWN = BesideFeature(np.zeros((0, LEVELS), np.float32), np.zeros((0, 3), np.float32))
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +130,7 @@ class FeatureShare:
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
     any precision; confidence and explored (n,) float64, the sums of c, and of that of keyframes;
-    heights (n, LEVELS) float32, shares.
+    heights (n, LEVELS) float32, shares; colours (n, 3) float32, Lab, NaN: not known.
     """
 
     cells: I64
@@ -109,6 +138,7 @@ class FeatureShare:
     confidence: F64
     explored: F64
     heights: F32
+    colours: F32
 
 
 class CellStore:
@@ -139,11 +169,12 @@ class CellStore:
         self._changed_at = np.zeros(0, np.int64)
         self._group_changed_at = np.zeros(0, np.int64)  # the newest of each group of slots
         self._heights = np.zeros((0, LEVELS), np.float32)  # shares by level
+        self._colours = np.zeros((0, 3), np.float32)  # Lab, NaN: not known
 
     @property
     def nbytes(self) -> int:
         per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
-        held = sum(array.nbytes for array in (*per_slot, self._heights))
+        held = sum(array.nbytes for array in (*per_slot, self._heights, self._colours))
         return held + sum(block.nbytes for block in self._blocks)
 
     @property
@@ -195,6 +226,11 @@ class CellStore:
         """Shares (count, LEVELS) of height of all slots; not to be written."""
         return self._heights[: self.count]
 
+    @property
+    def colours(self) -> F32:
+        """Mean colours (count, 3) of all slots, Lab, NaN: not known; not to be written."""
+        return self._colours[: self.count]
+
     def new_slots(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
         first, self.count = self.count, self.count + len(cells)
@@ -213,6 +249,7 @@ class CellStore:
         self._group_changed_at = np.pad(self._group_changed_at, (0, groups))
         self._confidence = np.pad(self._confidence, ((0, 0), (0, extra)))
         self._heights = np.pad(self._heights, ((0, extra), (0, 0)))
+        self._colours = np.pad(self._colours, ((0, extra), (0, 0)), constant_values=np.nan)
 
     def fuse(
         self,
@@ -222,19 +259,19 @@ class CellStore:
         *,
         revision: int,
         views: Views = ONE_VIEW,
-        heights: F32 | None = None,
+        beside: BesideFeature = NOT_KNOWN,
     ) -> None:
         """Fuse an observation, confidence (n,) and, on the device, features (n, D) float32, into
         distinct slots.
 
-        views: how often it counts for searched and explored; heights (n, LEVELS): its shares of
-        height, None if they are not known.
+        views: how often it counts for searched and explored.
         """
         searched = self._searched_row(views.robot)
         counts_for = np.zeros(len(self._confidence), np.float32)
         counts_for[[0, searched, EXPLORED]] = 1.0, views.searched, views.explored
-        held = self._confidence, self._heights, self._changed_at, self._group_changed_at
-        frame = slots, confidence, self._heights[:0] if heights is None else heights
+        changed = self._changed_at, self._group_changed_at
+        held = self._confidence, self._heights, self._colours, *changed
+        frame = slots, confidence, *beside
         K, seed = fuse_slots(held, frame, counts_for, float(self.max_prior), revision)
         self._move(slots, features, K, seed)
 
@@ -267,6 +304,7 @@ class CellStore:
             self._move(slots[some], features, K[some], seeds(before[some]))
         known = self._heights[slots]
         self._heights[slots] = np.maximum(known + K[:, None] * (share.heights - known), 0)
+        self._colours[slots] = _mixed(self._colours[slots], share.colours, K)
         self._confidence[0, slots] += share.confidence
         self._confidence[EXPLORED, slots] += share.explored
         self._changed_at[slots] = revision

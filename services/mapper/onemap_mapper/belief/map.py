@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_mapper.belief.cells import CellStore, FeatureShare
+from onemap_mapper.belief.cells import BesideFeature, CellStore, FeatureShare
 from onemap_mapper.belief.tiles import NO_ROW, ChangeLog, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVersion
 from onemap_mapper.belief.view_log import ViewLog
@@ -102,7 +102,7 @@ class BeliefMap:
             update.confidence,
             revision=self.revision,
             views=views,
-            heights=update.heights,
+            beside=BesideFeature(update.heights, update.colours),
         )
         self.changes.mark(rows)
         self.view_log.record(
@@ -220,6 +220,7 @@ class BeliefMap:
             assumed=shared.assumed.copy(),
             clear=shared.clear.copy(),
             heights=shared.heights.copy(),
+            colours=shared.colours.copy(),
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
         )
@@ -239,6 +240,7 @@ class BeliefMap:
             drops=self.occupancy.drops(),
             confidences=self.store.confidences(slice(0, self.store.count)),
             heights=self.store.heights,
+            colours=self.store.colours,
             view_log=self.view_log,
         )
 

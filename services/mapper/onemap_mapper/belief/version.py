@@ -13,6 +13,7 @@ from onemap_mapper.belief.tiles import TileIndex
 from onemap_mapper.belief.view_log import Keyframes, ViewLog, Views
 from onemap_mapper.frame.update import FrameUpdate
 from onemap_mapper.occupancy.heights import tops_dm
+from onemap_shared.colours import likeness
 from onemap_shared.geometry import F32, F64, I32, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy
@@ -90,8 +91,8 @@ class MapVersion:
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
     ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
     once, or it is assumed; drops: there is no floor. By slots: confidences
-    (3 + further robots, count) float32, as ``CellStore.confidences``; heights (count, LEVELS)
-    float32. A cell is explored below ``explored_variance``.
+    (3 + further robots, count) float32, as ``CellStore.confidences``; heights (count, LEVELS) and
+    colours (count, 3) float32, as there. A cell is explored below ``explored_variance``.
 
     It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
     """
@@ -108,6 +109,7 @@ class MapVersion:
     drops: Bool
     confidences: F32
     heights: F32
+    colours: F32
     view_log: ViewLog
     robot: int = 0
 
@@ -127,8 +129,9 @@ class MapVersion:
     @property
     def nbytes(self) -> int:
         rows = (self.slots, self.occupancy, self.assumed, self.clear, self.drops)
+        cells = (self.confidences, self.heights, self.colours)
         logs = self.tiles.nbytes + self.view_log.nbytes
-        return sum(each.nbytes for each in (*rows, self.confidences, self.heights)) + logs
+        return sum(each.nbytes for each in (*rows, *cells)) + logs
 
     def of_robot(self, robot: int) -> MapVersion:
         """The same revision for another robot."""
@@ -172,6 +175,11 @@ class MapVersion:
         tops[rows] = tops_dm(self.heights[self.slots[rows]])
         dense: U8 = self._dense(tops, 0)
         return dense
+
+    def likeness(self, colour: str) -> F32 | None:
+        """How well each cell's colour is the named one, (nx, ny) in [0, 1], NaN where it is not
+        known; None without a name."""
+        return self.to_grid(likeness(self.colours, colour)) if colour else None
 
     def to_grid(self, per_slot: F32) -> F32:
         """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""

@@ -16,12 +16,13 @@ from torch import Tensor
 from onemap_mapper.frame.blur import blur_kernel
 from onemap_mapper.frame.camera_check import DepthDiagnostics, camera_view, diagnose_depth
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.projection import project
+from onemap_mapper.frame.projection import SparseRows, project
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
 from onemap_mapper.occupancy.heights import cell_heights
 from onemap_mapper.occupancy.image import occupancy_update
 from onemap_mapper.params import MapParams
-from onemap_shared.geometry import F32, F64, I64
+from onemap_shared.colours import unpacked
+from onemap_shared.geometry import F32, F64, I64, U8
 from onemap_shared.messages import CameraView, FeatureField
 
 
@@ -31,7 +32,7 @@ class FrameUpdate:
 
     cells (n, 2) int64 world cells with features (n, D) float32, on the device of the map, and
     confidence (n,) float32; heights (n, LEVELS) float32: shares of confidence by level of height;
-    depth is None if not diagnosed.
+    colours (n, 3) float32: Lab, (0, 3) if the field has none; depth is None if not diagnosed.
     """
 
     sequence: int
@@ -43,6 +44,7 @@ class FrameUpdate:
     features: Tensor
     confidence: F32
     heights: F32
+    colours: F32
     occupancy: OccupancyUpdate
     depth: DepthDiagnostics | None
     camera: CameraView
@@ -68,11 +70,13 @@ def compute_update(field: FeatureField, params: MapParams, *, diagnose: bool = T
     h, w, dimension = field.features.shape
     patches = torch.tensor(field.features, device=params.torch_device).float()
     features = weights.rows.times(patches.view(h * w, dimension))
+    colours = _colours(field.colours, weights.rows)
     cells, confidence = weights.cells, weights.confidence
     if params.blur_half_width_cells:
         kernel = blur_kernel(cells, camera_xy_m=field.T_map_camera[:2, 3], params=params)
         cells, features = kernel.cells, kernel.rows.times(features)
         confidence = kernel.confidence(confidence)
+        colours = kernel.rows.times(colours) if len(colours) else colours
     n = -(-len(depth_m) // params.occupancy_max_rows)  # of so many rows and columns one is read
     cloud = PointCloud.of(
         depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera, stride=n
@@ -87,7 +91,17 @@ def compute_update(field: FeatureField, params: MapParams, *, diagnose: bool = T
         features=features,
         confidence=confidence,
         heights=cell_heights(cloud, field.variance[::n, ::n].copy(), cells, params),
+        colours=(colours[:, :3] / colours[:, 3:]).numpy(),
         occupancy=occupancy_update(cloud, params),
         depth=diagnose_depth(cloud) if diagnose else None,
         camera=camera_view(field),
     )
+
+
+def _colours(colours: U8, rows: SparseRows) -> Tensor:
+    """The product of the rows with the colours of the patches (h, w, 3), and with ones (n, 4):
+    rows of the blur sum to less than 1, which divides a mean. (0, 4) without colours."""
+    if not colours.size:
+        return torch.zeros((0, 4))
+    lab = unpacked(colours.reshape(-1, 3))
+    return rows.times(torch.from_numpy(np.pad(lab, ((0, 0), (0, 1)), constant_values=1)))

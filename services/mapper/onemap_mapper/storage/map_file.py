@@ -114,6 +114,7 @@ FORMS: dict[str, tuple[tuple[str, ...], tuple[str | int, ...]]] = {
     "clear": (("uint8",), ("m",)),
     "explored": (("float32",), ("n",)),
     "heights": (("float32",), ("n", LEVELS)),
+    "colours": (("uint8",), ("n", 3)),
     "view_poses": (("float64",), ("views", 3)),
     "best_view": (("int32",), ("n",)),
     "view_confidence": (("float32",), ("n",)),
@@ -121,7 +122,7 @@ FORMS: dict[str, tuple[tuple[str, ...], tuple[str | int, ...]]] = {
 }
 # Arrays that files of earlier releases do not have; earlier releases leave them unread.
 SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
-ADDED = ("explored", "heights", *SEEN)
+ADDED = ("explored", "heights", "colours", *SEEN)
 ARRAYS = tuple(name for name in FORMS if name not in ADDED)
 
 
@@ -269,7 +270,7 @@ def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | 
 
 
 def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
-    names = [*(name for name in ARRAYS if name != "features"), "explored", "heights"]
+    names = [name for name in FORMS if name != FEATURES and name not in SEEN]
     arrays = {name: getattr(snapshot, name) for name in names}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)

@@ -24,6 +24,7 @@ from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_cells
 from onemap_mapper.transfers import to_host
+from onemap_shared.colours import packed, unpacked
 from onemap_shared.geometry import I64
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS, MapDigest, Place
 
@@ -87,8 +88,9 @@ class MapSnapshot:
     driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8,
     0, 1 or ``ASSUMED``.
     objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
-    a release that counted all frames. heights (n, LEVELS) float32: shares of height; seen: from
-    where the cells were seen best, and when last; None in files of releases without them.
+    a release that counted all frames. heights (n, LEVELS) float32: shares of height; colours
+    (n, 3) uint8, as of ``colours.packed``; seen: from where the cells were seen best, and when
+    last; None in files of releases without them.
     places: what people named.
     """
 
@@ -103,6 +105,7 @@ class MapSnapshot:
     objects: ObjectMemory = NO_OBJECTS
     explored: NDArray[np.float32] | None = None
     heights: NDArray[np.float32] | None = None
+    colours: NDArray[np.uint8] | None = None
     seen: SeenFrom | None = None
     places: tuple[Place, ...] = ()
 
@@ -110,9 +113,9 @@ class MapSnapshot:
     def nbytes(self) -> int:
         """Bytes of the arrays with all features, nearly the size of the file."""
         features = len(self.cells) * self.header.dimension * self.features.itemsize
-        cells = (self.cells, self.confidence, self.searched, self.explored, self.heights, self.seen)
+        cells = (self.cells, self.confidence, self.searched, self.explored, self.heights)
         driving = (self.driving_cells, self.evidence, self.clear)
-        arrays = (array for array in (*cells, *driving) if array is not None)
+        arrays = (each for each in (*cells, self.colours, self.seen, *driving) if each is not None)
         return features + sum(array.nbytes for array in arrays)
 
     def known_heights(self) -> NDArray[np.float32]:
@@ -120,6 +123,12 @@ class MapSnapshot:
         if self.heights is not None:
             return self.heights
         return np.zeros((len(self.cells), LEVELS), np.float32)
+
+    def known_colours(self) -> NDArray[np.float32]:
+        """Colours (n, 3), Lab, NaN where they are not known."""
+        if self.colours is not None:
+            return unpacked(self.colours)
+        return np.full((len(self.cells), 3), np.nan, np.float32)
 
 
 def take(
@@ -170,6 +179,7 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         clear=clear * np.uint8(1) + assumed,
         explored=store.explored_confidence,
         heights=store.heights.copy(),
+        colours=packed(store.colours),
         seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
     )
 
@@ -256,8 +266,8 @@ def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarMotion) -> 
     features = np.asarray(taken.features)
     if moved != NO_MOTION:  # else as they lie there: a copy takes the memory of a map
         features = features[source]
-    heights = taken.known_heights()[source]
-    return FeatureShare(cells, torch.from_numpy(features), confidence, seen, heights)
+    heights, colours = taken.known_heights()[source], taken.known_colours()[source]
+    return FeatureShare(cells, torch.from_numpy(features), confidence, seen, heights, colours)
 
 
 def _seen(seen: SeenFrom, moved: PlanarMotion) -> SeenFrom:

@@ -1,0 +1,109 @@
+"""The mean colour of each cell: fused, merged, in files, and what it says of a coloured object."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import ViewReplies, search_view, similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.planar_motion import PlanarMotion
+from onemap_mapper.storage.snapshot import merge_into, restore, take
+from onemap_planner.world.map_view import after
+from onemap_shared import messages as m
+from onemap_shared.colours import lab_of, packed
+from onemap_shared.geometry import F32
+from tests.mapper import scenes
+
+SOFA, WALL = np.eye(16, dtype=np.float32)[:2]
+RED, BLUE, GREY = (
+    lab_of(np.array(rgb, np.uint8)) for rgb in ((180, 30, 30), (40, 70, 180), 3 * [130])
+)
+QUERY = TextQuery("sofa", torch.from_numpy(np.stack([SOFA, WALL])), 30.0)
+
+
+def seen(sequence: int, colour: F32 | None, x_m: float = 0.0) -> m.FeatureField:
+    """A sofa of this colour, None: not told, before grey walls."""
+    features = np.tile(WALL, (6, 8, 1))
+    features[2:4, 3:5] = SOFA
+    field = scenes.field(sequence, scenes.pose(x_m), features=features)
+    if colour is None:
+        return field
+    colours = np.tile(GREY, (6, 8, 1))
+    colours[1:5, 2:6] = colour
+    return replace(field, colours=packed(colours))
+
+
+def best_score(belief: BeliefMap, colour: str) -> float:
+    request = m.SimilarityRequest("sofa", detail=m.Detail(colour=colour))
+    return similarity_reply(MapScores(belief).of([QUERY]), request=request).best_score
+
+
+def test_a_mean_colour_of_one_colour_is_it_whatever_the_blur() -> None:
+    field = replace(seen(0, None), colours=packed(np.tile(RED, (6, 8, 1))))
+    colours = compute_update(field, scenes.params()).colours
+    np.testing.assert_allclose(colours, np.tile(RED, (len(colours), 1)), atol=0.6)
+
+
+def test_colours_are_fused_as_features_are() -> None:
+    both = scenes.mapped(seen(0, RED), seen(1, BLUE)).store.colours
+    one, other = (scenes.mapped(seen(0, colour)).store.colours for colour in (RED, BLUE))
+    np.testing.assert_allclose(both, (one + other) / 2, atol=1e-3)
+
+
+def test_a_view_without_colours_leaves_what_is_known_of_them() -> None:
+    known = scenes.mapped(seen(0, RED)).store.colours
+    np.testing.assert_array_equal(scenes.mapped(seen(0, RED), seen(1, None)).store.colours, known)
+    np.testing.assert_array_equal(scenes.mapped(seen(0, None), seen(1, RED)).store.colours, known)
+
+
+@pytest.mark.parametrize("stands", ["red", "blue"])
+def test_a_coloured_thing_is_found_only_where_its_colour_is(stands: str) -> None:
+    belief = scenes.mapped(seen(0, RED if stands == "red" else BLUE))
+    other = "blue" if stands == "red" else "red"
+    assert best_score(belief, stands) > 0.8
+    assert best_score(belief, other) < 0.1
+
+
+def test_where_no_colour_is_known_any_will_do() -> None:
+    belief = scenes.mapped(seen(0, None))
+    assert best_score(belief, "blue") == best_score(belief, "")
+
+
+def test_a_view_and_its_changes_tell_the_same_likeness() -> None:
+    belief = scenes.mapped(seen(0, RED))
+    replies, request = ViewReplies(MapScores(belief), "map"), m.ViewChangesRequest("sofa")
+    plain = after(None, replies.reply(request, [QUERY]))
+    assert plain.whole().likeness.size == 0
+    request = replace(request, colour="red", have=plain.key)
+    view = after(None, replies.reply(request, [QUERY]))
+    belief.fuse(compute_update(seen(1, BLUE, 0.2), belief.params))
+    view = after(view, replies.reply(replace(request, have=view.key), [QUERY]))
+    whole = search_view(MapScores(belief).of([QUERY]), text="sofa", colour="red")
+    np.testing.assert_array_equal(view.whole().likeness, whole.likeness)
+
+
+def test_colours_are_in_the_file_and_need_not_be(tmp_path: Path) -> None:
+    belief, path = scenes.mapped(seen(0, RED)), tmp_path / "a.npz"
+    snapshot = take(belief)
+    for colours in (snapshot.colours, None):
+        map_file.write(replace(snapshot, colours=colours), path)
+        again = restore(map_file.read(path), belief.params, encoder_id="", first_revision=0)
+        known = (
+            belief.store.colours if colours is not None else np.full((again.store.count, 3), np.nan)
+        )
+        np.testing.assert_allclose(again.store.colours, known, atol=0.51)
+
+
+def test_colours_follow_a_merge() -> None:
+    ours, theirs = scenes.mapped(seen(0, None)), scenes.mapped(seen(0, RED))
+    merge_into(ours, take(theirs), PlanarMotion())
+    np.testing.assert_allclose(ours.store.colours, theirs.store.colours, atol=0.51)
