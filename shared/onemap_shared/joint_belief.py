@@ -8,6 +8,7 @@ anchor with A(y) and the place mask M(x):
 
 with k = 1 up to the relation's reach r and 2^-((d - r) / f)^2 beyond. Cells that nobody has looked
 at from near have at least ``DRAW`` M(x) product of K(x): there the anchor alone speaks.
+Where a colour is said, J is multiplied with how well the mean colour of the cell is it.
 """
 
 from __future__ import annotations
@@ -102,19 +103,22 @@ class JointBelief:
     """How a description fits each cell, for every similarity of the target.
 
     fits (nx, ny): M(x) product of K(x), in [0, 1]; guidance (nx, ny): mean rank of target and
-    anchors, where the places allow it.
+    anchors, where the places allow it; likeness (nx, ny): of the cell's colour, 1 where any will
+    do; located: whether anything is said of where the target is.
     """
 
     fits: F32
     guidance: F32
+    likeness: F32
+    located: bool
 
     def similarity(self, target: F32, looked: Bool | None = None) -> F32:
         """J (nx, ny) of a target of similarity (nx, ny).
 
         looked (nx, ny): cells where the target would have been seen; None: all of them.
         """
-        found: F32 = target * self.fits
-        if looked is not None:
+        found: F32 = target * self.fits * self.likeness
+        if looked is not None and self.located:
             drawn = np.isfinite(found) & ~looked
             found[drawn] = np.maximum(found, np.float32(DRAW) * self.fits)[drawn]
         return found
@@ -127,10 +131,12 @@ def joint_belief(
     *,
     places: F64,
     cell_size_m: float,
+    likeness: F32 | None = None,
 ) -> JointBelief:
     """The belief in a target that is described.
 
-    anchors: of every anchor of the detail; places (nx, ny): as of ``place_weights``.
+    anchors: of every anchor of the detail; places (nx, ny): as of ``place_weights``; likeness
+    (nx, ny): of the cell's colour, NaN where it is not known, None: any colour.
     """
     fits = places.astype(np.float32)
     for relation in detail.relations:
@@ -138,7 +144,8 @@ def joint_belief(
             fits *= relation_belief(relation.kind, anchors[name].similarity, cell_size_m)
     ranks = [target.guidance, *(anchors[name].guidance for name in detail.anchors)]
     guidance: F32 = (np.mean(ranks, axis=0) * places).astype(np.float32)
-    return JointBelief(fits, guidance)
+    known = np.ones_like(fits) if likeness is None else np.nan_to_num(likeness, nan=1.0)
+    return JointBelief(fits, guidance, known, detail.located)
 
 
 def place_masks(detail: Detail, places: MapPlaces, grid: GridSpec) -> dict[str, Bool]:

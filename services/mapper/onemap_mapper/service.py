@@ -227,7 +227,8 @@ class Mapper:
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
         scored = self._session.scores.of(self._compared(robot, request), robot.number)
-        return search_view(scored, text=request.text, negatives=len(request.negatives))
+        negatives, colour = len(request.negatives), request.colour
+        return search_view(scored, text=request.text, negatives=negatives, colour=colour)
 
     def view_changes(self, robot: MapRobot, request: ViewChangesRequest) -> ViewChanges:
         """What ``search_view`` replies, as the cells that changed since the caller's last view."""

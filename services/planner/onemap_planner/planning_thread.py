@@ -95,7 +95,8 @@ class ViewRequests:
 
     def _asked(self, request: SearchViewRequest, kept: AssembledView | None) -> AssembledView:
         have: ViewKey = NO_VIEW if kept is None else kept.key
-        question = ViewChangesRequest(request.text, request.rivals, have, request.negatives)
+        also = request.negatives, request.colour
+        question = ViewChangesRequest(request.text, request.rivals, have, *also)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
         try:
             made = after(kept, changes)

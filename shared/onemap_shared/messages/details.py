@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
+from onemap_shared.colours import RANGES
 from onemap_shared.messages.checks import Message, Word, cleaned, items
 from onemap_shared.messages.places import MAX_PLACES
 from onemap_shared.names import indefinite
@@ -14,6 +15,12 @@ MAX_NEGATIVES = 10  # names of what an object is not
 MAX_RELATIONS = 3  # of one object: "in the kitchen, on the table, next to the sink"
 
 
+def _check_colour(colour: str, name: str) -> None:
+    if colour and colour not in RANGES:
+        raise ValueError(f"{name} is {colour[:40]!r}; known are {', '.join(RANGES)}")
+
+
+Colour: TypeAlias = Annotated[str, _check_colour]
 Negatives: TypeAlias = Annotated[tuple[str, ...], items(MAX_NEGATIVES), cleaned("negative")]
 
 
@@ -55,14 +62,14 @@ class Detail(Message):
     """What is said of an object beside its name; all empty: nothing.
 
     Attributes:
-        colour: one of the grammar's words; checked in the picture of what was found.
+        colour: a name of ``colours.RANGES``; ranks cells, and is checked in the picture of a find.
         relations: all must hold.
         inside: names of places: it lies in one of them.
         outside: names of places: it lies in none of them.
         negatives: names of what it is not: they compete with its own.
     """
 
-    colour: str = ""
+    colour: Colour = ""
     relations: Annotated[tuple[Relation, ...], items(MAX_RELATIONS)] = ()
     inside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()
     outside: Annotated[tuple[str, ...], items(MAX_PLACES), cleaned("place")] = ()

@@ -26,7 +26,7 @@ from onemap_shared.messages.checks import (
     within,
     without,
 )
-from onemap_shared.messages.details import Negatives
+from onemap_shared.messages.details import Colour, Negatives
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
@@ -125,11 +125,13 @@ class SearchViewRequest(Message):
         text: name of the object, may be empty.
         rivals: other names that what looks like ``text`` may be.
         negatives: what it must not be: they compete with it, so that ``similarity`` is lower.
+        colour: of the object, a name of ``colours.RANGES``; empty: any.
     """
 
     text: Sought = ""
     rivals: Rivals = ()
     negatives: Negatives = ()
+    colour: Colour = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +153,8 @@ class SearchView(Message):
         tops_dm: (nx, ny) how high what stands in occupied cells reaches, in decimetres, 22 also
             for what is higher; 0 elsewhere, and where it is not known; (0, 0) from older mappers.
         map_id: as in ``MapRevision``; empty in a reply to ``SearchViewRequest``.
+        likeness: (nx, ny) how well each cell's colour is the request's, in [0, 1], NaN where it is
+            not known; (0, 0) without one, and from older mappers.
     """
 
     text: str
@@ -166,6 +170,7 @@ class SearchView(Message):
     calibrated: bool = True
     tops_dm: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
     map_id: str = ""
+    likeness: Annotated[F32, Shape(None, None)] = without(np.float32, 0, 0)
 
     def _check(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
@@ -357,12 +362,14 @@ class ViewChangesRequest(Message):
         rivals: other names that what looks like ``text`` may be.
         have: the key of the newest reply that was taken in; empty: send everything.
         negatives: what it must not be.
+        colour: of the object; empty: any.
     """
 
     text: Sought = ""
     rivals: Rivals = ()
     have: ViewKey = NO_VIEW
     negatives: Negatives = ()
+    colour: Colour = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -383,11 +390,13 @@ class ViewChanges(Message):
         occupancy: (n,) values of ``Occupancy`` of the changed cells, in the order of the bits.
         layers: (n,) bits of ``Layer``.
         values: (p, m) of those of the n cells that are observed: score in [0, 1], cosine, or
-            again a score that is no probability, and with rivals the score of the best of them;
-            p is 0 without a text, and in a map without features.
+            again a score that is no probability, with rivals the score of the best of them, and
+            with a colour its likeness, NaN where the cell's is not known; p is 0 without a text,
+            and in a map without features.
         rank_limits: (254,) ascending: the rank of the second value among all observed cells is 1
             and the number of limits below it; (0,) without values.
         calibrated: whether scores are probabilities; else only their order means anything.
+        coloured: whether the last of the values is a likeness.
     """
 
     text: str
@@ -404,14 +413,16 @@ class ViewChanges(Message):
     values: Annotated[F32, Shape(None, None)]
     rank_limits: F32 = without(np.float32, 0)
     calibrated: bool = True
+    coloured: bool = False
 
     def _check(self) -> None:
         changed = int(np.unpackbits(self.cells).sum())
         expect(self.occupancy, "occupancy", np.uint8, (changed,))
         expect(self.layers, "layers", np.uint8, (changed,))
         observed = int(np.count_nonzero(self.layers & Layer.OBSERVED))
-        if len(self.values) not in (0, 2, 3):
-            raise ValueError(f"values has {len(self.values)} rows; expected 0, 2 or 3")
+        rows = len(self.values) - self.coloured
+        if rows not in (0, 2, 3):
+            raise ValueError(f"values has {rows} rows beside a likeness; expected 0, 2 or 3")
         if len(self.values):
             expect(self.values, "values", np.float32, (len(self.values), observed))
         limits = RANKS - 1 if len(self.values) else 0

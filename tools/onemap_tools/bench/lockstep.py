@@ -424,7 +424,8 @@ class LockstepSimulation:
         sought = (request.text, *request.negatives)
         texts = (*sought, *request.rivals) if request.text else ()
         have = NO_VIEW if kept is None else kept.key
-        question = ViewChangesRequest(request.text, request.rivals, have, request.negatives)
+        also = request.negatives, request.colour
+        question = ViewChangesRequest(request.text, request.rivals, have, *also)
         made = after(kept, self._replies.reply(question, [self._query(text) for text in texts]))
         self._views[request] = made
         return made

@@ -22,6 +22,7 @@ from onemap_mapper.query.regions import (
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
 from onemap_mapper.query.similarity import CellScores, TextQuery, against, guiding, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
+from onemap_shared.colours import likeness
 from onemap_shared.geometry import F32, U8
 from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_masks, place_weights
 from onemap_shared.messages import (
@@ -59,7 +60,7 @@ def similarity_reply(
     negatives, anchors = others[:count], others[count:]
     query = own.query
     grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
-    if request.detail.located:
+    if request.detail.located or request.detail.colour:
         grid_scores = _described(
             version, grid_scores, (own, *anchors), detail=request.detail, places=places
         )
@@ -103,7 +104,7 @@ def _described(
     detail: Detail,
     places: MapPlaces,
 ) -> F32:
-    """The scores (nx, ny) of the first text, joined with the belief in places and anchors."""
+    """The scores (nx, ny) of the first text, joined with the belief in places, anchors, colour."""
     masks = place_masks(detail, places, version.grid)
     target, *others = (_layers(version, text) for text in texts)
     joint = joint_belief(
@@ -112,6 +113,7 @@ def _described(
         detail,
         places=place_weights(detail, masks, version.grid),
         cell_size_m=version.grid.cell_size_m,
+        likeness=version.likeness(detail.colour),
     )
     return joint.similarity(scores)
 
@@ -180,11 +182,14 @@ def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuer
     )
 
 
-def search_view(scored: ScoredVersion, *, text: str, negatives: int = 0) -> SearchView:
+def search_view(
+    scored: ScoredVersion, *, text: str, negatives: int = 0, colour: str = ""
+) -> SearchView:
     """All layers over the map's bounding box, with the similarity if the text has scores.
 
     scored: with the scores of the text, then those of its ``negatives``, which compete with it,
-    then those of its rivals; ``rival`` holds each cell's best score over these.
+    then those of its rivals; ``rival`` holds each cell's best score over these. colour: of the
+    object, with which each cell's is compared.
     """
     version, similarity, rival, guidance = scored.version, NO_GRID, NO_GRID, NO_RANKS
     calibrated = True
@@ -211,6 +216,7 @@ def search_view(scored: ScoredVersion, *, text: str, negatives: int = 0) -> Sear
         guidance=guidance,
         calibrated=calibrated,
         tops_dm=version.obstacle_tops_dm(),
+        likeness=NO_GRID if (fits := version.likeness(colour)) is None else fits,
     )
 
 
@@ -272,10 +278,11 @@ class ViewReplies:
         queries: the text, then its negatives, then those of its rivals that are known; none in an
         empty map.
         """
-        negatives = len(request.negatives)
-        known = self._known(request.have, negatives)
+        negatives, colour = len(request.negatives), request.colour
+        kind = f"{negatives}{colour}"
+        known = self._known(request.have, kind)
         scored = self._scores.changes(queries, known, robot, negatives=negatives)
-        cells, query = scored.cells, _query_key(scored.serials, negatives)
+        cells, query = scored.cells, _query_key(scored.serials, kind)
         tiles, first = np.unique(cells.rows // AREA, return_index=True)
         changed = np.zeros((len(tiles), AREA), bool)
         owner = np.repeat(np.arange(len(tiles)), np.diff(np.append(first, len(cells.rows))))
@@ -293,27 +300,29 @@ class ViewReplies:
             cells=np.packbits(changed, axis=1),
             occupancy=cells.occupancy,
             layers=cells.layers,
-            values=_values(scored, negatives),
+            values=_values(scored, negatives, colour),
             rank_limits=scored.rank_limits,
             calibrated=scored.texts[0].query.has_probabilities if scored.texts else True,
+            coloured=bool(colour and scored.texts),
         )
 
-    def _known(self, have: ViewKey, negatives: int) -> KnownScores:
+    def _known(self, have: ViewKey, kind: str) -> KnownScores:
         """What a caller holds, as this map counts; nothing that fits if it is of another one."""
-        serials = _serials(have.query, negatives) if have.map_id == self.map_id else None
+        serials = _serials(have.query, kind) if have.map_id == self.map_id else None
         return KnownScores((-1,), -1) if serials is None else KnownScores(serials, have.number)
 
 
-def _query_key(serials: tuple[int, ...], negatives: int) -> str:
-    return ".".join(map(str, (negatives, *serials))) if serials else LAYERS_ONLY
+def _query_key(serials: tuple[int, ...], kind: str) -> str:
+    """kind: number of negatives, and colour."""
+    return ".".join(map(str, (kind, *serials))) if serials else LAYERS_ONLY
 
 
-def _serials(query: str, negatives: int) -> tuple[int, ...] | None:
-    """The serials of a query's key, None if it is no such key, or of other negatives."""
+def _serials(query: str, kind: str) -> tuple[int, ...] | None:
+    """The serials of a query's key, None if it is no such key, or of another kind."""
     if query == LAYERS_ONLY:
         return ()
-    count, *parts = query.split(".")
-    if count != str(negatives) or not all(part.isdecimal() for part in parts):
+    known, *parts = query.split(".")
+    if known != kind or not all(part.isdecimal() for part in parts):
         return None
     return tuple(map(int, parts))
 
@@ -326,12 +335,15 @@ def _competing(
     return (against(own, others[:negatives]) if negatives else own), others[negatives:]
 
 
-def _values(scored: ScoredChanges, negatives: int) -> F32:
-    """Score, cosine and the best rival's score (p, m) of the observed ones of the cells."""
+def _values(scored: ScoredChanges, negatives: int, colour: str) -> F32:
+    """Score, cosine, the best rival's score and the colour's likeness (p, m) of the observed ones
+    of the cells."""
     if not scored.texts:
         return np.zeros((0, 0), np.float32)
     own, rivals = _competing(scored.texts, negatives)
     rows = [own.scores, guiding(own)]
     if rivals:
         rows.append(np.max([rival.scores for rival in rivals], axis=0))
+    if colour:
+        rows.append(likeness(scored.cells.colours, colour))
     return np.stack(rows)

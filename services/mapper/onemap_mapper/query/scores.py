@@ -40,7 +40,8 @@ class ChangedCells:
     since: number of the earlier change, None: all cells that anything is known of; number: of the
     later one; places (tiles, 2): where each tile of the map lies, world cell // 64. By cell, in
     ascending order of rows: rows (n,) of the map's tiles; slots (n,), NO_SLOT where nothing is
-    observed; occupancy, values of ``Occupancy``; layers, bits of ``Layer``.
+    observed; occupancy, values of ``Occupancy``; layers, bits of ``Layer``; colours (m, 3), Lab, of
+    the observed ones.
     """
 
     revision: int
@@ -54,6 +55,7 @@ class ChangedCells:
     slots: I32
     occupancy: U8
     layers: U8
+    colours: F32
 
 
 def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> ChangedCells:
@@ -85,6 +87,7 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         slots=slots,
         occupancy=driving.states.values[rows],
         layers=layers,
+        colours=belief.store.colours[slots[observed]],
     )
 
 

@@ -29,6 +29,7 @@ from onemap_shared.messages import Occupancy, Relation, RelationKind
 from onemap_shared.names import same_name
 
 HOLDS = 0.5  # of the kernel, or of a place's weight
+UNLIKE = 0.1  # likeness of its cells' colours below which it has another one
 SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
@@ -70,7 +71,7 @@ def check_find(
     for name in description.detail.anchors:
         anchors[name] = _anchor(name, description, map_view, evidence, found_objects)
     parts = [_relation(each, candidate, anchors, map_view, evidence) for each in detail.relations]
-    parts += [*_places(cells, description), *_colour(candidate, detail.colour)]
+    parts += [*_places(cells, description), *_colour(candidate, cells, detail.colour, map_view)]
     parts += _not_excluded(candidate, cells, detail.negatives, map_view)
     held = {holds for holds, _ in parts}
     return FindCheck(
@@ -200,8 +201,15 @@ def _not_excluded(
             yield False if known.size else None, names
 
 
-def _colour(candidate: ObjectCandidate, colour: str) -> Iterator[Part]:
+def _colour(
+    candidate: ObjectCandidate, cells: I64, colour: str, map_view: MapView
+) -> Iterator[Part]:
+    """By its picture; where that does not tell, by the mean colours of its cells."""
     if colour:
         has, unchecked = has_colour(candidate.best_view, colour)
+        if (has is None or unchecked) and map_view.likeness is not None:
+            alike = float(np.median(np.nan_to_num(map_view.likeness[tuple(cells.T)], nan=UNLIKE)))
+            if not UNLIKE <= alike < HOLDS:
+                has, unchecked = alike >= HOLDS, ""
         told = f"colour not checked: {unchecked}" if unchecked else colour
         yield has, told if has else f"not {colour}"

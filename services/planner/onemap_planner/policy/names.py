@@ -48,7 +48,8 @@ def view_request(state: PlannerState) -> SearchViewRequest:
     if not search.target:
         return SearchViewRequest()
     rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
-    return SearchViewRequest(search.target, rivals, search.detail.negatives)
+    detail = search.detail
+    return SearchViewRequest(search.target, rivals, detail.negatives, detail.colour)
 
 
 def found_under_other_names(

@@ -25,8 +25,8 @@ class Description:
     """What is said of the object that is sought, and what the map shows of it.
 
     anchors: the layers of each other object that is named, on the grid of the map view; places
-    (nx, ny): as of ``place_weights``; joint: None if nothing says where the object is; shown: names
-    of the places that the map shows.
+    (nx, ny): as of ``place_weights``; joint: None if nothing that the map shows is said of the
+    object; shown: names of the places that the map shows.
     """
 
     detail: Detail
@@ -70,7 +70,13 @@ def described(
     shown = place_masks(detail, places, grid)
     weights = place_weights(detail, shown, grid)
     joint = None
-    if detail.located:
-        target = Layers(map_view.similarity, map_view.guidance)
-        joint = joint_belief(target, anchors, detail, places=weights, cell_size_m=grid.cell_size_m)
+    if detail.located or map_view.likeness is not None:
+        joint = joint_belief(
+            Layers(map_view.similarity, map_view.guidance),
+            anchors,
+            detail,
+            places=weights,
+            cell_size_m=grid.cell_size_m,
+            likeness=map_view.likeness,
+        )
     return Description(detail, anchors, weights, joint, shown.keys())

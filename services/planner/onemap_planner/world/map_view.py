@@ -61,6 +61,7 @@ class AssembledView:
     values: F32
     rank_limits: F32
     calibrated: bool = True
+    coloured: bool = False
 
     @property
     def map_id(self) -> str:
@@ -69,7 +70,7 @@ class AssembledView:
 
     def whole(self) -> SearchView:
         """The whole view, as the mapper replies to ``SearchViewRequest``."""
-        planes, nothing = len(self.values), np.zeros((0, 0), np.float32)
+        planes, nothing = len(self.values) - self.coloured, np.zeros((0, 0), np.float32)
         guidance, unseen = nothing.astype(np.uint8), nothing
         if planes:
             ranks = ranked(self.values[COSINE], self.rank_limits)
@@ -89,6 +90,7 @@ class AssembledView:
             guidance=guidance,
             calibrated=self.calibrated,
             map_id=self.map_id,
+            likeness=self.values[-1] if self.coloured else nothing,
         )
 
 
@@ -127,6 +129,7 @@ def after(view: AssembledView | None, changes: ViewChanges) -> AssembledView:
         values,
         changes.rank_limits,
         changes.calibrated,
+        changes.coloured,
     )
 
 
@@ -162,7 +165,9 @@ class MapView:
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
     guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed; scores float32 in
-    [0, 1], NaN where not observed: of an encoder without calibration, None of others.
+    [0, 1], NaN where not observed: of an encoder without calibration, None of others; likeness
+    float32 in [0, 1]: of the cell's colour to the object's, NaN where it is not known, None where
+    no colour is asked for.
     """
 
     grid: GridSpec
@@ -177,6 +182,7 @@ class MapView:
     margin: F32
     guidance: F32
     scores: F32 | None = None
+    likeness: F32 | None = None
 
     @property
     def promise(self) -> F32:
@@ -270,6 +276,7 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         margin=margin,
         guidance=guidance,
         scores=None if part.calibrated else similarity,
+        likeness=layer(part.likeness, np.nan) if part.likeness.size else None,
     )
 
 
@@ -290,7 +297,7 @@ def _cropped(view: PlanningView, box: I64) -> SearchView:
         return replace(view, grid=grid, occupancy=occupancy, layers=layers, values=values).whole()
     scores = {
         name: layer[part]
-        for name in ("similarity", "rival", "guidance")
+        for name in ("similarity", "rival", "guidance", "likeness")
         if (layer := getattr(view, name)).shape == view.grid.shape
     }
     return replace(view, grid=grid, occupancy=occupancy, layers=layers, **scores)
