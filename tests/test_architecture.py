@@ -54,6 +54,7 @@ IMPURE = {
     "logging",
     "multiprocessing",
     "onemap_shared.bus",
+    "onemap_shared.clock",
     "onemap_shared.config",
     "onemap_shared.runner",
     "onemap_shared.text_embedding",

@@ -173,7 +173,7 @@ class StartReport:
     """What a process says of its start, on the bus and to systemd. Any thread may use it."""
 
     def __init__(self, service: str, clock: Clock) -> None:
-        self._service, self._clock, self._supervisor = service, clock, Supervisor()
+        self._service, self.clock, self._supervisor = service, clock, Supervisor()
         self._publishers: tuple[tuple[Bus, Publisher[Heartbeat]], ...] = ()
         self._joined_s = clock.monotonic_s()
         self._long: tuple[str, float, float] | None = None  # what, usual seconds, since when
@@ -182,7 +182,7 @@ class StartReport:
     def add(self, bus: Bus) -> None:
         """Say it on this bus as well from now on: the first, or one of a further robot's keys."""
         if not self._publishers:
-            self._joined_s = self._clock.monotonic_s()
+            self._joined_s = self.clock.monotonic_s()
         self._publishers += ((bus, bus.publish(heartbeat(self._service))),)
         self.publish()
 
@@ -192,7 +192,7 @@ class StartReport:
 
         systemd is asked for more time, so that it does not end what advances.
         """
-        self._long = (what, usual_s, self._clock.monotonic_s())
+        self._long = (what, usual_s, self.clock.monotonic_s())
         self.publish()
         try:
             yield
@@ -204,7 +204,7 @@ class StartReport:
 
         The progress counts the calls: the main loop has not begun yet.
         """
-        now_s = self._clock.monotonic_s()
+        now_s = self.clock.monotonic_s()
         so_far_s, long = now_s - self._joined_s, self._long
         problem = f"{STARTING}, for {so_far_s:.0f} s so far"
         if long is not None:

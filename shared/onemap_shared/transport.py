@@ -110,6 +110,10 @@ class Subscription(Protocol[M_co]):
 class Server(Protocol):
     """What answers procedures."""
 
+    @property
+    def clock(self) -> Clock:
+        """Time and threads of its process."""
+
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None: ...
 
 

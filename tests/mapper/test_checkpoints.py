@@ -19,6 +19,7 @@ from onemap_mapper.storage import map_file
 from onemap_mapper.storage.checkpoints import Checkpoints, newest, resumed
 from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.snapshot import MapSnapshot, take
+from onemap_shared.clock import SystemClock
 from tests.mapper import scenes
 
 PARAMS = MapParams()
@@ -33,7 +34,7 @@ class Mapped:
         self.belief = BeliefMap(PARAMS)
         self.lock = threading.Lock()
         live = LiveMap(self.lock, lambda: self.belief)
-        self.checkpoints = Checkpoints(folder, live)
+        self.checkpoints = Checkpoints(folder, live, SystemClock())
         self.now_s = LATER_S
 
     def see(self, sequence: int) -> None:

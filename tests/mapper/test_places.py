@@ -23,6 +23,7 @@ from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion
 from onemap_shared import keys
 from onemap_shared import messages as m
+from onemap_shared.clock import SystemClock
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.places import Zones, place_mask, polygon_mask, room_at
@@ -403,7 +404,7 @@ def test_a_saved_map_with_damaged_places_is_refused_whole(tmp_path: Path) -> Non
 @given(st.data())
 def test_what_is_kept_is_read_as_it_was_written_or_not_at_all(data: st.DataObject) -> None:
     with TemporaryDirectory() as folder:
-        kept = FileKept(Path(folder), FORM, lambda: None)
+        kept = FileKept(Path(folder), FORM, lambda: None, SystemClock())
         kept.change(lambda ours: ours.changed((ZONE,)))
         path = Path(folder) / FORM.file_name
         saved = bytearray(path.read_bytes())
@@ -411,6 +412,6 @@ def test_what_is_kept_is_read_as_it_was_written_or_not_at_all(data: st.DataObjec
         same = saved[at] == value
         saved[at] = value
         path.write_bytes(saved[: data.draw(st.integers(0, len(saved)))] if same else saved)
-        again = FileKept(Path(folder), FORM, lambda: None)
+        again = FileKept(Path(folder), FORM, lambda: None, SystemClock())
         if not again.unreadable:
             assert again.value.places == (ZONE,)

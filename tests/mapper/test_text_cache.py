@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from onemap_mapper.query.texts import BATCHES_AT_ONCE, TextCache
+from onemap_shared.clock import SystemClock
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.transport import RequestRejected
 
@@ -48,7 +49,7 @@ def test_a_slow_text_does_not_block_the_others() -> None:
             assert release.wait(60)
         return embedder(texts)
 
-    cache = TextCache(embed, CPU)
+    cache = TextCache(embed, CPU, SystemClock())
     with ThreadPoolExecutor() as pool:
         slow = pool.submit(cache.query, "slow")
         assert begun.wait(60)
@@ -84,7 +85,7 @@ def until_waiting(cache: TextCache, count: int) -> None:
 
 def test_texts_that_wait_travel_together_and_only_once() -> None:
     embed = HeldBack()
-    cache = TextCache(embed, CPU)
+    cache = TextCache(embed, CPU, SystemClock())
     with ThreadPoolExecutor(16) as pool:
         embed.fill(cache, pool)
         asked = [pool.submit(cache.query, text) for text in ("cup", "lamp", "bed", "cup")]
@@ -99,7 +100,7 @@ def test_texts_that_wait_travel_together_and_only_once() -> None:
 def test_an_unknown_word_fails_alone() -> None:
     embed = HeldBack()
     embed.embedder.unknown = "qzxw"
-    cache = TextCache(embed, CPU)
+    cache = TextCache(embed, CPU, SystemClock())
     with ThreadPoolExecutor(16) as pool:
         embed.fill(cache, pool)
         asked = {text: pool.submit(cache.query, text) for text in ("cup", "qzxw", "bed")}

@@ -9,8 +9,6 @@ that counts anew elsewhere the poses may be in another frame of reference.
 from __future__ import annotations
 
 import math
-import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
@@ -24,6 +22,7 @@ from onemap_mapper.query.replies import revision_of
 from onemap_mapper.query.texts import MapQueries
 from onemap_mapper.session import MapSession
 from onemap_shared import keys
+from onemap_shared.clock import Event
 from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
@@ -197,10 +196,10 @@ class MapRobot:
         number: int,
         bus: Bus,
         device: torch.device,
-        arrived: threading.Event,
+        arrived: Event,
         space: Space,
     ) -> None:
-        self.number, self.bus = number, bus
+        self.number, self.bus, self._clock = number, bus, bus.clock
         self.encoder_seen = ""
         self.world: str | None = None  # of its newest field
         self.camera: tuple[CameraView, ...] = ()  # of its newest fused frame
@@ -255,7 +254,7 @@ class MapRobot:
         revision = revision_of(
             session.belief,
             update_ms=self.telemetry.update_ms,
-            rate_hz=self.telemetry.rate_hz(time.monotonic()),
+            rate_hz=self.telemetry.rate_hz(self._clock.monotonic_s()),
             objects_version=objects_version,
             robot=self.number,
         )
@@ -266,12 +265,12 @@ class MapRobot:
         """Numbers of its frames for the heartbeat."""
         numbers = {"robot_frames_fused": float(history.frames)}
         if history.stamp_ns:
-            numbers["map_age_s"] = (time.time_ns() - history.stamp_ns) * 1e-9
+            numbers["map_age_s"] = (self._clock.wall_ns() - history.stamp_ns) * 1e-9
         return numbers | self.telemetry.metrics(now_s, self._fields.counters)
 
     def beat(self, progress: int, health: Callable[[], Health]) -> None:
         """Publish a further robot's heartbeat if it is due; the runner sees to the first one's."""
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         if self._heartbeats is None or now_s < self._beat_due_s:
             return
         self._beat_due_s = now_s + HEARTBEAT_S
@@ -280,7 +279,7 @@ class MapRobot:
             Heartbeat(
                 service=SERVICE,
                 instance=self.bus.instance,
-                stamp_ns=time.time_ns(),
+                stamp_ns=self._clock.wall_ns(),
                 progress=progress,
                 ready=found.ready,
                 problem=found.problem,
@@ -302,11 +301,11 @@ class AllRobots:
     """Serves procedures that are the same for all robots of a map, one request at a time."""
 
     def __init__(self, robots: tuple[MapRobot, ...]) -> None:
-        self._robots = robots
+        self._robots, self.clock = robots, robots[0].bus.clock
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """Serve under the keys of every robot."""
-        turn = threading.Lock()
+        turn = self.clock.lock()
 
         def in_turn(request: Q) -> R:
             with turn:

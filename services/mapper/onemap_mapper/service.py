@@ -7,10 +7,7 @@ embeddings are fetched without it, and ``query.scores`` says how texts are score
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -89,11 +86,11 @@ class Mapper:
     """The worker: one map of one robot or of several, each on its bus, its caches and its files."""
 
     def __init__(self, buses: Sequence[Bus], config: MapperConfig) -> None:
-        self._config = config
-        self._lock = threading.Lock()
+        self._config, self._clock = config, buses[0].clock
+        self._lock = self._clock.lock()
         # One query at a time competes with fusing, in order of arrival; torch starts threads of
         # its own for every thread that calls it.
-        self._scoring = ThreadPoolExecutor(1, "scoring")
+        self._scoring = self._clock.pool(1, "scoring")
         sweep(config.map_folder)
         self._world = read_world(config.map_folder)  # of what is there
         # Until the first frame says who drives the robot: a map that goes with its driver waits.
@@ -101,13 +98,15 @@ class Mapper:
         kept, places = (None, ()) if self._undecided else resumed(config.map_folder, config.map)
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
-        self._session = MapSession(belief, self._lock, robots, resumed=kept is not None)
+        self._session = MapSession(
+            belief, self._lock, self._clock, robots, resumed=kept is not None
+        )
         self._notice, self._notice_until_s = "", 0.0  # that a map was set aside or dropped
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(
-            config.map_folder, self._live, lambda: self._places.for_checkpoint
+            config.map_folder, self._live, self._clock, lambda: self._places.for_checkpoint
         )
-        self._arrived = threading.Event()  # a field, of any robot
+        self._arrived = self._clock.event()  # a field, of any robot
         self._steps = 0
         self._robots = tuple(
             MapRobot(number, bus, config.map.torch_device, self._arrived, self._space)
@@ -152,7 +151,7 @@ class Mapper:
                 warmed = WARMED
             robot.beat(self._steps, partial(self._health, robot))
         self._session.scores.warm(warmed)
-        self._checkpoints.poll(time.monotonic())
+        self._checkpoints.poll(self._clock.monotonic_s())
 
     def health(self) -> Health:
         """Metrics of the map and of the first robot's frames, and the current problem."""
@@ -160,7 +159,7 @@ class Mapper:
 
     def _health(self, robot: MapRobot) -> Health:
         with self._lock:
-            now_s = time.monotonic()
+            now_s = self._clock.monotonic_s()
             metrics = {
                 "frames_fused": float(self._map.frames_fused),
                 "cells": float(self._map.store.count),
@@ -325,7 +324,7 @@ class Mapper:
 
         If another map has taken its place meanwhile, the field is dropped: it is of before.
         """
-        started_s = time.monotonic()
+        started_s = self._clock.monotonic_s()
         try:
             belief = self._of_world(robot, field, belief)
             history = belief.history(robot.number)
@@ -408,7 +407,7 @@ class Mapper:
 
     def _notify(self, notice: str) -> None:
         """Log that a map was left, and say it in the status for a while."""
-        self._notice, self._notice_until_s = notice, time.monotonic() + NOTICE_S
+        self._notice, self._notice_until_s = notice, self._clock.monotonic_s() + NOTICE_S
         LOG.warning("%s", notice)
 
     def _take_up(self, kept: BeliefMap) -> None:
@@ -469,7 +468,7 @@ class Mapper:
             belief.fuse(update, robot=robot.number)
             self._session.resumed = False
             robot.camera = (update.camera,)
-            now_s = time.monotonic()
+            now_s = self._clock.monotonic_s()
             robot.telemetry.record_fused(
                 now_s=now_s,
                 update_ms=(now_s - started_s) * 1e3,
@@ -480,7 +479,7 @@ class Mapper:
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and everything derived from it; the caller holds the lock."""
-        self._session = MapSession(belief, self._lock, len(self._robots))
+        self._session = MapSession(belief, self._lock, self._clock, len(self._robots))
         for robot in self._robots:
             robot.telemetry.reset_floor()  # the map may have another frame
         self._announce()
@@ -522,7 +521,7 @@ def _empty() -> RequestRejected:
 def build(bus: Bus, config: MapperConfig, start: StartReport | None = None) -> Mapper:
     """The worker for the runner; ``start`` says on the bus what takes long until it is there."""
     start = start or StartReport(SERVICE, bus.clock)
-    config = config.model_copy(update={"device": resolved_device(config.device)})
+    config = config.model_copy(update={"device": resolved_device(config.device, bus.clock)})
     torch.set_num_threads(TORCH_THREADS)
     buses = buses_of(bus, config.robots)
     for further in buses[1:]:

@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-import time
-from contextlib import AbstractContextManager
-from uuid import uuid4
-
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.places.rooms import RoomKeeper
 from onemap_mapper.query.replies import ViewReplies
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.verdicts import CoverageCache
+from onemap_shared.clock import Clock, Lock
 
 
 class MapSession:
@@ -25,14 +22,15 @@ class MapSession:
     def __init__(
         self,
         belief: BeliefMap,
-        lock: AbstractContextManager[object],
+        lock: Lock,
+        clock: Clock,
         robots: int,
         *,
         resumed: bool = False,
     ) -> None:
         self.belief, self.resumed, self.learned = belief, resumed, False
-        self.scores = MapScores(belief, lock)
-        self.map_id = uuid4().hex
+        self.scores = MapScores(belief, lock, clock)
+        self.map_id = clock.random.randbytes(16).hex()
         self.views = ViewReplies(self.scores, self.map_id)
-        self.rooms = RoomKeeper()
-        self.coverages = [CoverageCache(time.monotonic) for _ in range(robots)]
+        self.rooms = RoomKeeper(clock.lock())
+        self.coverages = [CoverageCache(clock.monotonic_s) for _ in range(robots)]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import logging
 import subprocess
 import sys
-import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
+from onemap_shared.clock import Clock
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
 from onemap_shared.runner import StartError, StartReport
@@ -32,7 +32,7 @@ SIGNS = (Path("/etc/nv_tegra_release"), Path("/proc/driver/nvidia/version"))
 ASK = "import sys, torch; sys.exit(not torch.cuda.is_available())"
 
 
-def resolved_device(device: str) -> str:
+def resolved_device(device: str, clock: Clock) -> str:
     """``cpu`` or ``cuda``; raises StartError where CUDA is asked for and cannot be used now.
 
     auto: the GPU if this torch can use one. Where the machine has one that does not answer yet, it
@@ -44,7 +44,7 @@ def resolved_device(device: str) -> str:
         if torch.cuda.is_available():
             return "cuda"
         if any(sign.exists() for sign in SIGNS):
-            if _comes():
+            if _comes(clock):
                 raise StartError("the GPU came late: the mapper starts again", temporary=True)
             LOG.warning("the GPU does not answer after %.0f s: the map is on the CPU", WAIT_S)
         return "cpu"
@@ -55,15 +55,15 @@ def resolved_device(device: str) -> str:
     return device
 
 
-def _comes() -> bool:
-    end_s = time.monotonic() + WAIT_S
-    while time.monotonic() < end_s:
-        left_s = max(end_s - time.monotonic(), PAUSE_S)  # a driver may hang
+def _comes(clock: Clock) -> bool:
+    end_s = clock.monotonic_s() + WAIT_S
+    while clock.monotonic_s() < end_s:
+        left_s = max(end_s - clock.monotonic_s(), PAUSE_S)  # a driver may hang
         with suppress(subprocess.TimeoutExpired):
             asked = subprocess.run([sys.executable, "-c", ASK], check=False, timeout=left_s)
             if asked.returncode == 0:
                 return True
-        time.sleep(PAUSE_S)
+        clock.sleep(PAUSE_S)
     return False
 
 
@@ -111,7 +111,7 @@ def main() -> None:
 
 def prepare(config: MapperConfig, start: StartReport) -> None:
     """Warm up; while functions are compiled, heartbeats say so to each robot."""
-    started_s = time.monotonic()
+    started_s = start.clock.monotonic_s()
     with ExitStack() as compilation:
 
         def announce(what: str) -> None:
@@ -120,7 +120,7 @@ def prepare(config: MapperConfig, start: StartReport) -> None:
 
         with jit.on_compilation(announce):
             warm_up(config.map)
-    LOG.info("the first frame was prepared in %.1f s", time.monotonic() - started_s)
+    LOG.info("the first frame was prepared in %.1f s", start.clock.monotonic_s() - started_s)
 
 
 if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from math import dist
 from pathlib import Path
@@ -315,7 +316,7 @@ class LockstepSimulation:
         self.belief = belief
         self._replies = ViewReplies(MapScores(belief), "lockstep")
         self._views: dict[SearchViewRequest, AssembledView] = {}  # the newest of each
-        self._rooms = RoomKeeper()
+        self._rooms = RoomKeeper(nullcontext())
 
     def _process_frame(self, search: Search, frame: RgbdFrame) -> None:
         field = self._perception.field(frame)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -57,7 +56,8 @@ class PlaceKeeper:
     ) -> None:
         """before: those of the checkpoint, older than the file; where there are some is one."""
         self._rooms, self._objects, self._before = rooms, objects, before
-        self.kept = Kept(folder, FORM, announce, expected=bool(before))
+        self._clock = bus.clock
+        self.kept = Kept(folder, FORM, announce, bus.clock, expected=bool(before))
         bus.serve(keys.MAP_PLACES, lambda _request: self.places())
         bus.serve(keys.MAP_CHANGE_PLACES, self.change)
 
@@ -109,7 +109,7 @@ class PlaceKeeper:
     def exchanged(self, places: tuple[Place, ...]) -> PlaceMemory:
         """The memory with these places instead, whatever was there."""
         if self.kept.unreadable:  # nobody has counted so far
-            return PlaceMemory(places, version=int(time.time()))
+            return PlaceMemory(places, version=self._clock.wall_ns() // 10**9)
         return self.kept.value.changed_to(places)
 
 

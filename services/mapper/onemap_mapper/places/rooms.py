@@ -4,12 +4,11 @@ A wall is a straight run of tall occupied cells along x or y. Where one ends and
 next tall cell is as near as the other side of a door, the gap is a doorway; what remains connected
 is a room. Furniture that one can look over belongs to the room in which it stands.
 """
-# Talks: threads ask for the rooms of one map.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,11 +56,11 @@ class Rooms:
 class RoomKeeper:
     """The rooms of one map, cut when they are asked for and the map changed since.
 
-    It may be asked by several threads: ids are given by one of them at a time.
+    It may be asked by several threads: under ``lock``, ids are given by one of them at a time.
     """
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
+    def __init__(self, lock: AbstractContextManager[object]) -> None:
+        self._lock = lock
         self._rooms: Rooms | None = None
 
     def of(self, view: SearchView) -> Rooms:

@@ -8,7 +8,6 @@ scored anew from the copy: what was read half written is among them.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from onemap_mapper.query.similarity import (
     guiding,
     rank_limits,
 )
+from onemap_shared.clock import Clock, SystemClock
 from onemap_shared.geometry import F32, I32, I64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -155,11 +155,15 @@ class MapScores:
     """Scores of one map. Thread-safe; the map changes only while ``lock`` is held."""
 
     def __init__(
-        self, belief: BeliefMap, lock: AbstractContextManager[object] | None = None
+        self,
+        belief: BeliefMap,
+        lock: AbstractContextManager[object] | None = None,
+        clock: Clock | None = None,
     ) -> None:
+        clock = clock or SystemClock()
         self._belief = belief
-        self._lock = lock if lock is not None else threading.Lock()
-        self._turn = threading.Lock()  # one asker at a time reads the map
+        self._lock = lock if lock is not None else clock.lock()
+        self._turn = clock.lock()  # one asker at a time reads the map
         self._cache = ScoreCache()
 
     def of(self, queries: Sequence[TextQuery], robot: int = 0) -> ScoredVersion:

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import torch
@@ -14,6 +12,7 @@ from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.query.similarity import TextQuery, text_query
+from onemap_shared.clock import Clock, Future
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.text_embedding import embed_image, embed_texts
 from onemap_shared.transport import Bus, RequestRejected
@@ -33,17 +32,19 @@ class TextCache:
     """
 
     def __init__(
-        self, embed: Callable[[tuple[str, ...]], TextEmbeddings], device: torch.device
+        self,
+        embed: Callable[[tuple[str, ...]], TextEmbeddings],
+        device: torch.device,
+        clock: Clock,
     ) -> None:
-        self._embed = embed
-        self._device = device
-        self._lock = threading.Lock()
+        self._embed, self._device, self._clock = embed, device, clock
+        self._lock = clock.lock()
         self._entries: LRUCache[str, Entry] = LRUCache(MAX_TEXTS)
         self._asked: dict[str, Future[Entry]] = {}  # by text, until there is an answer
         self._waiting: dict[str, Future[Entry]] = {}  # those of them that no batch has taken
         self._clearings = 0
         self._words = torch.zeros((0, 0), device=device)
-        self._pool = ThreadPoolExecutor(BATCHES_AT_ONCE, "texts")
+        self._pool = clock.pool(BATCHES_AT_ONCE, "texts")
 
     def query(self, text: str) -> Entry:
         """The text space and the query of a text; embeds it without holding the lock."""
@@ -53,7 +54,7 @@ class TextCache:
                 return entry
             future = self._asked.get(text)
             if future is None:
-                future = self._asked[text] = self._waiting[text] = Future()
+                future = self._asked[text] = self._waiting[text] = self._clock.future()
                 self._pool.submit(self._run)
         return future.result()
 
@@ -125,9 +126,9 @@ class MapQueries:
     def __init__(
         self, bus: Bus, device: torch.device, space: Callable[[], tuple[str, int]]
     ) -> None:
-        self._texts = TextCache(lambda texts: embed_texts(bus, texts), device)
+        self._texts = TextCache(lambda texts: embed_texts(bus, texts), device, bus.clock)
         self._images: LRUCache[str, Entry] = LRUCache(MAX_IMAGES)
-        self._lock = threading.Lock()
+        self._lock = bus.clock.lock()
         self._bus, self._device, self._space = bus, device, space
 
     def clear(self) -> None:

@@ -13,9 +13,7 @@ from __future__ import annotations
 
 import logging
 import re
-import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
@@ -28,6 +26,7 @@ from onemap_mapper.storage import objects
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
 from onemap_shared.atomic_file import replacing, sweep_leftovers
+from onemap_shared.clock import Clock, Future
 from onemap_shared.messages import Place
 
 LOG = logging.getLogger("onemap.mapper")
@@ -153,14 +152,19 @@ class Checkpoints:
     """The checkpoints of one mapper."""
 
     def __init__(
-        self, folder: Path, live: LiveMap, places: Callable[[], tuple[Place, ...]] = tuple
+        self,
+        folder: Path,
+        live: LiveMap,
+        clock: Clock,
+        places: Callable[[], tuple[Place, ...]] = tuple,
     ) -> None:
         """places: those of now, of which a checkpoint tells that there were some."""
         self._folder, self._live, self._places = folder, live, places
-        self._writer = ThreadPoolExecutor(1, "checkpoint")
+        self._clock = clock
+        self._writer = clock.pool(1, "checkpoint")
         self._writing: Future[None] | None = None
         self._saved_revision = 0
-        self._saved_s = time.monotonic()
+        self._saved_s = self._clock.monotonic_s()
         self._epoch = 0  # counts maps: a file of an earlier one must not stay
         self.problem = ""  # why none can be written, in one sentence
         self.written = 0
@@ -215,7 +219,7 @@ class Checkpoints:
         return max(int((belief.store.changed_at > self._saved_revision).sum()), 1)
 
     def _write(self) -> None:
-        epoch, began_s = self._epoch, time.monotonic()
+        epoch, began_s = self._epoch, self._clock.monotonic_s()
         with self._live.lock:
             changed, revision = self._changed_cells(), self._live.current().revision
         if not changed:
@@ -230,7 +234,7 @@ class Checkpoints:
             return
         self._saved_revision = revision
         self.problem, self.written = "", self.written + 1
-        self.write_ms = (time.monotonic() - began_s) * 1e3
+        self.write_ms = (self._clock.monotonic_s() - began_s) * 1e3
 
     def _remove(self) -> None:
         try:

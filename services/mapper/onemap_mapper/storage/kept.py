@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from onemap_shared.atomic_file import replacing
+from onemap_shared.clock import Clock
 from onemap_shared.transport import RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
@@ -51,12 +51,18 @@ class Kept(Generic[M]):
     """
 
     def __init__(
-        self, folder: Path, form: Form[M], announce: Callable[[], None], *, expected: bool = False
+        self,
+        folder: Path,
+        form: Form[M],
+        announce: Callable[[], None],
+        clock: Clock,
+        *,
+        expected: bool = False,
     ) -> None:
         """expected: something else says that there was a file; one that is gone cannot be read."""
         self._expected = expected
         self._path, self._form, self._announce = folder / form.file_name, form, announce
-        self._lock = threading.Lock()  # changing value and file is read, compute, write
+        self._lock = clock.lock()  # changing value and file is read, compute, write
         self.problem = self.unreadable = ""
         self._value = self._read()
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import logging
-import secrets
 import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -212,8 +211,8 @@ class ObjectKeeper:
         announce: Callable[[], None],
         height_of: HeightOf,
     ) -> None:
-        self.kept = Kept(folder, FORM, announce)
-        self._height_of = height_of
+        self.kept = Kept(folder, FORM, announce, bus.clock)
+        self._height_of, self._clock = height_of, bus.clock
         for robot in robots:
             robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
         bus.serve(keys.MAP_OBJECTS, self.list_objects)
@@ -232,7 +231,8 @@ class ObjectKeeper:
 
     def remember(self, robot: str, find: ObjectFind) -> KeptObject:
         """Keep a find of the robot with this namespace; returns the object that it is."""
-        new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
+        new_id = self._clock.random.randbytes(ID_BYTES).hex()
+        height_m = self._height_of(find.extent_m)
         memory = self.kept.change(lambda memory: memory.with_find(find, new_id, height_m, robot))
         known = memory.same_object(find)
         assert known is not None  # it was just put there
