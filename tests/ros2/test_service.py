@@ -27,6 +27,7 @@ from onemap_ros2.service import JoiningWorker, Ros2Worker
 from onemap_ros2.topic_list import TopicNeed, needs
 from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
+from onemap_shared.clock import SystemClock
 from onemap_shared.messages import Heartbeat, RgbdFrame, VelocityCommand
 from onemap_shared.transport import Health
 from tests.memory_bus import MemoryRouter
@@ -56,32 +57,30 @@ def endpoint_of(need: TopicNeed) -> Endpoint:
     return Endpoint(need.kind, "/robot", need.topic, need.types[0], type_hash(need.types[0]))
 
 
-class Clock:
+class Clock(SystemClock):
     """The worker's monotonic clock; every look advances it by a microsecond."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
 
-    def monotonic(self) -> float:
+    def monotonic_s(self) -> float:
         self.now_s += 1e-6
         return self.now_s
 
-    def time_ns(self) -> int:
+    def wall_ns(self) -> int:
         return T0
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    made = Clock()
-    monkeypatch.setattr(service, "time", made)
-    return made
+def clock() -> Clock:
+    return Clock()
 
 
 class System:
     """A worker between a robot in memory and a bus in memory."""
 
     def __init__(self, clock: Clock, *endpoints: Endpoint, config: Ros2Config = CONFIG) -> None:
-        router = MemoryRouter()
+        router = MemoryRouter(clock)
         self.clock = clock
         self.network = FakeNetwork(*endpoints)
         self.bus = router.bus()

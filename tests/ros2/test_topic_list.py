@@ -11,6 +11,7 @@ from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED, TF
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs
+from onemap_shared.clock import SystemClock
 from tests.ros2.fake_network import FakeNetwork
 
 TOPICS = TopicParams(color="/camera/color")
@@ -104,7 +105,7 @@ def test_a_survey_counts_messages_and_names_what_is_missing(
     ours = endpoint("/cmd_vel", "a/msg/B")  # OneMap's own, silent while nobody searches
     network = Talking(endpoint("/odom", ODOMETRY), ours, *others)
     seconds = itertools.count(0.0, 0.1)
-    monkeypatch.setattr("onemap_ros2.discovery.time.monotonic", lambda: next(seconds))
+    monkeypatch.setattr(SystemClock, "monotonic_s", lambda _: next(seconds))
     monkeypatch.setattr(discovery, "join", lambda *_: network)
     reports, lacking = discovery.survey(CONFIG, 2.0)
     assert [each.topic for each in reports] == ["/cmd_vel", "/odom", "/tf", "/tf_static"]

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import time
-
 from onemap_ros2.config import NODE, Ros2Config
 from onemap_ros2.network.bridge import BridgeNetwork
 from onemap_ros2.network.interface import PUBLISHER, RosNetwork
 from onemap_ros2.network.rmw import RmwNetwork
 from onemap_ros2.topic_list import TopicReport, missing, needs, topic_reports
+from onemap_shared.clock import Clock, SystemClock
 
 SETTLE_S = 1.0  # until the tokens of the graph have come
 DRAIN_S = 0.1
@@ -18,12 +17,12 @@ KEPT = 200  # messages of a topic between two counts: 2 kHz
 
 def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[str]]:
     """The robot's topics with their rates, and what is missing; NetworkError without it."""
-    network = join(config, f"{NODE}_topics")
+    clock, network = SystemClock(), join(config, f"{NODE}_topics")
     try:
-        deadline_s = time.monotonic() + SETTLE_S
-        while time.monotonic() < deadline_s:
+        deadline_s = clock.monotonic_s() + SETTLE_S
+        while clock.monotonic_s() < deadline_s:
             network.wait(SETTLE_S)
-        rates_hz = count(network, seconds)
+        rates_hz = count(network, seconds, clock)
         endpoints = network.endpoints()
     finally:
         network.close()
@@ -38,17 +37,17 @@ def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[
     return reports, [*missing(endpoints, config).values(), *silent]
 
 
-def count(network: RosNetwork, seconds: float) -> dict[tuple[str, str], float]:
+def count(network: RosNetwork, seconds: float, clock: Clock) -> dict[tuple[str, str], float]:
     """Messages per second of every topic that has a publisher, by topic and type."""
     published = {(e.topic, e.ros_type) for e in network.endpoints() if e.kind == PUBLISHER}
     readers = {(topic, kind): network.read(topic, kind, KEPT) for topic, kind in sorted(published)}
     counts = dict.fromkeys(readers, 0)
-    began_s = time.monotonic()
-    while time.monotonic() - began_s < seconds:
+    began_s = clock.monotonic_s()
+    while clock.monotonic_s() - began_s < seconds:
         network.wait(DRAIN_S)
         for name, reader in readers.items():
             counts[name] += len(reader.take())
-    lasted_s = time.monotonic() - began_s
+    lasted_s = clock.monotonic_s() - began_s
     return {name: number / lasted_s for name, number in counts.items()}
 
 

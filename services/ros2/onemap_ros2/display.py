@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -36,6 +34,7 @@ from onemap_ros2.display_messages import (
 )
 from onemap_ros2.drive.driver import end_of
 from onemap_ros2.network.interface import RosNetwork
+from onemap_shared.clock import Thread
 from onemap_shared.keys import (
     MAP_OBJECTS,
     MAP_PLACES,
@@ -114,17 +113,17 @@ class Display:
         self._zones: tuple[object, ...] = ()  # that the keep-out mask shows
         self._next_map_s = self._next_markers_s = self._next_zones_s = 0.0
         self.grids = 0
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="display", daemon=True)
+        self._clock, self._stop = bus.clock, bus.clock.event()
+        self._thread: Thread | None = None
 
     def start(self) -> None:
         """Publish from now on."""
-        self._thread.start()
+        self._thread = self._clock.thread("display", self._run)
 
     def close(self) -> None:
         """Stop, without waiting for the mapper."""
         self._stop.set()
-        if self._thread.is_alive():
+        if self._thread is not None:
             self._thread.join(timeout=5.0)
 
     def step(self, now_s: float) -> None:
@@ -145,7 +144,7 @@ class Display:
 
     def _run(self) -> None:
         while not self._stop.wait(TICK_S):
-            self.step(time.monotonic())
+            self.step(self._clock.monotonic_s())
 
     def _take(self) -> None:
         status, path = self._states.take(0.0), self._paths.take(0.0)

@@ -4,9 +4,8 @@ waits for an image."""
 
 from __future__ import annotations
 
-import threading
-
 from onemap_ros2.frame_images import FrameImages
+from onemap_shared.clock import Clock
 from onemap_shared.messages import RgbdFrame
 
 Made = RgbdFrame | ValueError  # what was wrong with the images, instead of a frame
@@ -15,13 +14,12 @@ Made = RgbdFrame | ValueError  # what was wrong with the images, instead of a fr
 class FrameThread:
     """One pair of images at a time; a newer one takes the place of that which waits."""
 
-    def __init__(self) -> None:
-        self._changed = threading.Condition()
+    def __init__(self, clock: Clock) -> None:
+        self._changed = clock.condition()
         self._images: FrameImages | None = None
         self._made: Made | None = None
         self._closed = self._busy = False
-        self._thread = threading.Thread(target=self._run, name="frames", daemon=True)
-        self._thread.start()
+        clock.thread("frames", self._run)
 
     def offer(self, images: FrameImages) -> None:
         """Make a frame of these next; returns at once."""

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import json
 import logging
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from onemap_ros2.cdr import STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.network.interface import RosNetwork, ServiceRequest
+from onemap_shared.clock import Future
 from onemap_shared.keys import MAP_PLACES, SEARCH_CANCEL, SEARCH_START
 from onemap_shared.messages import PlacesRequest, SearchId, SearchRequest, SearchStatus
 from onemap_shared.sentence import listed_sentences, parse, search_for
@@ -42,8 +41,8 @@ class SearchControl:
         self._words = network.read(f"{prefix}/{SEARCH}", STRING, KEPT, reliable=True)
         self._cancels = network.serve(f"{prefix}/{CANCEL}", TRIGGER)
         self._writer = network.write(f"{prefix}/{STATE}", STRING, latched=True)
-        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="search-control")
-        self._stands = threading.Event()  # the robot does, and nothing of ours may move it
+        self._threads = bus.clock.pool(THREADS, "search-control")
+        self._stands = bus.clock.event()  # the robot does, and nothing of ours may move it
         self._refused = self._said = ""
         self.status: SearchStatus | None = None
 

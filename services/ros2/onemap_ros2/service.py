@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import asdict, replace
-from queue import Empty, SimpleQueue
 
 from onemap_ros2.cdr import DIAGNOSTICS
 from onemap_ros2.config import Ros2Config
@@ -66,15 +63,15 @@ class Ros2Worker:
     """One ROS 2 robot on OneMap's bus."""
 
     def __init__(self, bus: Bus, network: RosNetwork, config: Ros2Config) -> None:
-        self._network = network
+        self._network, self._clock = network, bus.clock
         self._config, self._topics = config, config.names
-        self._input, self._making = RobotInput(config), FrameThread()
+        self._input, self._making = RobotInput(config), FrameThread(bus.clock)
         self._readers = {
             kind: network.read(topic, types[0], KEPT.get(kind, 1), latched=kind == "tf_static")
             for kind, topic, types, role in needs(config)
             if role == PUBLISHER
         }
-        began_s = time.monotonic()
+        began_s = self._clock.monotonic_s()
         self._watches = {
             kind: TopicWatch(kind, topic, began_s)
             for kind, topic, _, role in needs(config)
@@ -99,13 +96,13 @@ class Ros2Worker:
         self._last: tuple[float, Odometry] | None = None  # when it was sent
         self._display: Display | None = None
         if config.display:
-            self._display = Display(bus, network, config, lambda: self._robot_ns(time.monotonic()))
+            self._display = Display(bus, network, config, self._now_ns)
             self._display.start()
 
     def step(self, timeout_s: float) -> None:
         """Wait for messages, pass on what is complete, then drive or stop."""
         self._network.wait(min(timeout_s, STEP_S))
-        now_s = time.monotonic()
+        now_s = self._clock.monotonic_s()
         for kind, reader in self._readers.items():
             for data in reader.take():
                 self._input.add(kind, data, now_s)
@@ -119,14 +116,14 @@ class Ros2Worker:
         if made is not None and (frame := self._input.numbered(made)) is not None:
             self._frames.put(frame)
             self._last_frame_s = now_s
-        self._drive(time.monotonic())
+        self._drive(self._clock.monotonic_s())
         if now_s >= self._next_diagnostics_s:
             self._next_diagnostics_s = now_s + DIAGNOSTICS_PERIOD_S
             self._diagnose(now_s)
 
     def health(self) -> Health:
         """Ready while odometry arrives, there is a camera, and the robot can be driven."""
-        problem = self._problem(time.monotonic())
+        problem = self._problem(self._clock.monotonic_s())
         metrics: dict[str, float] = {
             **asdict(self._input.counts),
             "images_unpaired": self._input.unpaired,
@@ -211,13 +208,16 @@ class Ros2Worker:
         speed_mps = max(abs(moved.linear_mps), abs(moved.lateral_mps))
         return speed_mps > STANDS_MPS or abs(moved.angular_radps) > STANDS_RADPS
 
+    def _now_ns(self) -> int:
+        return self._robot_ns(self._clock.monotonic_s())
+
     def _robot_ns(self, now_s: float) -> int:
         """The time now on the robot's clock, which may be simulated or differ from ours."""
         if self._config.use_sim_time and self._input.clock_ns is not None:
             return self._input.clock_ns
         last = self._last
         if last is None:
-            return time.time_ns()
+            return self._clock.wall_ns()
         return last[1].stamp_ns + int((now_s - last[0]) * 1e9)
 
     def _diagnose(self, now_s: float) -> None:
@@ -279,17 +279,16 @@ class JoiningWorker:
     ) -> None:
         self._bus, self._config, self._join = bus, config, join
         self._worker: Ros2Worker | None = None
-        self._joined: SimpleQueue[RosNetwork] = SimpleQueue()
+        self._network: RosNetwork | None = None
         self._problem = f"waiting for a ROS 2 router at {', '.join(config.connect)}"
-        self._closed = threading.Event()
-        threading.Thread(target=self._run, name="join", daemon=True).start()
+        self._joined, self._closed = bus.clock.event(), bus.clock.event()
+        bus.clock.thread("join", self._run)
 
     def step(self, timeout_s: float) -> None:
         """See ``transport.Worker``: nothing to do before the robot's network is there."""
         if self._worker is None:
-            with suppress(Empty):
-                network = self._joined.get(timeout=timeout_s)
-                self._worker = Ros2Worker(self._bus, network, self._config)
+            if self._joined.wait(timeout_s) and self._network is not None:
+                self._worker = Ros2Worker(self._bus, self._network, self._config)
         else:
             self._worker.step(timeout_s)
 
@@ -302,21 +301,21 @@ class JoiningWorker:
         self._closed.set()
         if self._worker is not None:
             self._worker.close()
-            return
-        with suppress(Empty):
-            self._joined.get_nowait().close()
+        elif self._network is not None:
+            self._network.close()
 
     def _run(self) -> None:
         """Try until it succeeds; an attempt may take as long as the network lets it."""
         while not self._closed.is_set():
             try:
-                self._joined.put(self._join(self._config))
+                self._network = self._join(self._config)
             except NetworkError as problem:
                 if self._problem != str(problem):
                     LOG.warning("%s", problem)
                 self._problem = str(problem)
                 self._closed.wait(RETRY_S)
             else:
+                self._joined.set()
                 return
 
 

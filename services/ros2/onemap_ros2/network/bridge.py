@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import zenoh
@@ -20,6 +19,7 @@ from onemap_ros2.network.interface import (
     Writer,
 )
 from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox, callback
+from onemap_shared.bus import CLOCK
 
 HISTORY_S = 5.0  # a bridge's own time for the history of a latched topic
 ADVICE = "start one on the robot with 'zenoh-bridge-ros2dds', which listens on port 7447"
@@ -150,7 +150,7 @@ class _BridgeWriter:
 
     def __init__(self, network: BridgeNetwork, publisher: Any, topic: str) -> None:
         self._network, self._publisher, self._topic = network, publisher, topic
-        self._lock = threading.Lock()
+        self._lock = CLOCK.lock()
         self._newest: bytes | None = None
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import struct
-import time
 from typing import Any
 
 import xxhash
@@ -22,6 +21,7 @@ from onemap_ros2.network.interface import (
     Writer,
 )
 from onemap_ros2.network.zenoh_session import RobotSession
+from onemap_shared.bus import CLOCK
 
 ADVICE = "start one on the robot with 'ros2 run rmw_zenoh_cpp rmw_zenohd'"
 GRAPH = "@ros2_lv"
@@ -100,7 +100,7 @@ def reply_note(request: bytes | None) -> bytes:
     if request is None or len(request) != ATTACHMENT.size:
         raise ValueError("the request has no sequence number and client of rmw_zenoh")
     sequence, _, _, gid = ATTACHMENT.unpack(request)
-    return attachment(sequence, time.time_ns(), gid)
+    return attachment(sequence, CLOCK.wall_ns(), gid)
 
 
 class RmwNetwork(RobotSession):
@@ -157,7 +157,7 @@ class RmwNetwork(RobotSession):
         )
         known = server.type_hash if server is not None and server.ros_type == ros_type else "*"
         key = topic_key(self._domain, service, ros_type, known)
-        note = attachment(self._calls, time.time_ns(), self._client_id)
+        note = attachment(self._calls, CLOCK.wall_ns(), self._client_id)
         return self.ask(key, request, timeout_s, attachment=note)
 
     def serve(self, service: str, ros_type: str) -> RequestReader:
@@ -199,5 +199,5 @@ class _RmwWriter:
 
     def put(self, data: bytes) -> None:
         self._sequence += 1
-        note = attachment(self._sequence, time.time_ns(), self._gid)
+        note = attachment(self._sequence, CLOCK.wall_ns(), self._gid)
         self._publisher.put(data, attachment=note)

@@ -7,7 +7,6 @@ OneMap's bus never carries these keys.
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
@@ -17,7 +16,8 @@ import zenoh
 import zenoh.ext
 
 from onemap_ros2.network.interface import SUBSCRIBER, Endpoint, NetworkError, ServiceRequest
-from onemap_shared.bus import zenoh_config
+from onemap_shared.bus import CLOCK, zenoh_config
+from onemap_shared.clock import Event
 
 STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
 MAX_REQUESTS = 10  # of a service that wait to be answered; the oldest is dropped
@@ -46,7 +46,7 @@ class RobotSession:
             ) from problem
         self.id = str(self.session.info.zid())
         self._parse = parse
-        self._arrived = threading.Event()
+        self._arrived = CLOCK.event()
         self._kept: list[Any] = []  # what is dropped ends
         self._graph: dict[str, Endpoint] = {}
         self._own: set[str] = set()
@@ -164,7 +164,7 @@ class RobotSession:
 class SampleInbox:
     """Keeps the newest samples; its callback only stores a reference."""
 
-    def __init__(self, depth: int, arrived: threading.Event) -> None:
+    def __init__(self, depth: int, arrived: Event) -> None:
         self._samples: deque[zenoh.Sample] = deque(maxlen=depth)
         self._arrived = arrived
 
@@ -189,7 +189,7 @@ class SampleInbox:
 class QueryCall:
     """Implements ``PendingCall``: the first answer counts."""
 
-    def __init__(self, arrived: threading.Event) -> None:
+    def __init__(self, arrived: Event) -> None:
         self._arrived = arrived
         self.reply: bytes | None = None
         self.done = False
@@ -211,7 +211,7 @@ class QueryInbox:
     """Implements ``RequestReader``. A query that is dropped ends without an answer."""
 
     def __init__(
-        self, key: str, note: Callable[[bytes | None], bytes | None], arrived: threading.Event
+        self, key: str, note: Callable[[bytes | None], bytes | None], arrived: Event
     ) -> None:
         self._key, self._note, self._arrived = key, note, arrived
         self._queries: deque[zenoh.Query] = deque(maxlen=MAX_REQUESTS)
