@@ -19,6 +19,7 @@ from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.present.service_status import hung_problem
 from onemap_shared import keys
+from onemap_shared.clock import SystemClock
 from onemap_shared.messages import MapClear, SearchId, SearchStatus
 from onemap_shared.messages.search import FINAL_STATES
 from onemap_shared.transport import QueryTimeout
@@ -121,10 +122,16 @@ def test_a_broken_message_is_logged_and_passed_over(
     assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
-def test_a_service_hangs_if_it_was_silent_before_its_token_went(router: MemoryRouter) -> None:
+def test_a_service_hangs_if_it_was_silent_before_its_token_went() -> None:
     now_s = [10.0]
+
+    class SetClock(SystemClock):
+        def monotonic_s(self) -> float:
+            return now_s[0]
+
+    router = MemoryRouter(SetClock())
     mapper = router.bus("mapper")
-    cache = StateCache(router.bus("gateway"), clock_s=lambda: now_s[0])
+    cache = StateCache(router.bus("gateway"))
     mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
     assert state_reached(cache, lambda state: "mapper" in state.heartbeats)
     assert state_reached(cache, lambda state: "mapper" in state.alive)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import threading
-import time
+from functools import partial
 from typing import cast
 
 import uvicorn
@@ -80,10 +79,8 @@ class GatewayWorker:
                 timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
         )
-        self._thread = threading.Thread(
-            target=self._server.run, args=([listener],), name="http", daemon=True
-        )
-        self._thread.start()
+        self._clock = bus.clock
+        self._thread = self._clock.thread("http", partial(self._server.run, [listener]))
         self._check_server = ThreadCheck("the HTTP server")
         if (limit := connection_limit()) < MAX_CONNECTIONS:
             LOG.warning("only %d connections at once: 'ulimit -n' allows few open files", limit)
@@ -98,7 +95,7 @@ class GatewayWorker:
         self._thread.join(timeout_s)
         if not self._thread.is_alive():
             raise RuntimeError("the HTTP server ended by itself")
-        self._check_server(self._server.turns, time.monotonic())
+        self._check_server(self._server.turns, self._clock.monotonic_s())
 
     def health(self) -> Health:
         """Ready once requests are served; metrics count the messages of each stream."""

@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from onemap_gateway.bus.live_state import BusMessage, LiveState
@@ -39,24 +38,19 @@ class StateCache:
     An exception in a thread ends the process, by the runner's excepthook.
     """
 
-    def __init__(self, bus: Bus, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._bus = bus
-        self._clock_s = clock_s
-        self._state = LiveState(since_s=clock_s())
-        self._lock = threading.Lock()  # replacing the state is read, compute, write
-        self._closing = threading.Event()
+    def __init__(self, bus: Bus) -> None:
+        self._bus, self.clock = bus, bus.clock
+        self._state = LiveState(since_s=self.clock.monotonic_s())
+        self._lock = self.clock.lock()  # replacing the state is read, compute, write
+        self._closing = self.clock.event()
         self._subscriptions: dict[str, Subscription[BusMessage]] = {
             name: bus.subscribe(topic, capacity) for name, (topic, capacity) in STREAMS.items()
         }
         self._threads = [
-            threading.Thread(target=self._follow, args=item, name=f"follow-{item[0]}", daemon=True)
+            self.clock.thread(f"follow-{item[0]}", partial(self._follow, *item))
             for item in self._subscriptions.items()
         ]
-        self._threads.append(
-            threading.Thread(target=self._watch_liveliness, name="liveliness", daemon=True)
-        )
-        for thread in self._threads:
-            thread.start()
+        self._threads.append(self.clock.thread("liveliness", self._watch_liveliness))
 
     @property
     def state(self) -> LiveState:
@@ -70,7 +64,7 @@ class StateCache:
 
     def now_s(self) -> float:
         """The time on the clock of the snapshot's arrival times."""
-        return self._clock_s()
+        return self.clock.monotonic_s()
 
     def counters(self) -> Mapping[str, Counters]:
         """Message counters per stream."""
@@ -79,7 +73,7 @@ class StateCache:
     def state_with_fresh_liveliness(self) -> LiveState:
         """The newest snapshot with the liveliness tokens of this moment, not of the last poll."""
         return self._state.with_members(
-            self._bus.members(), self._clock_s(), connected=self._bus.connected()
+            self._bus.members(), self.clock.monotonic_s(), connected=self._bus.connected()
         )
 
     def begin_close(self) -> None:
@@ -98,7 +92,7 @@ class StateCache:
             message = subscription.take(TAKE_TIMEOUT_S)
             if message is not None:
                 with self._lock:
-                    self._state = self._state.with_message(message, self._clock_s())
+                    self._state = self._state.with_message(message, self.clock.monotonic_s())
             counters = subscription.counters
             if counters.refused > refused:
                 refused = counters.refused
@@ -109,7 +103,7 @@ class StateCache:
         while True:
             members, connected = self._bus.members(), self._bus.connected()
             with self._lock:
-                now_s = self._clock_s()
+                now_s = self.clock.monotonic_s()
                 self._state = self._state.with_members(members, now_s, connected=connected)
             if self._closing.wait(LIVELINESS_PERIOD_S):
                 return

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, TypeVar
@@ -78,7 +77,7 @@ class GatewayContext:
         """
         newest_odometry = self.cache.state.odometry
         if newest_odometry is None:
-            return time.time_ns()
+            return self.cache.clock.wall_ns()
         since_s = newest_odometry.age_s(self.cache.now_s())
         return newest_odometry.message.stamp_ns + round(since_s * 1e9)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import math
-import time
 from base64 import urlsafe_b64decode
 from hashlib import sha256
 from ipaddress import ip_address
@@ -141,7 +140,7 @@ class SecurityMiddleware:
             )
         role = self._roles.get(_digest(token), Role.NOBODY)
         if role is Role.NOBODY:
-            self._log_wrong((scope.get("client") or ("", 0))[0], time.monotonic())
+            self._log_wrong((scope.get("client") or ("", 0))[0], anyio.current_time())
             await anyio.sleep(WRONG_TOKEN_S)
             raise HttpProblem(
                 "unauthorized",

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable, Coroutine, Hashable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import anyio
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
@@ -51,7 +51,7 @@ class SharedResults:
     ``KEPT_S``, is given again; the version None is of data that may have changed.
     """
 
-    def __init__(self, wait_s: float, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, wait_s: float, clock_s: Callable[[], float] = anyio.current_time) -> None:
         self._wait_s = wait_s
         self._clock_s = clock_s
         self._slots = asyncio.Semaphore(AT_ONCE)
