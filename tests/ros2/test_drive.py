@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_ros2.cdr import POSE_STAMPED, decode
-from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive.driver import (
     MAX_COMMAND_AGE_S,
     MAX_PLAN_AGE_S,
@@ -20,11 +18,9 @@ from onemap_ros2.drive.driver import (
     end_of,
     goal_of,
 )
-from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.velocity import ZEROS, CommandRelay
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState, VelocityCommand
-from tests.ros2.fake_network import FakeNetwork
 from tests.ros2.planner_messages import path_to, status
 
 DRIVE, STOPPED = VelocityCommand(1, 1, 0.3, 0.1, validity_ms=300), Velocity2d()
@@ -99,66 +95,8 @@ def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry
     ] == [None] * 11
 
 
-class Ride:
-    """A driver by goal poses and a robot at x = 0.5 m."""
-
-    def __init__(self) -> None:
-        self.network = FakeNetwork()
-        config = Ros2Config(drive="goal_pose", namespace="/r1")
-        self.driver = GoalPoseDriver(self.network, config, print)
-        self.voice = PlannerVoice().with_status(status("s1"))
-        self.now_s = 10.0
-
-    def step(self, x_m: float, *, fresh: bool = True, moving: bool = True) -> None:
-        self.now_s += 0.5
-        self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s).with_command(self.now_s)
-        here = GoalPose(0.5, 0.0, 0.0)
-        self.driver.step(RobotNow(self.now_s, 7, fresh, here, moving=moving), None, self.voice)
-
-    @property
-    def sent(self) -> list[float]:
-        writer = self.network.writers["/r1/goal_pose", POSE_STAMPED]
-        return [decode(data, POSE_STAMPED).pose.position.x for data in writer.sent]
-
-
-def test_goal_poses_are_sent_when_they_move_and_to_stop_where_the_robot_stands() -> None:
-    ride = Ride()
-    for x_m in (4.0, 4.0, 4.1, 4.1, 8.0, 8.0):
-        ride.step(x_m)
-    assert ride.sent == [4.0, 8.0]
-    for _ in range(20):
-        ride.step(4.0, fresh=False)
-    assert set(ride.sent[2:]) == {0.5}
-    assert 2 <= len(ride.sent[2:]) <= 3
-
-
-def test_a_robot_that_stands_near_its_goal_pose_has_reached_it() -> None:
-    ride = Ride()
-    for moving in (True, False, False, False):
-        ride.step(0.75, moving=moving)
-        assert ride.driver.report().reached is None
-    for _ in range(8):
-        ride.step(0.75, moving=False)
-        assert ride.driver.report().reached == GoalPose(0.75, 0.0, 0.0)
-    assert ride.sent == [0.75]
-    ride.step(1.0, moving=False)
-    assert ride.sent[1:] == [1.0]
-    assert ride.driver.report().reached is None
-
-
 def test_one_step_of_rest_ends_no_goal() -> None:
     rest, voice = path_to(0.0, 0.0, "rest"), VOICE.with_path(path_to(2.0, 0.0), 10.0)
     resting = voice.with_path(rest, 10.25)
     assert resting.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
     assert resting.with_path(rest, 10.5).goal(NOW) is None
-
-
-def test_an_adapter_by_goal_poses_that_ends_stops_the_robot() -> None:
-    ride = Ride()
-    ride.driver.close()
-    assert ride.sent == []
-    ride.step(4.0)
-    ride.driver.close()
-    assert ride.sent == [4.0, 0.5]
-    assert ride.driver.metrics() == {"goals_sent": 2.0}
-    assert "no node subscribes to /r1/goal_pose" in ride.driver.problem()

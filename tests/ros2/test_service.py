@@ -11,7 +11,6 @@ import pytest
 from onemap_ros2 import service
 from onemap_ros2.cdr import (
     DIAGNOSTICS,
-    POSE_STAMPED,
     TWIST,
     TWIST_STAMPED,
     decode,
@@ -332,10 +331,9 @@ def nav2() -> Endpoint:
     return Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", kind, type_hash(kind))
 
 
-@pytest.mark.parametrize("drive", ["nav2", "goal_pose"])
-def test_what_drives_by_goals_sends_no_velocity_but_zero(clock: Clock, drive: str) -> None:
+def test_what_drives_by_goals_sends_no_velocity_but_zero(clock: Clock) -> None:
     """That one when nav2 answers no cancellation, which the planner is told."""
-    config = Ros2Config.model_validate({**CONFIG.model_dump(), "drive": drive})
+    config = CONFIG.model_copy(update={"drive": "nav2"})
     made = System(clock, base(TWIST), nav2(), config=config)
     made.states.put(status("s1"))
     for step in range(100):
@@ -344,26 +342,18 @@ def test_what_drives_by_goals_sends_no_velocity_but_zero(clock: Clock, drive: st
             made.robot_says(T0 + step * 20_000_000)
         made.clock.now_s += 0.02
         made.command()
-    if drive == "nav2":
-        made.odometry.take(0.0)
-        for call in made.network.calls:
-            call.answer(call.reply)
-        made.run(1.5)
-        made.robot_says(T0 + 1_000_000_000)
-        told = [message for _ in range(20) if (message := made.odometry.take(0.0))][-1]
-        assert "has not answered a cancellation" in told.hold
-        assert made.worker.health().problem.startswith(told.hold.split(" for ")[0])
-        assert set(made.sent(TWIST)) == {0.0}
+    made.odometry.take(0.0)
+    for call in made.network.calls:
+        call.answer(call.reply)
+    made.run(1.5)
+    made.robot_says(T0 + 1_000_000_000)
+    told = [message for _ in range(20) if (message := made.odometry.take(0.0))][-1]
+    assert "has not answered a cancellation" in told.hold
+    assert made.worker.health().problem.startswith(told.hold.split(" for ")[0])
+    assert set(made.sent(TWIST)) == {0.0}
     made.worker.close()
-    if drive == "nav2":
-        assert [call.service.split("/")[-1] for call in made.network.calls][:1] == ["send_goal"]
-        assert "cancel_goal" in made.network.calls[-1].service
-    else:
-        assert (TOPICS.command, TWIST) not in made.network.writers
-        writer = made.network.writers["/goal_pose", POSE_STAMPED]
-        sent = [decode(data, POSE_STAMPED).pose.position.x for data in writer.sent]
-        assert sent[0] == 4.0
-        assert sent[-1] == pytest.approx(1.0)  # where the robot stands: it is to stop
+    assert [call.service.split("/")[-1] for call in made.network.calls][:1] == ["send_goal"]
+    assert "cancel_goal" in made.network.calls[-1].service
 
 
 def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:

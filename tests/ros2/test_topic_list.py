@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from onemap_ros2 import discovery
-from onemap_ros2.cdr import IMAGE, ODOMETRY, POSE_STAMPED, TF
+from onemap_ros2.cdr import IMAGE, ODOMETRY, TF
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs
@@ -65,21 +65,19 @@ def test_the_camera_information_is_beside_the_image(color: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("drive", "kind", "ros_type", "topic"),
+    ("kind", "ros_type", "topic"),
     [
-        ("nav2", "SS", "nav2_msgs/action/NavigateToPose_SendGoal", "/_action/send_goal"),
-        ("nav2", "AS", "nav2_msgs/action/NavigateToPose", ""),
-        ("goal_pose", "MS", POSE_STAMPED, ""),
+        ("SS", "nav2_msgs/action/NavigateToPose_SendGoal", "/_action/send_goal"),
+        ("AS", "nav2_msgs/action/NavigateToPose", ""),
     ],
 )
-def test_what_drives_is_looked_for(drive: str, kind: str, ros_type: str, topic: str) -> None:
-    config = Ros2Config.model_validate({"drive": drive})
-    setting = "navigate" if drive == "nav2" else drive
-    rest = [each for each in robot(config) if each.topic != getattr(config.names, setting)]
-    assert list(missing(rest, config)) == [setting]
-    name = f"{getattr(config.names, setting)}{topic}"
+def test_the_action_of_nav2_is_looked_for(kind: str, ros_type: str, topic: str) -> None:
+    config = Ros2Config(drive="nav2")
+    rest = [each for each in robot(config) if each.topic != config.names.navigate]
+    assert list(missing(rest, config)) == ["navigate"]
+    name = f"{config.names.navigate}{topic}"
     assert missing([*rest, endpoint(name, ros_type, kind)], config) == {}
-    near = missing([*rest, endpoint(f"/r2{name}", ros_type, kind)], config)[setting]
+    near = missing([*rest, endpoint(f"/r2{name}", ros_type, kind)], config)["navigate"]
     assert "the nearest of its type is /r2/" in near
 
 

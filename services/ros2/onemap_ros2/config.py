@@ -57,7 +57,6 @@ class RobotTopics(NamedTuple):
     depth_camera_info: str | None
     odometry: str
     command: str
-    goal_pose: str
     navigate: str
     tf: str
     tf_static: str
@@ -112,13 +111,11 @@ class Ros2Config(Params):
         description="The color image is rectified, so that the camera information's P holds and "
         "not its K. An image with lens distortion is taken as one without.",
     )
-    drive: Literal["velocity", "nav2", "goal_pose"] = Field(
+    drive: Literal["velocity", "nav2"] = Field(
         default="velocity",
         description="velocity: the planner's own velocities on the command topic. nav2: its goals "
-        "by the action /navigate_to_pose, and nav2 drives. goal_pose: the same as messages on "
-        "/goal_pose, for what has no action; it cannot be cancelled, a goal where the robot "
-        "stands replaces it. With the last two nothing is sent on the command topic, but for zeros "
-        "while nav2 does not answer a cancellation.",
+        "by the action /navigate_to_pose, and nav2 drives: on the command topic only zeros are "
+        "sent, while nav2 does not answer a cancellation.",
     )
     command_type: Literal["auto", "Twist", "TwistStamped"] = Field(
         default="auto",
@@ -136,7 +133,6 @@ class Ros2Config(Params):
         topics = {
             **self.topics.model_dump(),
             "camera_info": self.topics.camera_info or f"{beside}/camera_info",
-            "goal_pose": "/goal_pose",
             "navigate": "/navigate_to_pose",
         }
         placed = {name: topic and self.in_namespace(topic) for name, topic in topics.items()}

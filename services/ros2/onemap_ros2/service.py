@@ -20,7 +20,6 @@ from onemap_ros2.diagnostics import (
 from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
 from onemap_ros2.drive.driver import Driver, GoalPose, PlannerVoice, RobotNow, Say, pose_of
-from onemap_ros2.drive.goal_poses import GoalPoseDriver
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
 from onemap_ros2.frame_thread import FrameThread
@@ -48,14 +47,13 @@ STANDS_MPS, STANDS_RADPS = 0.02, 0.05  # up to this a base that stands may repor
 STEP_S = 0.02  # longest wait for the robot's messages, and so the delay of a command
 RETRY_S = 1.0  # between two attempts to join the robot's network
 DIAGNOSTICS_PERIOD_S = 1.0  # as ROS 2's own nodes send them
-DRIVEN_BY = ("command", "goal_pose", "navigate")  # by setting, where the robot has such a node
+DRIVEN_BY = ("command", "navigate")  # by setting, where the robot has such a node
 LACK_PERIOD_S = 0.5  # between two looks for it: odometry comes 50 times a second
 KEPT_BEATS = 20  # of all services, between two diagnostics
 KEPT = {"tf_static": 100, "tf": 100, "odometry": 5, "color": 5, "depth": 5}  # between two steps
 DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Say], Driver]] = {
     "velocity": VelocityDriver,
     "nav2": Nav2Driver,
-    "goal_pose": GoalPoseDriver,
 }
 
 

@@ -12,7 +12,6 @@ from onemap_ros2.cdr import (
     CLOCK,
     NAVIGATE,
     ODOMETRY,
-    POSE_STAMPED,
     TF,
     TWIST,
     TWIST_STAMPED,
@@ -59,14 +58,11 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
         wanted.append(TopicNeed("depth_camera_info", topics.depth_camera_info, (CAMERA_INFO,)))
     if config.use_sim_time:
         wanted.append(TopicNeed("clock", topics.clock, (CLOCK,)))
-    match config.drive:
-        case "velocity":
-            types = (TWIST, TWIST_STAMPED)
-            wanted.append(TopicNeed("command", topics.command, types, SUBSCRIBER))
-        case "goal_pose":
-            wanted.append(TopicNeed("goal_pose", topics.goal_pose, (POSE_STAMPED,), SUBSCRIBER))
-        case "nav2":
-            wanted.append(TopicNeed("navigate", topics.navigate, (NAVIGATE,), SERVER))
+    if config.drive == "velocity":
+        types = (TWIST, TWIST_STAMPED)
+        wanted.append(TopicNeed("command", topics.command, types, SUBSCRIBER))
+    else:
+        wanted.append(TopicNeed("navigate", topics.navigate, (NAVIGATE,), SERVER))
     return wanted
 
 

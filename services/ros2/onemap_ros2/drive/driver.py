@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from onemap_ros2.cdr import POSE_STAMPED, encode, header, new, pose
+from onemap_ros2.cdr import POSE_STAMPED, header, new, pose
 from onemap_shared.geometry import F64, wrap_angle, yaw_of
 from onemap_shared.messages import PlannedPath, SearchStatus, VelocityCommand
 
@@ -98,11 +98,6 @@ def stamped_pose(goal: GoalPose, stamp_ns: int, frame: str) -> object:
     """The goal as ``geometry_msgs/PoseStamped``."""
     at = pose(goal.x_m, goal.y_m, yaw_rad=goal.yaw_rad)
     return new(POSE_STAMPED, header(stamp_ns, frame), at)
-
-
-def encoded_pose(goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
-    """The goal as the bytes of a ``geometry_msgs/PoseStamped``."""
-    return encode(stamped_pose(goal, stamp_ns, frame), POSE_STAMPED)
 
 
 @dataclass(frozen=True, slots=True)
