@@ -153,13 +153,7 @@ class FakeRobot(Fake):
 
 
 class FakeBridge(Fake):
-    """The same robot behind a bridge: keys without types, tokens below the session.
-
-    old: a bridge before 1.5.1, whose caches of latched topics are queryables of its own. Later
-    ones use the advanced publishers and subscribers of zenoh-ext.
-    """
-
-    old = False
+    """The same robot behind a bridge: keys without types, tokens below the session."""
 
     def __init__(self, endpoint: str) -> None:
         super().__init__(endpoint)
@@ -173,19 +167,14 @@ class FakeBridge(Fake):
     def subscribe(
         self, topic: str, ros_type: str, hear: Callable[[bytes], None], *, latched: bool = False
     ) -> None:
-        """Hear a topic; of a latched one also what the caches of all bridges have."""
+        """Hear a topic."""
         self._announce("MS", topic, ros_type, "/:1:1:0,1" if latched else "/:1::0,10")
 
         def on_sample(sample: zenoh.Sample) -> None:
             hear(sample.payload.to_bytes())
 
-        declare = remembering if latched and not self.old else zenoh.Session.declare_subscriber
+        declare = remembering if latched else zenoh.Session.declare_subscriber
         self.declared.append(declare(self.session, topic[1:], on_sample))
-        if latched and self.old:
-            cache = f"@/*/@ros2_pub_cache{topic}"
-            for reply in self.session.get(cache, accept_replies=zenoh.ReplyKeyExpr.ANY):
-                if reply.ok is not None:
-                    hear(reply.ok.payload.to_bytes())
 
     def serve(self, service: str, ros_type: str, answer: Callable[[bytes], bytes]) -> None:
         """Answer a service; an action is announced as one, with its goals' service."""
@@ -203,9 +192,8 @@ class FakeBridge(Fake):
         return self.ask(service[1:], request, bytes(16))[0]
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
-        """A publisher of a topic; a latched one of an old bridge has a cache of its own."""
-        cached = latched and not self.old
-        declare = cached_publisher if cached else zenoh.Session.declare_publisher
+        """A publisher of a topic."""
+        declare = cached_publisher if latched else zenoh.Session.declare_publisher
         made = Publisher(declare(self.session, topic[1:]), b"")
         if topic.startswith("/camera"):  # best effort: DDS gives nothing to a reliable reader
             made.matched = False
@@ -216,24 +204,10 @@ class FakeBridge(Fake):
             readers = f"@/*/@ros2_lv/MS/{topic[1:].replace('/', '§')}/**"
             liveliness = self.session.liveliness()
             self.declared.append(liveliness.declare_subscriber(readers, on_token, history=True))
-        if latched and self.old:
-
-            def on_query(query: zenoh.Query) -> None:
-                with query:
-                    query.reply(topic[1:], made.newest)
-
-            cache = f"{self._head}/@ros2_pub_cache{topic}"
-            self.declared.append(self.session.declare_queryable(cache, on_query))
         if "/_action/" not in topic:
             qos = "/:1:1:0,1" if latched else "/:1::0,10" if made.matched else "/:0::0,10"
             self._announce("MP", topic, ros_type, qos)
         return made
-
-
-class OldBridge(FakeBridge):
-    """Before 1.5.1."""
-
-    old = True
 
 
 class Publisher:
@@ -241,14 +215,12 @@ class Publisher:
 
     def __init__(self, publisher: Any, gid: bytes) -> None:
         self._publisher, self._gid, self._sequence = publisher, gid, 0
-        self.newest = b""
         self.matched = True
 
     def put(self, data: bytes) -> None:
         if not self.matched:
             return
         self._sequence += 1
-        self.newest = data
         if not self._gid:
             self._publisher.put(data)
             return
@@ -259,7 +231,6 @@ class Publisher:
 FORMS: dict[str, type[FakeRobot] | type[FakeBridge]] = {
     "rmw": FakeRobot,
     "bridge": FakeBridge,
-    "old_bridge": OldBridge,
 }
 
 

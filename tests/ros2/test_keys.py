@@ -60,8 +60,6 @@ def test_keys_and_tokens_of_a_bridge_are_those_of_the_plugin() -> None:
     assert bridge.parse_token(BRIDGED) == COLOR
     assert bridge.bridge_token(SESSION) == f"@/{SESSION}/@ros2_lv"
     assert bridge.graph_key() == "@/*/@ros2_lv/**"
-    assert bridge.cache_key("/tf_static", SESSION) == f"@/{SESSION}/@ros2_pub_cache/tf_static"
-    assert bridge.cache_key("/tf_static") == "@/*/@ros2_pub_cache/tf_static"
 
 
 def test_an_action_of_a_bridge_is_one_endpoint() -> None:

@@ -34,12 +34,7 @@ from tests.structure import ROOT
 __all__ = ["router"]  # the fixture
 pytestmark = pytest.mark.slow
 T = TypeVar("T")
-MIDDLEWARE = {
-    "rmw": "rmw_zenoh",
-    "bridge": "zenoh-bridge-ros2dds",
-    "old_bridge": "zenoh-bridge-ros2dds",
-}
-LATCHED = pytest.mark.parametrize("form", MIDDLEWARE, indirect=True)  # the others need one bridge
+MIDDLEWARE = {"rmw": "rmw_zenoh", "bridge": "zenoh-bridge-ros2dds"}
 TOPICS = {
     "color": "/camera/color",
     "depth": "/camera/depth",
@@ -134,7 +129,6 @@ def drive(planner: Bus, robot: RobotProcess, command: VelocityCommand) -> tuple[
     return eventually(attempt)
 
 
-@LATCHED
 @pytest.mark.usefixtures("adapter")
 def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) -> None:
     frames, odometry = planner.subscribe(keys.ROBOT_RGBD), planner.subscribe(keys.ROBOT_ODOMETRY)
@@ -214,7 +208,6 @@ def test_the_command_lists_topics_and_names_the_missing_one(
     assert sentence.endswith("the nearest of its type is /camera/color")
 
 
-@LATCHED
 @pytest.mark.usefixtures("adapter", "robot")
 def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form: str) -> None:
     grids: queue.SimpleQueue[bytes] = queue.SimpleQueue()

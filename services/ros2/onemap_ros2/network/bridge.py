@@ -1,11 +1,9 @@
 """The robot's ROS 2 network over zenoh-bridge-ros2dds, which stands between DDS and Zenoh."""
-# Talks: answers the robot's network from its threads.
+# Talks: the robot's network.
 
 from __future__ import annotations
 
 from typing import Any
-
-import zenoh
 
 from onemap_ros2.network.interface import (
     ACTION_SERVER,
@@ -18,12 +16,10 @@ from onemap_ros2.network.interface import (
     RequestReader,
     Writer,
 )
-from onemap_ros2.network.zenoh_session import RobotSession, SampleInbox, callback
-from onemap_shared.bus import CLOCK
+from onemap_ros2.network.zenoh_session import RobotSession
 
-HISTORY_S = 5.0  # a bridge's own time for the history of a latched topic
 ADVICE = "start one on the robot with 'zenoh-bridge-ros2dds', which listens on port 7447"
-ADMIN, GRAPH, CACHE = "@", "@ros2_lv", "@ros2_pub_cache"
+ADMIN, GRAPH = "@", "@ros2_lv"
 SLASH = "§"  # stands for one inside a token
 TOKEN_PARTS = 6  # @, session, @ros2_lv, kind, key, type; topics have their quality of service too
 KINDS = (PUBLISHER, SUBSCRIBER, SERVER, ACTION_SERVER)
@@ -66,20 +62,11 @@ def parse_token(token: str) -> Endpoint | None:
     return Endpoint(kind, "", "/" + key.replace(SLASH, "/"), ros_type.replace(SLASH, "/"), "")
 
 
-def cache_key(topic: str, session: str = "*") -> str:
-    """Where bridges before 1.5.1 keep the newest messages of a latched topic; ``*``: all of them.
-
-    Later ones have the caches of zenoh-ext's advanced publishers, which rmw_zenoh has too.
-    """
-    return f"{ADMIN}/{session}/{CACHE}/{topic_key(topic)}"
-
-
 class BridgeNetwork(RobotSession):
-    """The robot's topics as bridges show them. Implements ``RosNetwork``."""
+    """The robot's topics as bridges from 1.5.1 on show them. Implements ``RosNetwork``."""
 
     def __init__(self, connect: tuple[str, ...]) -> None:
         super().__init__(connect, ADVICE, parse_token)
-        self._latched: dict[str, SampleInbox] = {}
         self.announce(bridge_token(self.id))
         self.follow_graph(graph_key())
 
@@ -98,21 +85,14 @@ class BridgeNetwork(RobotSession):
         volatile = QOS_RELIABLE if reliable else QOS_SENSOR
         qos = QOS_TRANSIENT_LOCAL if latched else volatile
         self._announce(SUBSCRIBER, topic, ros_type, qos)
-        if latched:
-            self._latched[topic] = inbox
-            self._fetch(topic, inbox)
         return inbox
 
     def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
         """See ``RosNetwork``."""
         publisher = self.publisher(topic_key(topic), latched=latched)
-        writer = _BridgeWriter(self, publisher, topic)
-        if latched:
-            cache, handler = cache_key(topic, self.id), callback(writer.on_query)
-            self.keep(self.session.declare_queryable(cache, handler))
         qos = QOS_TRANSIENT_LOCAL if latched else QOS_RELIABLE
         self._announce(PUBLISHER, topic, ros_type, qos)
-        return writer
+        return _BridgeWriter(self, publisher, topic)
 
     def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
         """See ``RosNetwork``; the bridge knows the type of the service itself."""
@@ -125,44 +105,17 @@ class BridgeNetwork(RobotSession):
         self._announce(SERVER, service, ros_type, "")
         return inbox
 
-    def on_endpoint(self, found: Endpoint) -> None:
-        """An old bridge came that may have published a latched topic before."""
-        inbox = self._latched.get(found.topic)
-        if found.kind == PUBLISHER and inbox is not None:
-            self._fetch(found.topic, inbox)
-
     def _announce(self, kind: str, topic: str, ros_type: str, qos: str) -> None:
         self.announce(endpoint_token(self.id, Endpoint(kind, "", topic, ros_type, ""), qos))
 
-    def _fetch(self, topic: str, inbox: SampleInbox) -> None:
-        self.session.get(
-            cache_key(topic),
-            callback(inbox.on_reply),
-            target=zenoh.QueryTarget.ALL,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            accept_replies=zenoh.ReplyKeyExpr.ANY,
-            timeout=HISTORY_S,
-        )
-
 
 class _BridgeWriter:
-    """Publishes, and keeps the newest message for old bridges that ask for a latched topic."""
-
     def __init__(self, network: BridgeNetwork, publisher: Any, topic: str) -> None:
         self._network, self._publisher, self._topic = network, publisher, topic
-        self._lock = CLOCK.lock()
-        self._newest: bytes | None = None
 
     @property
     def heard(self) -> bool:
         return self._network.heard(self._topic)
 
     def put(self, data: bytes) -> None:
-        with self._lock:
-            self._newest = data
         self._publisher.put(data)
-
-    def on_query(self, query: zenoh.Query) -> None:
-        with query, self._lock:
-            if self._newest is not None:
-                query.reply(topic_key(self._topic), self._newest)

@@ -173,11 +173,6 @@ class SampleInbox:
         self._samples.append(sample)
         self._arrived.set()
 
-    def on_reply(self, reply: zenoh.Reply) -> None:
-        """Keep a sample of somebody's history."""
-        if reply.ok is not None:
-            self.on_sample(reply.ok)
-
     def take(self) -> list[bytes]:
         """See ``Reader``."""
         taken = []
