@@ -14,7 +14,6 @@ from onemap_ros2.display_messages import (
     detection_array,
     marker_array,
     occupancy_grid,
-    similarity_cloud,
     similarity_grid,
 )
 from onemap_shared import keys
@@ -81,7 +80,7 @@ def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> N
     screen.run(3)
     assert screen.asked.count("sofa") == 3
     sent = {name: len(screen.writer(name).sent) for name in VIEWS}
-    assert sent == {"belief": 3, "map": 1, "similarity": 3, "similarity_cloud": 3}
+    assert sent == {"belief": 3, "map": 1, "similarity": 3}
     assert cdr.decode(screen.writer("belief").sent[0], cdr.GRID).info.width == 3
     screen.run(3, revise=False)
     assert screen.asked.count("sofa") == 4  # once for the last revision
@@ -89,13 +88,13 @@ def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> N
 
 def test_who_listens_later_gets_the_view_though_nothing_changed() -> None:
     screen = Screen()
-    cloud = screen.writer("similarity_cloud")
-    cloud.heard = False
+    similarity = screen.writer("similarity")
+    similarity.heard = False
     screen.run(2, revise=False)
-    assert (len(screen.writer("belief").sent), cloud.sent) == (1, [])
-    cloud.heard = True
+    assert (len(screen.writer("belief").sent), similarity.sent) == (1, [])
+    similarity.heard = True
     screen.run(2, revise=False)
-    assert (len(screen.writer("belief").sent), len(cloud.sent)) == (1, 1)
+    assert (len(screen.writer("belief").sent), len(similarity.sent)) == (1, 1)
 
 
 def test_a_word_is_shown_until_an_empty_one_and_an_unknown_one_hides_nothing() -> None:
@@ -133,19 +132,14 @@ def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
         screen.display.step(10.0 + 0.1 * step)
     assert screen.asked == ["objects"]  # the list has not changed since
     assert len(screen.writer("markers").sent) == 4  # 2 Hz for 2 s
-    goal = cdr.decode(screen.writer("goal").sent[-1], cdr.POSE_ARRAY)
-    assert ([pose.position.x for pose in goal.poses], cdr.stamp_ns(goal.header.stamp)) == (
-        [2.0],
-        77,
-    )
-    assert len(cdr.decode(screen.writer("path").sent[-1], cdr.PATH).poses) == 2
+    path = cdr.decode(screen.writer("path").sent[-1], cdr.PATH)
+    assert (path.poses[-1].pose.position.x, cdr.stamp_ns(path.header.stamp)) == (2.0, 77)
     screen.revise(2)
     screen.states.put(status("s1", m.SearchState.FOUND))
     screen.display.step(20.0)
     markers = cdr.decode(screen.writer("markers").sent[-1], cdr.MARKER_ARRAY).markers
     assert {each.ns for each in markers} == {"", "finds"}  # the plan is over
     assert len(cdr.decode(screen.writer("path").sent[-1], cdr.PATH).poses) == 0
-    assert len(cdr.decode(screen.writer("goal").sent[-1], cdr.POSE_ARRAY).poses) == 0
     sent = len(screen.writer("markers").sent)
     screen.display.step(30.0)
     assert len(screen.writer("markers").sent) == sent  # nothing is new
@@ -198,22 +192,9 @@ def test_grids_have_their_rows_along_y_lowest_first() -> None:
     assert occupancy_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 0, 0, 100, 0))
 
 
-def test_the_cloud_has_the_scored_cells_on_the_floor() -> None:
-    data = similarity_cloud(view(), "map")
-    cloud = cdr.decode(data, cdr.POINT_CLOUD)
-    assert [(each.name, each.offset, each.datatype, each.count) for each in cloud.fields] == [
-        ("x", 0, 7, 1),
-        ("y", 4, 7, 1),
-        ("z", 8, 7, 1),
-        ("intensity", 12, 7, 1),
-    ]
-    points = (-0.75, 2.75, 0, 0.25), (-0.25, 2.25, 0, 1), (-0.25, 2.75, 0, 0), (0.25, 2.75, 0, 0.5)
-    assert bytes(cloud.data) == b"".join(struct.pack("<4f", *point) for point in points)
-    assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step) == (4, 1, 16, 64)
-    assert (cloud.header.frame_id, cdr.stamp_ns(cloud.header.stamp)) == ("map", 5)
+def test_without_a_word_no_cell_is_similar() -> None:
     without = replace(view(), similarity=view().similarity[:0, :0])
-    assert cdr.decode(similarity_cloud(without, "map"), cdr.POINT_CLOUD).width == 0
-    assert -1 in cdr.decode(similarity_grid(without, "map"), cdr.GRID).data
+    assert set(cdr.decode(similarity_grid(without, "map"), cdr.GRID).data) == {-1}
 
 
 def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:

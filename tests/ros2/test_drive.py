@@ -15,7 +15,6 @@ from onemap_ros2.drive.driver import (
     GoalPose,
     PlannerVoice,
     RobotNow,
-    end_of,
     goal_of,
 )
 from onemap_ros2.drive.velocity import ZEROS, CommandRelay
@@ -66,7 +65,6 @@ def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
     assert turned.yaw_rad == pytest.approx(3.0 + TURN_RAD - 2 * math.pi)
     for motion in ("rest", "reverse", ""):
         assert goal_of(path_to(3.0, 0.0, motion), ORIGIN) is None
-        assert end_of(path_to(3.0, 0.0, motion)) is None
 
 
 NOW = RobotNow(10.1, 7, True, ORIGIN)

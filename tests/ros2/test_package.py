@@ -21,8 +21,6 @@ SHOWS = {
     "Map": cdr.GRID,
     "MarkerArray": cdr.MARKER_ARRAY,
     "Path": cdr.PATH,
-    "PointCloud2": cdr.POINT_CLOUD,
-    "PoseArray": cdr.POSE_ARRAY,
 }
 
 

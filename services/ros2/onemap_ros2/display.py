@@ -14,8 +14,6 @@ from onemap_ros2.cdr import (
     GRID,
     MARKER_ARRAY,
     PATH,
-    POINT_CLOUD,
-    POSE_ARRAY,
     STRING,
     decode,
 )
@@ -23,16 +21,13 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.display_messages import (
     belief_grid,
     detection_array,
-    goal_message,
     keepout_info,
     keepout_mask,
     marker_array,
     occupancy_grid,
     path_message,
-    similarity_cloud,
     similarity_grid,
 )
-from onemap_ros2.drive.driver import end_of
 from onemap_ros2.network.interface import RosNetwork
 from onemap_shared.clock import Thread
 from onemap_shared.keys import (
@@ -64,19 +59,16 @@ VIEWS: dict[str, Callable[[SearchView, str], bytes]] = {
     "belief": belief_grid,
     "map": occupancy_grid,
     "similarity": similarity_grid,
-    "similarity_cloud": similarity_cloud,
 }
 TOPICS = {
     "belief": GRID,
     "map": GRID,
     "similarity": GRID,
-    "similarity_cloud": POINT_CLOUD,
     "markers": MARKER_ARRAY,
     "detections": DETECTION_ARRAY,
     "path": PATH,
     "keepout_mask": GRID,
     "keepout_info": FILTER_INFO,
-    "goal": POSE_ARRAY,
 }
 QUERY = "query"  # topic with the word whose similarity is shown; empty: the object now sought
 
@@ -135,7 +127,7 @@ class Display:
         if due and now_s >= self._next_map_s:
             self._next_map_s = now_s + MAP_PERIOD_S
             self._publish_views(due)
-        if now_s >= self._next_markers_s and self._heard("markers", "detections", "path", "goal"):
+        if now_s >= self._next_markers_s and self._heard("markers", "detections", "path"):
             self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
             if self._changed:
@@ -243,6 +235,4 @@ class Display:
         stamp_ns, frame = self._stamp_ns(), self._config.map_frame
         self._writers["markers"].put(marker_array(self._objects, self._path, stamp_ns, frame))
         self._writers["detections"].put(detection_array(self._objects, stamp_ns, frame))
-        goal = end_of(self._path) if self._path is not None else None
         self._writers["path"].put(path_message(self._path, stamp_ns, frame))
-        self._writers["goal"].put(goal_message(goal, stamp_ns, frame))

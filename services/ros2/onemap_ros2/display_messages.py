@@ -1,4 +1,4 @@
-"""What RViz, nav2 and Foxglove take, as messages: grids, a cloud, finds, frontiers, the path."""
+"""What RViz, nav2 and Foxglove take, as messages: grids, finds, frontiers, the path."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from onemap_ros2.cdr import (
     MARKER_ARRAY,
     PATH,
     POINT,
-    POINT_CLOUD,
-    POSE_ARRAY,
     POSE_STAMPED,
     encode,
     header,
@@ -24,7 +22,6 @@ from onemap_ros2.cdr import (
     pose,
     time_of,
 )
-from onemap_ros2.drive.driver import GoalPose
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     KeptObject,
@@ -62,25 +59,6 @@ def similarity_grid(view: SearchView, frame: str) -> bytes:
     percent = np.rint(np.clip(view.similarity[scored], 0.0, 1.0) * 100.0)
     values[scored] = percent.astype(np.int8)
     return _grid(view.grid, view.stamp_ns, values, frame)
-
-
-FLOAT32 = 7  # of sensor_msgs/PointField
-
-
-def similarity_cloud(view: SearchView, frame: str) -> bytes:
-    """The similarity to the word in [0, 1] as the intensity of the observed cells' centres, z = 0.
-
-    Points are float32 x, y, z, intensity; there is none without a word.
-    """
-    scored = _scored(view)
-    points = np.zeros((np.count_nonzero(scored), 4), "<f4")
-    points[:, :2] = view.grid.centres(np.argwhere(scored))
-    points[:, 3] = view.similarity[scored]
-    names = enumerate(("x", "y", "z", "intensity"))
-    fields = [new("sensor_msgs/msg/PointField", name, 4 * i, FLOAT32, 1) for i, name in names]
-    data = np.frombuffer(points.tobytes(), np.uint8)
-    size = 1, len(points), fields, False, 16, len(data)  # height, width, fields, order, bytes
-    return encode(new(POINT_CLOUD, header(view.stamp_ns, frame), *size, data, True), POINT_CLOUD)
 
 
 def _scored(view: SearchView) -> NDArray[np.bool_]:
@@ -234,9 +212,3 @@ def path_message(path: PlannedPath | None, stamp_ns: int, frame: str) -> bytes:
     head, points = header(stamp_ns, frame), () if path is None else path.points_m.tolist()
     poses = [new(POSE_STAMPED, head, pose(x, y)) for x, y in points]
     return encode(new(PATH, head, poses), PATH)
-
-
-def goal_message(goal: GoalPose | None, stamp_ns: int, frame: str) -> bytes:
-    """The goal as an array of one pose, of none without a goal: displays keep a single pose."""
-    poses = [] if goal is None else [pose(goal.x_m, goal.y_m, yaw_rad=goal.yaw_rad)]
-    return encode(new(POSE_ARRAY, header(stamp_ns, frame), poses), POSE_ARRAY)

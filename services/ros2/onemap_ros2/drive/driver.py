@@ -67,19 +67,10 @@ def goal_of(path: PlannedPath, robot: GoalPose) -> GoalPose | None:
     """
     if path.motion == "rotate":
         return GoalPose(robot.x_m, robot.y_m, wrap_angle(robot.yaw_rad + TURN_RAD), turns=True)
-    return end_of(path, robot)
-
-
-def end_of(path: PlannedPath, robot: GoalPose | None = None) -> GoalPose | None:
-    """The end of a path that the robot is to drive; None if it is not to.
-
-    Without the robot's pose it counts as where the path begins, along x.
-    """
     if path.motion != "drive" or len(path.points_m) == 0:
         return None
     x_m, y_m = (float(value) for value in path.points_m[-1])
-    start = robot or GoalPose(float(path.points_m[0, 0]), float(path.points_m[0, 1]), 0.0)
-    return GoalPose(x_m, y_m, _heading_rad(path, start))
+    return GoalPose(x_m, y_m, _heading_rad(path, robot))
 
 
 def _heading_rad(path: PlannedPath, robot: GoalPose) -> float:
