@@ -34,7 +34,6 @@ def camera_info(
     height: int = HEIGHT,
     fx: float = FX,
     *,
-    binning: tuple[int, int] = (0, 0),
     roi: tuple[int, int, int, int] = (0, 0, 0, 0),
 ) -> bytes:
     """roi: left, top, width and height."""
@@ -46,7 +45,7 @@ def camera_info(
     part = new("sensor_msgs/msg/RegionOfInterest", left, top, down, across, False)
     R, D = np.eye(3).ravel(), np.zeros(5)
     head = header(stamp_ns, "camera")
-    info = new(kind, head, height, width, "plumb_bob", D, K, R, P, *binning, part)
+    info = new(kind, head, height, width, "plumb_bob", D, K, R, P, 0, 0, part)
     return encode(info, kind)
 
 

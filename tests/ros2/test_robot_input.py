@@ -172,23 +172,6 @@ def test_compressed_images_become_the_same_frame() -> None:
     np.testing.assert_array_equal(frame.depth_mm, DEPTH)
 
 
-def test_separate_depth_is_registered_and_the_pose_is_that_of_the_color_camera() -> None:
-    made = robot(topics={"depth_camera_info": "/d/camera_info"})
-    made.add("tf_static", transforms(0, ("camera", "depth_camera", 0.0, 0.0)), 0.0)
-    show_color = image(T0 + 50 * MS, RGB, "rgb8")
-    made.add("color", show_color, 0.0)
-    small = np.full((HEIGHT // 2, WIDTH // 2), 1500, np.uint16)
-    made.add("depth", image(T0 + 50 * MS, small, "16UC1", "depth_camera"), 0.0)
-    assert made.take_frame(0.0) is None  # the depth camera is not known yet
-    assert not made.has_camera("depth_camera_info")
-    made.add("depth_camera_info", camera_info(T0, WIDTH, HEIGHT), 0.0)  # before it was halved
-    frame = made.take_frame(0.0)
-    assert frame is not None, made.problem
-    assert frame.depth_mm.shape == RGB.shape[:2]
-    assert set(frame.depth_mm.ravel()) == {1500}  # without holes, although it has half the pixels
-    np.testing.assert_allclose(frame.T_map_camera, pose_2d(5.7, 0.0, 0.0), atol=1e-6)
-
-
 def test_dropped_and_late_transforms_cost_frames_and_never_a_wrong_pose() -> None:
     made = robot(map_frame="odom")
     rng = np.random.default_rng(0)

@@ -16,12 +16,7 @@ from tests.ros2.fake_network import FakeNetwork
 
 TOPICS = TopicParams(color="/camera/color")
 CONFIG = Ros2Config(topics=TOPICS)
-EVERYTHING = Ros2Config(
-    topics=TOPICS.model_copy(update={"depth_camera_info": "/camera/depth/camera_info"}),
-    namespace="/r1",
-    use_sim_time=True,
-    drive="nav2",
-)
+EVERYTHING = Ros2Config(topics=TOPICS, namespace="/r1", use_sim_time=True, drive="nav2")
 
 
 def endpoint(topic: str, ros_type: str, kind: str = "MP") -> Endpoint:

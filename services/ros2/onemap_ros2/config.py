@@ -26,19 +26,13 @@ class TopicParams(Params):
     depth: TopicName = Field(
         default="/camera/camera/aligned_depth_to_color/image_raw",
         description="sensor_msgs/Image, 16UC1 (mm) or 32FC1 (m), registered to the color image: "
-        "pixel by pixel the same view and size; else depth_camera_info is needed. Ending in "
+        "pixel by pixel the same view and size, as drivers or depth_image_proc make it. Ending in "
         "/compressedDepth or /compressed: CompressedImage, PNG.",
     )
     camera_info: TopicName | None = Field(
         default=None,
         description="sensor_msgs/CameraInfo of the color image. None: beside it, where drivers "
         "put it.",
-    )
-    depth_camera_info: TopicName | None = Field(
-        default=None,
-        description="sensor_msgs/CameraInfo of a depth image that is not registered to the color "
-        "image: it is registered here, by both cameras and the transform between them. None: it "
-        "is registered already.",
     )
     odometry: TopicName = Field(
         default="/odom", description="nav_msgs/Odometry: where the base is and how it moves."
@@ -54,7 +48,6 @@ class RobotTopics(NamedTuple):
     color: str
     depth: str
     camera_info: str
-    depth_camera_info: str | None
     odometry: str
     command: str
     navigate: str
@@ -135,7 +128,7 @@ class Ros2Config(Params):
             "camera_info": self.topics.camera_info or f"{beside}/camera_info",
             "navigate": "/navigate_to_pose",
         }
-        placed = {name: topic and self.in_namespace(topic) for name, topic in topics.items()}
+        placed = {name: self.in_namespace(topic) for name, topic in topics.items()}
         tf = self.namespace if self.tf_in_namespace else ""
         return RobotTopics(**placed, tf=f"{tf}/tf", tf_static=f"{tf}/tf_static")
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onemap_ros2.cdr import FormatError
-from onemap_shared.camera import Intrinsics, project, unproject
-from onemap_shared.geometry import F32, F64, U8, U16
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, U8, U16
 
 CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3}
 REVERSED = ("bgr8", "bgra8", "8UC3")  # OpenCV's order
@@ -130,52 +130,30 @@ def _decompressed(data: Any, mode: int, name: str) -> NDArray:
 
 @dataclass(frozen=True, slots=True)
 class CalibratedCamera:
-    """What a ``sensor_msgs/CameraInfo`` says of its images.
+    """What a ``sensor_msgs/CameraInfo`` says: width and height in pixels, and their camera."""
 
-    window: width and height of the part of the sensor that they show, in the pixels of the
-    calibration. binning: how many of these become one pixel, across and down. camera: of the
-    window without binning. is_part: the window is not the whole sensor.
-    """
-
-    window: tuple[int, int]
-    binning: tuple[int, int]
+    size: tuple[int, int]
     camera: Intrinsics
-    is_part: bool
 
     def of_image(self, width: int, height: int) -> Intrinsics:
-        """The camera of an image of this size, binned as announced or resized.
-
-        FormatError for another aspect, and for an image larger than a region of interest: it
-        shows something else.
-        """
-        expected = [side / joined for side, joined in zip(self.window, self.binning, strict=True)]
-        resized = width / expected[0], height / expected[1]
-        if abs(width - expected[0]) < 1 and abs(height - expected[1]) < 1:
-            resized = 1.0, 1.0  # binning leaves out what fills no whole pixel
-        off_px = max(abs(height - expected[1] * resized[0]), abs(width - expected[0] * resized[1]))
-        if off_px >= 1 or (self.is_part and max(resized) > 1):
+        """The camera of an image of this size, binned or resized; FormatError: another aspect."""
+        across, down = width / self.size[0], height / self.size[1]
+        off_px = max(abs(height - self.size[1] * across), abs(width - self.size[0] * down))
+        if off_px >= 1:  # less remains where a side is no multiple
             raise FormatError(
-                f"the camera information is for {self._window()}, and the image has {width} x "
-                f"{height}, which is no resizing of it: publish the camera information of this "
-                "image"
+                f"the camera information is for {self.size[0]} x {self.size[1]} pixels, and the "
+                f"image has {width} x {height}, which is no resizing of it: publish the camera "
+                "information of this image"
             )
-        scales = (scale / joined for scale, joined in zip(resized, self.binning, strict=True))
-        return self.camera.scaled(*scales)
-
-    def _window(self) -> str:
-        part = "a region of interest of " if self.is_part else ""
-        binned = f", binned by {self.binning[0]} x {self.binning[1]}"
-        shown = f"{part}{self.window[0]} x {self.window[1]} pixels"
-        return shown + binned * (max(self.binning) > 1)
+        return self.camera.scaled(across, down)
 
 
 def calibrated_camera(info: Any, *, rectified: bool) -> CalibratedCamera:
     """The pinhole camera of a ``sensor_msgs/CameraInfo``.
 
     ROS 2 has pixel centres at integers, OneMap at half-integers, which is half a pixel more.
-    ``rectified``: the image is, so that P holds, not K. Both are of the whole sensor, of which
-    ``roi`` names the part that is published, and ``binning`` the pixels that are joined; 0: all of
-    it, and none.
+    ``rectified``: the image is, so that P holds, not K. Both are of the whole sensor: what shows a
+    part of it (``roi``) is refused.
     """
     values = np.asarray(info.p if rectified else info.k, np.float64)
     fx, fy, cx, cy = (values[i] for i in ((0, 5, 2, 6) if rectified else (0, 4, 2, 5)))
@@ -185,61 +163,13 @@ def calibrated_camera(info: Any, *, rectified: bool) -> CalibratedCamera:
             f"the camera information is for {size[0]} x {size[1]} pixels: its publisher must set "
             "width and height, those of the image that was calibrated"
         )
-    part = int(roi.width) or size[0], int(roi.height) or size[1]
-    if roi.x_offset + part[0] > size[0] or roi.y_offset + part[1] > size[1]:
+    if roi.x_offset or roi.y_offset or (roi.width, roi.height) not in ((0, 0), size):
         raise FormatError(
-            f"the camera information has a region of interest of {part[0]} x {part[1]} pixels at "
-            f"({roi.x_offset}, {roi.y_offset}), outside of its {size[0]} x {size[1]}"
+            f"the camera information has a region of interest of {roi.width} x {roi.height} "
+            f"pixels: publish the whole image of {size[0]} x {size[1]}"
         )
     try:
-        camera = Intrinsics(
-            float(fx), float(fy), float(cx) + 0.5 - roi.x_offset, float(cy) + 0.5 - roi.y_offset
-        )
+        camera = Intrinsics(float(fx), float(fy), float(cx) + 0.5, float(cy) + 0.5)
     except ValueError as problem:
         raise FormatError(f"the camera information has no usable camera: {problem}") from problem
-    binning = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
-    return CalibratedCamera(part, binning, camera, is_part=part != size)
-
-
-NOTHING = 65535  # mm; further than any measurement
-MAX_SPREAD = 8  # pixels of the color image to a pixel of depth, along each side
-
-
-@dataclass(frozen=True, slots=True)
-class CameraPair:
-    """A depth camera beside a color camera; T_color_depth (4, 4) between their optical frames."""
-
-    depth: Intrinsics
-    color: Intrinsics
-    T_color_depth: F64
-
-
-def register_depth(depth_mm: U16, cameras: CameraPair, shape: tuple[int, int]) -> U16:
-    """The depth (H, W) uint16 in mm, 0 invalid, for each pixel of a color image of ``shape``.
-
-    Each measured pixel becomes a point, and the color pixels that it covers get its depth; where
-    several points meet, the nearest one. Pixels that no point reaches are 0.
-    """
-    rows, columns = np.nonzero(depth_mm)
-    points = unproject(depth_mm.astype(np.float32) * np.float32(1e-3), cameras.depth)[rows, columns]
-    R, t = cameras.T_color_depth[:3, :3].astype(np.float32), cameras.T_color_depth[:3, 3]
-    points = points @ R.T + t.astype(np.float32)
-    points = points[points[:, 2] >= 5e-4]  # under half a millimetre, and behind
-    millimetres = np.rint(points[:, 2] * 1e3)
-    kept = np.flatnonzero(millimetres < NOTHING)
-    far_first = kept[np.argsort(~millimetres[kept].astype(np.uint16), kind="stable")]  # radix sort
-    values = millimetres[far_first].astype(np.uint16)
-    pixels = project(points[far_first], cameras.color)
-    registered = np.zeros(shape[0] * shape[1], np.uint16)
-    spread = min(max(round(cameras.color.focal_px / cameras.depth.focal_px), 1), MAX_SPREAD)
-    first = np.floor(pixels - np.float32(0.5 * (spread - 1) - 0.5)).astype(np.int32)
-    for down in range(spread):
-        for right in range(spread):
-            u, v = first[:, 0] + right, first[:, 1] + down
-            inside = (u >= 0) & (u < shape[1]) & (v >= 0) & (v < shape[0])
-            one = np.zeros_like(registered)
-            one[v[inside] * shape[1] + u[inside]] = values[inside]  # the nearest is written last
-            registered = np.where(
-                (one > 0) & ((registered == 0) | (one < registered)), one, registered
-            )
-    return registered.reshape(shape)
+    return CalibratedCamera(size, camera)

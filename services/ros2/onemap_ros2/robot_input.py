@@ -125,9 +125,8 @@ class RobotInput:
         self._config = config
         self._transforms = TransformBuffer()
         self._pairs = PairBuffer(PAIR_TOLERANCE_NS)
-        self._cameras: dict[str, CalibratedCamera] = {}
+        self._camera: CalibratedCamera | None = None
         self._image_types = image_type(config.topics.color), image_type(config.topics.depth)
-        self._registers = config.topics.depth_camera_info is not None
         self._odometry: deque[_Waiting] = deque(maxlen=MAX_WAITING)
         self._images: _Waiting | None = None
         self._newest_ns: dict[str, int] = {}  # stamps, by setting of the topic
@@ -138,10 +137,10 @@ class RobotInput:
         self.body_frame = "base_link"  # as the odometry names it
         self.clock_ns: int | None = None  # simulated time; None before the first
 
-    def has_camera(self, kind: str = "camera_info") -> bool:
-        """Whether the camera information that this setting names has come, if it is needed."""
-        needed = kind != "depth_camera_info" or self._registers
-        return not needed or kind in self._cameras
+    @property
+    def has_camera(self) -> bool:
+        """Whether camera information has come."""
+        return self._camera is not None
 
     @property
     def unpaired(self) -> int:
@@ -168,8 +167,8 @@ class RobotInput:
         return None
 
     def take_images(self, now_s: float) -> FrameImages | None:
-        """The newest color and depth image whose cameras and transform are there."""
-        if not (self.has_camera() and self.has_camera("depth_camera_info")):
+        """The newest color and depth image whose camera and transform are there."""
+        if not self.has_camera:
             return None
         try:
             self._images = self._images or self._next_images(now_s)
@@ -206,7 +205,7 @@ class RobotInput:
     def _made(self, waiting: _Waiting, make: Callable[..., object], now_s: float) -> object:
         """What becomes of it; WAITS if its transform may still come, None if it is of no use."""
         try:
-            return make(waiting, self._lookup(waiting, now_s), now_s)
+            return make(waiting, self._lookup(waiting, now_s))
         except TransformLate:
             return WAITS
         except TransformError as problem:
@@ -221,11 +220,10 @@ class RobotInput:
             stamp = peek_stamp_ns(data)
             self._follow(kind, stamp)
             self._pairs.add(kind, stamp, data)
-        elif kind in ("camera_info", "depth_camera_info"):
+        elif kind == "camera_info":
             info = decode(data, CAMERA_INFO)
-            with naming(self._config, kind):
-                camera = calibrated_camera(info, rectified=self._config.rectified)
-            self._cameras[kind] = camera
+            with naming(self._config):
+                self._camera = calibrated_camera(info, rectified=self._config.rectified)
         elif kind == "clock":
             self.clock_ns = stamp_ns(decode(data, CLOCK).clock)
             self._follow(kind, self.clock_ns)
@@ -295,15 +293,12 @@ class RobotInput:
         self._frame_ns, self._frame_s = pair.stamp_ns, now_s
         color_type, depth_type = self._image_types
         color, depth = decode(pair.color, color_type), decode(pair.depth, depth_type)
-        frame = _frame((color if self._registers else depth).header.frame_id)
+        frame = _frame(depth.header.frame_id)
         return _Waiting(pair.stamp_ns, frame, now_s, depth, color)
 
-    def _lookup(self, waiting: _Waiting, now_s: float, target: str = "") -> F64:
-        """T_target_frame of what waits, of the map without a target.
-
-        TransformLate as long as it may wait, then TransformError.
-        """
-        target = target or self._config.map_frame
+    def _lookup(self, waiting: _Waiting, now_s: float) -> F64:
+        """T_map_frame of what waits; TransformLate while it may wait, then TransformError."""
+        target = self._config.map_frame
         try:
             return self._transforms.lookup(target, waiting.frame, waiting.stamp_ns)
         except TransformLate as problem:
@@ -311,16 +306,13 @@ class RobotInput:
                 raise
             raise TransformError(str(problem)) from problem
 
-    def _place_images(self, images: _Waiting, T_map_camera: F64, now_s: float) -> FrameImages:
-        T_color_depth = None
-        if self._registers:
-            between = replace(images, frame=_frame(images.message.header.frame_id))
-            T_color_depth = self._lookup(between, now_s, target=images.frame)
-        cameras, config = dict(self._cameras), self._config
+    def _place_images(self, images: _Waiting, T_map_camera: F64) -> FrameImages | None:
+        if self._camera is None:
+            return None
         stamp, color, depth = images.stamp_ns, images.color, images.message
-        return FrameImages(stamp, color, depth, T_map_camera, T_color_depth, cameras, config)
+        return FrameImages(stamp, color, depth, T_map_camera, self._camera, self._config)
 
-    def _make_odometry(self, waiting: _Waiting, T_map_odom: F64, _: float) -> Odometry:
+    def _make_odometry(self, waiting: _Waiting, T_map_odom: F64) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist
         place, turn = pose.position, pose.orientation
         try:

@@ -245,9 +245,9 @@ class Ros2Worker:
         if not self._fresh(now_s):
             reason = self._input.problem or lacking.get("odometry", "no message arrives")
             return f"no odometry on {topics.odometry} for {STALE_S:g} s: {_both(reason, silent)}"
-        for kind in ("camera_info", "depth_camera_info"):
-            if not self._input.has_camera(kind):
-                return lacking.get(kind, f"no camera information on {getattr(topics, kind)}")
+        if not self._input.has_camera:
+            reason = f"no camera information on {topics.camera_info}"
+            return lacking.get("camera_info", reason)
         waited_s = now_s - self._last_frame_s
         if self._input.counts.frames == 0 or waited_s > SILENT_S:
             lack = lacking.get("color") or lacking.get("depth")

@@ -54,8 +54,6 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
         TopicNeed("color", topics.color, (image_type(topics.color),)),
         TopicNeed("depth", topics.depth, (image_type(topics.depth),)),
     ]
-    if topics.depth_camera_info is not None:
-        wanted.append(TopicNeed("depth_camera_info", topics.depth_camera_info, (CAMERA_INFO,)))
     if config.use_sim_time:
         wanted.append(TopicNeed("clock", topics.clock, (CLOCK,)))
     if config.drive == "velocity":

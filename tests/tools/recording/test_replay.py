@@ -38,7 +38,7 @@ from onemap_tools.recording.bag_file import (
 from onemap_tools.recording.replay import Change, map_steps
 from onemap_tools.recording.ros2_frames import Ros2Bag
 from tests.perception.toy import ColourEncoder
-from tests.ros2.robot_messages import camera_info, compressed
+from tests.ros2.robot_messages import compressed
 from tests.shared.samples import sample
 from tests.tools.cli.commands import error_of
 from tests.tools.recording.bags import (
@@ -277,17 +277,6 @@ def test_a_compressed_topic_of_a_robot_with_a_namespace_is_read(tmp_path: Path) 
     assert np.array_equal(np.unique(frame.rgb), [50])
     with pytest.raises(BagError, match=r"no /tf \(ros2.namespace\), which may be /r1/tf;"):
         list(Ros2Bag(tmp_path / "a.mcap", CONFIG).frames())
-
-
-def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
-    topics = {**TOPICS, "depth_camera_info": "/cam/depth_info"}
-    config = Ros2Config.model_validate({"topics": topics})
-    own = (0, "depth_camera_info", camera_info(T0, SIZE[1], SIZE[0], 40.0))
-    reader = Ros2Bag(bag(tmp_path / "a.mcap", [own, *drive(2)], config), config)
-    assert len(list(reader.frames())) == 2
-    without = Ros2Bag(bag(tmp_path / "b.mcap", drive(2)), config)
-    with pytest.raises(BagError, match="depth_info"):
-        list(without.frames())
 
 
 def test_own_recordings_need_no_packages_of_ros2() -> None:

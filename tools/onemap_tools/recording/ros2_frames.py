@@ -22,7 +22,7 @@ from onemap_shared.messages import RgbdFrame
 from onemap_tools.recording.bag_file import BagError
 
 LONG_S = 10.0  # more than anything may wait
-READ = ("tf_static", "tf", "camera_info", "depth_camera_info", "color", "depth")
+READ = ("tf_static", "tf", "camera_info", "color", "depth")
 
 
 def read_topics(config: Ros2Config) -> dict[str, tuple[str, str]]:
