@@ -1,5 +1,4 @@
 """The robot's ROS 2 network over zenoh-bridge-ros2dds, which stands between DDS and Zenoh."""
-# Talks: the robot's network.
 
 from __future__ import annotations
 
