@@ -4,25 +4,38 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 
 
-def worker_pool(workers: int) -> ProcessPoolExecutor:
-    """A pool of processes that end when this process does, however it died.
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool of processes that end with the context, or when this process does, however it died.
 
-    They are spawned, not forked: this process may hold threads of torch or onnxruntime.
+    What they still compute when the context ends is of no use: an error, or Ctrl-C. Nothing is
+    cancelled, since a pool that breaks fails on a cancelled future. They are spawned, not forked:
+    this process may hold threads of torch or onnxruntime.
     """
     spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, spawn, initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(workers, spawn, initializer=_end_with_parent)
+    try:
+        yield pool
+    finally:
+        for worker in multiprocessing.active_children():
+            worker.terminate()
+        pool.shutdown()
 
 
 def _end_with_parent() -> None:
-    """End this worker when its parent has ended.
+    """End this worker when its parent has ended, and leave Ctrl-C to the parent.
 
     The pool alone ends its workers only where its process ends by itself: after SIGKILL or
     SIGTERM they would compute on, and then wait for work for ever.
     """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None  # a worker has one
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -106,29 +106,16 @@ def render_frames(
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
     label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
     render = partial(render_scene, classes=tuple(classes), spec=spec)
-    with _parallel_map(render, spec.seeds[done:], processes) as scenes:
-        for number, (images, labels) in enumerate(scenes, done):
+    with worker_pool(processes) as pool:
+        scenes = deque(pool.submit(render, seed) for seed in spec.seeds[done:])
+        for number in range(done, len(spec.seeds)):
+            images, labels = scenes.popleft().result()
             place = np.s_[number * spec.per_scene : (number + 1) * spec.per_scene]
             rgb[place], label[place] = images, labels
             rgb.flush()
             label.flush()
             _write_dataset_record(folder, classes, spec, scenes_done=number + 1)
             yield (number + 1) * spec.per_scene
-
-
-@contextmanager
-def _parallel_map(
-    render: Callable[[int], tuple[U8, U8]], seeds: Sequence[int], processes: int
-) -> Iterator[Iterator[tuple[U8, U8]]]:
-    """``map`` over the seeds, in order; leaving early cancels scenes that are not begun."""
-    if processes == 1:
-        yield map(render, seeds)
-        return
-    pool = worker_pool(processes)
-    try:
-        yield pool.map(render, seeds)
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def open_frames(folder: Path) -> FrameDataset:

@@ -113,11 +113,8 @@ def run_all(setups: Sequence[EpisodeSetup], workers: int) -> Iterator[EpisodeRec
     """Run the episodes in ``workers`` processes; yields them as they end."""
     with worker_pool(workers) as pool:
         running = [pool.submit(timed_episode, setup) for setup in setups]
-        try:
-            for each in as_completed(running):
-                yield each.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+        for each in as_completed(running):
+            yield each.result()
 
 
 def timed_episode(setup: EpisodeSetup) -> EpisodeRecord:
