@@ -11,8 +11,8 @@ import pytest
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
-from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.keys import RGBD_RECEIPTS, ROBOT_ODOMETRY, ROBOT_RGBD
+from onemap_shared.messages import FrameReceipt, Odometry, RgbdFrame
 from onemap_simulator.replay.config import ReplayConfig
 from onemap_simulator.replay.recording import RecordedFrame, RecordingError, read_recording
 from onemap_simulator.replay.service import build
@@ -102,3 +102,24 @@ def test_an_unreadable_frame_is_left_out_and_counted(directory: Path) -> None:
     seen, _, unreadable = play(config, steps=15)
     assert [frame.sequence for frame in seen][:3] == [0, 2, 3]
     assert unreadable >= 1
+
+
+def test_frames_that_perception_did_not_take_are_counted_by_round(directory: Path) -> None:
+    router = MemoryRouter()
+    receipts = router.bus("perception").publish(RGBD_RECEIPTS)
+    worker = build(router.bus("replay"), ReplayConfig(directory=directory, rate_hz=FAST))
+
+    def played() -> float:
+        return (worker.health().metrics or {})["frames_played"]
+
+    def play_to(frames: int, *, taken: int) -> None:
+        for sequence in range(taken):
+            receipts.put(FrameReceipt(sequence, 1))
+        while played() < frames:
+            worker.step(1.0 / FAST)
+
+    play_to(3, taken=0)
+    assert "frames_lost" not in (worker.health().metrics or {})
+    play_to(4, taken=2)
+    assert "1 of 3 frames were lost" in worker.health().problem
+    assert (worker.health().metrics or {})["frames_lost"] == 1

@@ -32,7 +32,7 @@ class FakeGateway:
             return httpx.Response(200, json={"answers": answers})
         if request.url.path == "/v1/status":
             frames = {"frames_recorded": 5, "frames_skipped": 2, "frames_unreadable": 1}
-            replay = {"frames_played": self.played - 1, **frames}
+            replay = {"frames_played": self.played - 1, "frames_lost": 2, **frames}
             mapper = {"floor_height_m": 0.31}
             services = [
                 {"name": name, "condition": "ok", "problem": "", "metrics": metrics}
@@ -60,8 +60,9 @@ def test_every_frame_is_played_before_the_objects_are_asked_for() -> None:
     assert [answer["verdict"] for answer in document["answers"]] == ["found", "not_here"]
     assert document["answers"][0]["position_m"] == [1.0, 2.0]
     told = lines(document)
-    assert "z = +0.31 m" in told[1]
-    assert told[2:] == ["sofa: It is on the map. Best at (1.0, 2.0).", "bed: It is not here."]
+    assert told[0].endswith("1 not readable, 2 lost on the way.")
+    assert "z = +0.31 m" in told[2]
+    assert told[3:] == ["sofa: It is on the map. Best at (1.0, 2.0).", "bed: It is not here."]
 
 
 def test_the_time_limit_ends_a_long_recording() -> None:

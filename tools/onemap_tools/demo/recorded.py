@@ -36,6 +36,7 @@ def play(
         "frames": recorded,
         "frames_skipped": int(numbers["frames_skipped"]),
         "frames_unreadable": int(numbers["frames_unreadable"]),
+        "frames_lost": int(numbers.get("frames_lost", 0)),
         "frames_fused": gateway.maps.info().frames_fused,
         "floor_height_m": floor.get("floor_height_m"),
         "answers": [_answer(each) for each in gateway.query_all(objects)] if objects else [],
@@ -68,8 +69,11 @@ def lines(document: Mapping[str, Any]) -> list[str]:
     """The document for people."""
     told = [
         f"{document['frames_fused']} frames fused, {document['frames']} in the recording; "
-        f"{document['frames_skipped']} left out, {document['frames_unreadable']} not readable."
+        f"{document['frames_skipped']} left out, {document['frames_unreadable']} not readable, "
+        f"{document['frames_lost']} lost on the way."
     ]
+    if document["frames_lost"]:
+        told.append("A lower ONEMAP__REPLAY__RATE_HZ loses fewer.")
     if document["floor_height_m"] is not None:
         told.append(f"The floor appears at z = {document['floor_height_m']:+.2f} m.")
     for answer in document["answers"]:

@@ -11,7 +11,7 @@ import logging
 import numpy as np
 
 from onemap_shared.geometry import F64, pose_2d
-from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
+from onemap_shared.keys import RGBD_RECEIPTS, ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
@@ -19,6 +19,7 @@ from onemap_simulator.replay.config import ReplayConfig
 from onemap_simulator.replay.recording import Recording, RecordingError, read_recording
 
 LOG = logging.getLogger("onemap.replay")
+RECEIPTS = 64  # between two frames there is one
 
 
 class ReplayWorker:
@@ -33,7 +34,10 @@ class ReplayWorker:
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._sequence = 0
+        self._receipts = bus.subscribe(RGBD_RECEIPTS, RECEIPTS)
         self._unreadable = 0
+        self._published = self._taken = 0  # in this round; taken: by perception
+        self._lost: int | None = None  # in the last round
         self._problem = ""
         self._due_s = self._clock.monotonic_s()
 
@@ -46,8 +50,24 @@ class ReplayWorker:
         self._clock.sleep(max(wait_s, 0.0))
         # Frames missed in a stall are not published in a burst.
         self._due_s = max(self._due_s + self._period_s, self._clock.monotonic_s())
-        self._publish(self._sequence % len(self._recording))
+        while self._receipts.take(0.0) is not None:
+            self._taken += 1
+        index = self._sequence % len(self._recording)
+        if index == 0 and self._sequence:
+            self._end_round()
+        self._publish(index)
         self._sequence += 1
+
+    def _end_round(self) -> None:
+        """Count the frames that perception did not take, being busy with others."""
+        lost = self._lost = max(self._published - self._taken, 0)
+        if lost:
+            self._problem = (
+                f"{lost} of {self._published} frames were lost, because perception was busy with "
+                "others: lower replay.rate_hz"
+            )
+            LOG.warning("%s", self._problem)
+        self._published = self._taken = 0
 
     def _publish(self, index: int) -> None:
         try:
@@ -57,6 +77,7 @@ class ReplayWorker:
             self._problem = str(problem)
             LOG.warning("frame %d is left out: %s", index, problem)
             return
+        self._published += 1
         stamp_ns = self._clock.wall_ns()
         body = body_below(frame.T_map_camera)
         self._odometry.put(Odometry(self._sequence, stamp_ns, body, 0.0, 0.0))
@@ -83,6 +104,7 @@ class ReplayWorker:
                 "frames_skipped": len(self._recording.skipped),
                 "frames_played": played,
                 "frames_unreadable": self._unreadable,
+                **({} if self._lost is None else {"frames_lost": self._lost}),
             },
         )
 
