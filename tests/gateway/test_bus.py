@@ -7,7 +7,6 @@ import logging
 import math
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 
 import anyio
 import pytest
@@ -21,7 +20,6 @@ from onemap_gateway.present.service_status import hung_problem
 from onemap_shared import keys
 from onemap_shared.clock import SystemClock
 from onemap_shared.messages import MapClear, SearchId, SearchStatus
-from onemap_shared.messages.search import FINAL_STATES
 from onemap_shared.transport import QueryTimeout
 from onemap_shared.wire import Packet, encode
 from tests.gateway import fakes
@@ -45,21 +43,6 @@ def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> No
     assert len(fresh) == min(after, live_state.MAX_LOGGED_STATUSES)
 
 
-def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump_and_with_a_search() -> None:
-    state = live_state.LiveState()
-    for index in range(10):
-        state = state.with_message(fakes.odometry(index * live_state.TRAIL_STEP_M * 0.51, 0), 0.0)
-    assert len(state.trail_m) == 5
-    state = state.with_message(fakes.odometry(50, 50), 0.0)
-    assert state.trail_m == ((50.0, 50.0),)
-    counts = []
-    for step, search_id in enumerate(("s1", "s1", "s2")):
-        state = state.with_message(search(search_id), 0.0)
-        counts.append(len(state.trail_m))
-        state = state.with_message(fakes.odometry(50.0, 50.1 + step / 10), 0.0)
-    assert counts == [0, 1, 0]
-
-
 def test_old_detections_and_paths_are_not_shown() -> None:
     state = live_state.LiveState().with_message(fakes.detections("sofa"), 0.0)
     state = state.with_message(fakes.planned_path((0, 0)), 0.0)
@@ -69,31 +52,6 @@ def test_old_detections_and_paths_are_not_shown() -> None:
     assert state.path_now(6.0) is None
     assert live_state.LiveState().detections_now(0.0) is None
     assert live_state.LiveState().path_now(0.0) is None
-
-
-def test_a_path_ends_with_its_search() -> None:
-    path = fakes.planned_path((0, 0), (1, 1))
-    for ended in FINAL_STATES:
-        state = live_state.LiveState().with_message(fakes.search(), 1.0).with_message(path, 1.0)
-        assert state.path_now(1.1) is not None
-        state = state.with_message(fakes.search(state=ended), 1.2)
-        assert state.path_now(1.3) is None
-        state = state.with_message(fakes.search("s2"), 1.4)  # whatever its stamps say
-        assert state.path_now(1.5) is None
-        assert state.with_message(path, 1.6).path_now(1.7) is not None
-
-
-def test_of_a_heartbeat_little_is_kept() -> None:
-    metrics = {f"m{index}": 1.0 for index in range(5000)}
-    metrics = {"nan": float("nan"), "inf": float("inf"), "x" * 5000: 1.0, "good": 2.0, **metrics}
-    message = replace(fakes.heartbeat("mapper", problem="p" * 9000), metrics=metrics)
-    kept = live_state.LiveState().with_message(message, 1.0).heartbeats["mapper"].heartbeat
-    assert len(kept.metrics) <= live_state.MAX_METRICS
-    assert kept.metrics["good"] == 2.0
-    assert all(math.isfinite(value) and len(name) < 200 for name, value in kept.metrics.items())
-    assert len(kept.problem) == live_state.MAX_PROBLEM_CHARS
-    forged = live_state.LiveState().with_message(fakes.heartbeat("forged"), 1.0)
-    assert not forged.with_members(fakes.members("forged"), 1.0).heartbeats
 
 
 @given(st.lists(st.floats(0, 10), min_size=1, max_size=2 * live_state.RECENT))

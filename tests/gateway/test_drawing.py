@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from itertools import combinations
 
 import numpy as np
@@ -28,7 +28,7 @@ from onemap_gateway.present.render import (
 )
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
-from tests.gateway.fakes import GRID, search_view
+from tests.gateway.fakes import search_view
 from tests.reference import heatmap
 
 INK = (255, 255, 255)
@@ -130,28 +130,6 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
             row, column = (ny - 1 - iy) * scale, ix * scale
             block = image[row : row + scale, column : column + scale].reshape(-1, 3)
             assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
-
-
-def test_an_empty_map_has_an_image_too() -> None:
-    nothing = np.zeros((0, 0), np.uint8)
-    grid = GridSpec(0.05, (0, 0), (0, 0))
-    empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
-    for overlay in (None, Overlay(), Overlay(robot=(1.0, 1.0, 0.0))):
-        assert min(render_map(empty, overlay).image.shape[:2]) > 100
-
-
-def test_heat_does_not_bleed_into_unknown_cells() -> None:
-    """Fused features reach past the wall and into furniture; their heat is not drawn there."""
-    view = search_view("sofa")
-    occupancy = view.occupancy.copy()
-    occupancy[18:22, 10:14] = Occupancy.OCCUPIED  # furniture,
-    occupancy[19:21, 11:13] = Occupancy.UNKNOWN  # and its inside that no ray has reached
-    similarity = np.full(GRID.shape, 0.9, np.float32)
-    cold = render_map(replace(view, occupancy=occupancy, similarity=np.zeros((0, 0), np.float32)))
-    hot = render_map(replace(view, occupancy=occupancy, similarity=similarity))
-    unknown = (cold.image == DARK.unknown).all(axis=2)
-    np.testing.assert_array_equal(hot.image[unknown], cold.image[unknown])
-    assert (hot.image[~unknown] != cold.image[~unknown]).any(axis=-1).all()
 
 
 @given(

@@ -73,13 +73,6 @@ def test_what_was_sent_is_not_repeated(text: str) -> None:
     assert marker not in json.dumps(problems.from_validation_errors([error]).document)
 
 
-def test_the_example_is_what_an_absent_mapper_causes() -> None:
-    (example,) = problems.ProblemDetails.model_json_schema()["examples"]
-    assert (
-        problems.from_call_error(NoReply(), "mapper", 3.0, lambda _service: "").document == example
-    )
-
-
 def test_an_answer_that_cannot_be_read_is_a_problem_of_its_service(
     client: TestClient, mapper: FakeMapper
 ) -> None:

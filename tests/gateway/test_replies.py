@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from onemap.search_replies import ObjectOutcome, SearchSnapshot
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.formats import finite
 from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import RequestCounter, exposition
-from onemap_gateway.present.queries import query_result, verdict_sentence
+from onemap_gateway.present.queries import verdict_sentence
 from onemap_gateway.present.replies import (
     search_snapshot,
 )
@@ -32,20 +29,6 @@ from tests.memory_bus import MemoryRouter
 FOUND = replace(
     fakes.find_result("sofa", 1, 2), frame_ns=2**60 + 1, box_px=(1.0, 2.0, 3.0, 4.0), cells=7
 )
-NUMBERS = st.floats(allow_nan=True, allow_infinity=True) | st.integers() | st.text() | st.none()
-DOCUMENTS: st.SearchStrategy[Any] = st.recursive(
-    NUMBERS, lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner)
-)
-
-
-def test_results_are_in_the_order_of_the_request_and_failures_have_codes() -> None:
-    stuck = replace(
-        FOUND, name="bed", index=2, outcome=m.SearchState.FAILED, reason_code=m.FailureCode.STUCK
-    )
-    found = replace(FOUND, name="cup", index=0)
-    status = replace(fakes.search(objects=("cup", "sofa", "bed")), results=(stuck, found))
-    results = search_snapshot(status).results
-    assert [(each.name, each.reason_code) for each in results] == [("cup", None), ("bed", "stuck")]
 
 
 def report(state: m.SearchState, *results: m.ObjectResult) -> SearchSnapshot:
@@ -80,24 +63,9 @@ def test_not_found_says_what_was_covered_and_found_in_what() -> None:
     assert (cancelled.coverage, cancelled.evidence) == (None, None)
 
 
-def test_what_json_lacks_is_null_and_the_rest_stays() -> None:
-    assert finite({"a": (float("nan"), [float("-inf")])}) == {"a": [None, [None]]}
-    assert finite([1.5, -2, "NaN", True, None]) == [1.5, -2, "NaN", True, None]
-
-
 @pytest.fixture
 def sofa() -> m.SimilarityReply:
     return FakeMapper(MemoryRouter()).similarity(m.SimilarityRequest("sofa"))
-
-
-def test_a_region_has_outline_view_and_time_or_null(sofa: m.SimilarityReply) -> None:
-    first, second = query_result(sofa, STAMP_NS, subject="'sofa'").regions
-    assert first.outline_m == ((0.2, 1.0), (0.5, 1.0), (0.5, 1.3))
-    assert first.last_seen_at == "2026-01-01T00:00:00.000Z"
-    assert first.best_view is not None
-    assert (first.best_view.x_m, first.best_view.yaw_rad) == (1.0, 0.5)
-    assert (second.outline_m, second.last_seen_at, second.best_view) == ((), None, None)
-    assert (first.height_m, second.height_m) == ((0.1, 0.9), None)
 
 
 @pytest.mark.parametrize(

@@ -25,17 +25,6 @@ from tests.memory_bus import MemoryRouter
 from tests.shared.samples import sample
 
 
-def test_the_status_names_every_service_and_stream(client: TestClient) -> None:
-    status = client.get("/v1/status").json()
-    assert status["ready"] is False
-    names = [service["name"] for service in status["services"]]
-    assert names[:4] == ["robot", "perception", "mapper", "planner"]
-    missing = {s["name"] for s in status["services"] if s["condition"] == "down"}
-    assert missing == {"robot", "perception"}
-    assert {stream["name"] for stream in status["streams"]} >= {"rgbd", "odometry", "revision"}
-    assert isinstance(status["latencies"], list)
-
-
 def test_ages_are_of_the_robot_s_clock_whatever_the_gateway_s_says(
     router: MemoryRouter,
 ) -> None:
@@ -59,9 +48,6 @@ def test_metrics_count_requests_by_route(client: TestClient) -> None:
     )
     assert 'method="other"' in text
     assert 'onemap_up{service="mapper"}' in text
-
-
-LIVE = "ws://localhost:8080/v1/live"
 
 
 TOKEN = "secret"

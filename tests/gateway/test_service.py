@@ -43,16 +43,6 @@ def client_for(worker: GatewayWorker) -> httpx.Client:
     return httpx.Client(base_url=f"http://127.0.0.1:{worker.port}", timeout=WAIT_S)
 
 
-def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
-    with client_for(worker) as client:
-        assert client.get("/healthz").json() == {"status": "ok"}
-    worker.step(0.0)
-    health = worker.health()
-    assert health.ready
-    assert health.metrics is not None
-    assert health.metrics["rgbd_received"] == 0
-
-
 def test_an_event_loop_that_hangs_takes_the_process_down(
     worker: GatewayWorker, monkeypatch: pytest.MonkeyPatch
 ) -> None:

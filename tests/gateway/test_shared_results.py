@@ -12,7 +12,6 @@ from starlette.types import Message
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.shared_results import (
     AT_ONCE,
-    KEPT_S,
     SLICE_BYTES,
     SharedResponse,
     SharedResults,
@@ -52,25 +51,6 @@ def test_many_clients_share_one_result() -> None:
         drawing.may_end.set()
         bodies = await asyncio.gather(*waiting[1:])
         assert {result.body for result in bodies} == {b"1"}
-
-    run(scenario())
-
-
-def test_a_version_is_kept_for_a_moment_and_the_next_is_computed() -> None:
-    now_s = [10.0]
-
-    async def scenario() -> None:
-        drawing, results = Drawing(), SharedResults(5, lambda: now_s[0])
-        drawing.may_end.set()
-
-        async def body(version: int | None) -> bytes:
-            return (await results.get("map", version, drawing.draw)).body
-
-        assert [await body(7), await body(7), await body(8)] == [b"1", b"1", b"2"]
-        assert [await body(None), await body(None)] == [b"3", b"4"]
-        assert await body(8) == b"2"
-        now_s[0] += 1.1 * KEPT_S
-        assert await body(8) == b"5"
 
     run(scenario())
 

@@ -15,17 +15,6 @@ from onemap_shared.config import ConfigError, section
 from onemap_shared.runner import StartError
 
 
-def test_the_defaults_of_the_section_are_those_of_the_map() -> None:
-    assert MapperConfig().map == MapParams()
-
-
-def test_a_depth_camera_that_sees_less_far_ends_features_and_occupancy() -> None:
-    near = MapperConfig(depth_range_m=6.0).map
-    assert (near.max_feature_range_m, near.occupancy_range_m) == (6.0, 6.0)
-    far = MapperConfig(depth_range_m=30.0).map
-    assert (far.max_feature_range_m, far.occupancy_range_m) == (30.0, 8.0)
-
-
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [

@@ -47,15 +47,6 @@ def test_a_find_nearby_is_the_object_seen_again() -> None:
     assert known.picture == b"new"
 
 
-def test_the_oldest_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    finds = [object_find("chair", 5.0 * n, 0.0) for n in range(4)]
-    again = object_find("chair", 5.0, 0.0, stamp_ns=300)  # the second: now the newest
-    monkeypatch.setattr(objects, "MAX_OBJECTS", 3)
-    memory = remembered(*finds[:3], again, finds[3])
-    assert [kept.object_id for kept in memory.listed().objects] == ["4", "1", "2"]
-    assert memory.listed().left_out == memory.left_out == 1
-
-
 finds = st.builds(
     object_find,
     st.sampled_from(["bed", "Sofa", "tea  pot", "Küche"]),

@@ -98,19 +98,6 @@ def test_saved_maps_may_take_so_much_together(taken: snapshot.MapSnapshot, tmp_p
     check_quota(tmp_path / "a.npz", 10**6, 1)
 
 
-def test_a_saved_map_is_merged_and_announced(tmp_path: Path) -> None:
-    rig = Rig(tmp_path)
-    rig.feed(scenes.field(0, scenes.pose()))
-    rig.mapper.save(MapFile("flat"))
-    before = rig.mapper._map.store.confidence.copy()
-    revision = rig.mapper._map.revision
-    summary = rig.client.call(keys.MAP_MERGE, MapMerge("flat"))
-    assert summary.cells_observed == len(before)
-    assert summary.frames_fused == 2
-    assert rig.mapper._map.revision > revision
-    assert rig.mapper._map.store.confidence == pytest.approx(2 * before)
-
-
 def test_what_comes_during_a_merge_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another thread names a zone and keeps a find in the middle of a merge, also a refused one."""
     rig = Rig(tmp_path)

@@ -31,7 +31,7 @@ from onemap_shared.transport import RemoteError
 from onemap_shared.wire import decode, encode
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
-from tests.mapper.test_rooms import cut, grid_of, plan, rooms
+from tests.mapper.test_rooms import grid_of, plan, rooms
 from tests.mapper.test_service import ZONE, Rig
 from tests.memory_bus import MemoryRouter
 
@@ -165,15 +165,6 @@ def test_a_room_keeps_its_name_and_grows_with_the_map(tmp_path: Path) -> None:
     assert kept.announced == [1, 2]  # named again as it was: no change
 
 
-def test_a_point_in_furniture_is_in_the_room_around_it() -> None:
-    free, walls = plan()
-    free[20:30, 20:30] = False
-    found = cut(free, walls)
-    grid = grid_of(free)
-    assert room_at(found.ids, grid, grid.centres(np.array([25, 25])).tolist()) == found.ids[5, 5]
-    assert room_at(found.ids, grid, (-50.0, 1e5)) == m.NO_ROOM
-
-
 def test_rooms_are_suggested_names_by_what_was_found_there(tmp_path: Path) -> None:
     finds = [("double bed", *WEST), ("sofa", *EAST), ("Bed", 6.0, 4.0), ("nightstand", 6.0, 5.0)]
     kept = Kept(tmp_path, [*finds, ("lamp", *WEST), ("refrigerator", 50.0, 50.0)])
@@ -216,18 +207,6 @@ def test_a_change_is_made_whole_or_refused_in_a_sentence(
         kept.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(named, (forgotten,)))
     assert refusal.value.code == code
     assert set(kept.listed()) == {"Stairs", "BEDROOM"}
-
-
-def test_corners_enclose_something() -> None:
-    for corners in (((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), ((0.0, 0.0), (1.0, 0.0))):
-        with pytest.raises(ValueError, match="corners"):
-            m.Place("a", corners_m=corners)
-    with pytest.raises(ValueError, match="at most 100000 from the origin"):
-        m.Place("a", inside_m=(0.0, 1e300))
-    with pytest.raises(ValueError, match="needs either a point inside a room or the corners"):
-        m.Place("a", inside_m=(0.0, 0.0), corners_m=ZONE.corners_m)
-    with pytest.raises(ValueError, match="two places have the name 'stairs'"):
-        PlaceMemory((ZONE, replace(ZONE, name="the stairs")))
 
 
 def stays_after(rig: Rig, folder: Path) -> Rig:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from onemap_mapper.query.regions import Regions, find_regions, outline, scoring_at_least
+from onemap_mapper.query.regions import Regions, find_regions, outline
 from onemap_mapper.query.similarity import TOP_CELLS
 from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec
@@ -63,23 +63,6 @@ def test_agrees_with_the_flood_fill(seed: int) -> None:
         have[np.lexsort(have.T)], sorted(expected, key=lambda row: row[::-1]), atol=1e-5
     )
     np.testing.assert_allclose(regions.variances, 0.25)
-
-
-def test_the_best_come_first_and_no_more_than_asked() -> None:
-    scores = np.zeros(GRID.shape, np.float32)
-    scores[0, 0], scores[4, 4], scores[8, 7] = 0.6, 0.9, 0.7
-    regions = found(scores, 0.5, max_regions=2)
-    np.testing.assert_allclose(regions.scores, [0.9, 0.7], atol=1e-6)
-    np.testing.assert_allclose(regions.centres_m[0], GRID.centres(np.array([4, 4])), atol=1e-6)
-
-
-def test_each_region_has_its_cells_also_after_the_weak_ones_are_gone() -> None:
-    scores = np.zeros(GRID.shape, np.float32)
-    scores[0, 0], scores[4:6, 5] = 0.6, 0.9
-    both = found(scores, 0.5)
-    np.testing.assert_array_equal(both.cells[0], [[4, 5], [5, 5]])
-    np.testing.assert_array_equal(both.cells[1], [[0, 0]])
-    assert [len(cells) for cells in scoring_at_least(both, 0.8).cells] == [2]
 
 
 SMALL_GRID = GridSpec(0.1, (-4, 7), (20, 20))

@@ -166,35 +166,6 @@ def test_ranks_keep_the_order_and_span_the_range(values: F32) -> None:
         assert top[0] == 255
 
 
-def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.new_slots(np.zeros((5, 2), np.int64))
-    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), np.ones(5, np.float32), revision=1)
-    one, two = (text_query(embeddings(rng, 3), 0, CPU) for _ in range(2))
-    cache.scores_of_all([one], store, 1)
-    fresh = scores(store.features(slots), two)
-    np.testing.assert_allclose(cache.scores_of_all([two], store, 1)[0].scores, fresh, atol=1e-6)
-
-
-def test_the_words_that_compete_with_all_texts_are_compared_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.new_slots(np.stack([np.arange(6), np.arange(6)], axis=1))
-    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=1)
-    reply = embeddings(rng, 40)
-    read = reads(monkeypatch)
-    for text in range(2):
-        query = replace(text_query(reply, text, CPU), excluded=torch.zeros(40))
-        assert query.neutral is not None
-        cached = cache.scores_of_all([query], store, 1)[0].scores
-        own = unit_cosines(store.features(slots), torch.cat([query.concepts[:1], query.neutral]))
-        np.testing.assert_allclose(cached, scores_of(own, query), atol=1e-5)
-    assert read == [6, 6, 6]  # the first text, competing words; the second text only
-
-
 @given(seed=st.integers(0, 2**16), temperature=st.floats(1, 200))
 @settings(max_examples=40, deadline=None)
 def test_words_that_do_not_compete_are_taken_out_of_the_sum(seed: int, temperature: float) -> None:
@@ -213,27 +184,6 @@ def test_words_that_do_not_compete_are_taken_out_of_the_sum(seed: int, temperatu
     for query, found in zip(queries, cache.scores_of_all(queries, store, 1), strict=True):
         expected = scores(store.features(slots), query)
         np.testing.assert_allclose(found.scores, expected, atol=5e-4)
-
-
-def test_a_text_finds_what_was_computed_ahead_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All but the cells in view, which change again; whatever was fused meanwhile."""
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    query = text_query(embeddings(rng, 5), 0, CPU)
-    query = replace(query, concepts=all_concepts(query), neutral=None, excluded=None)
-    cache.learn(query)
-    for revision in range(1, 40):
-        seen = np.arange(revision, revision + 6)
-        store.new_slots(np.zeros((revision + 6 - store.count, 2), np.int64))
-        store.fuse(
-            seen, torch.from_numpy(unit(rng, 6, 8)), np.ones(6, np.float32), revision=revision
-        )
-        slots = cache.settled(store, revision, 2)
-        cache.warm(store.copied(slots), slots)
-    read = reads(monkeypatch)
-    found = cache.scores_of_all([query], store, 39)[0].scores
-    np.testing.assert_allclose(found, scores(store.features(np.arange(45)), query), atol=1e-5)
-    assert read == [45, 13]  # the text; the frame's cells, and those of the seven frames before
 
 
 def test_a_floor_is_fitted_to_the_map_and_again_when_it_has_grown() -> None:

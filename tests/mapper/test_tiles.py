@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.belief import view_log
 from onemap_mapper.belief.tiles import NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.params import MapParams
@@ -87,34 +86,3 @@ def test_the_best_view_of_a_region_is_that_of_most_of_its_confidence(log: ViewLo
     np.testing.assert_allclose(log.best_view(ROWS), [1.0, 2.0, 0.5], atol=1e-6)
     np.testing.assert_allclose(log.best_view(ROWS[2:]), [0.0, 2.0, 0.5], atol=1e-6)
     assert log.last_seen_ns(ROWS) == 20
-
-
-def test_what_is_taken_and_put_into_another_log_is_the_same(log: ViewLog) -> None:
-    record(log, 0.0, [1, 1, 1, 1], 10)
-    record(log, 1.0, [3, 3, 0.5, 0.5], 20)
-    record(log, 2.0, [0.1, 0.1, 0.1, 0.1], 30)  # the best view of no cell
-    seen = log.taken(np.arange(6))
-    assert len(seen.poses) == 2
-    assert seen.best.tolist() == [1, 1, 0, 0, -1, -1]
-    other = ViewLog()
-    other.grow(1)
-    record(other, 5.0, [2, 2, 2, 2], 5)
-    other.put_in(np.arange(6), seen)
-    assert other.best_view(ROWS[:2])[0] == pytest.approx(1.0)
-    assert other.best_view(ROWS[2:])[0] == pytest.approx(5.0)
-    assert other.last_seen_ns(ROWS) == 30
-    assert other.last_seen_ns(np.array([4, 5])) == 0
-    record(other, 5.0, [9, 9, 9, 9], 40)  # the views of the other log are not taken for the newest
-    assert other.best_view(ROWS)[0] == pytest.approx(5.0)
-
-
-def test_views_that_are_best_for_no_cell_are_forgotten(
-    log: ViewLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(view_log, "FIRST_PRUNING", 8)
-    log._prune_at = 8
-    for step in range(1, 100):
-        record(log, 0.5 * step, [step, 1, 1, 1], step)
-        assert log.best_view(ROWS[:1])[0] == pytest.approx(0.5 * step)
-        assert log.best_view(ROWS[1:])[0] == pytest.approx(0.5)
-    assert len(log._poses) <= 9

@@ -37,19 +37,6 @@ def inputs(offset_s: float = 0.0, lag_s: float = 0.1, at_s: float = 10.0) -> Lat
     return with_revision(start, revision(1, now_ns - int(lag_s * SECOND)), at_s)
 
 
-def test_missing_inputs_are_infinitely_old() -> None:
-    assert math.isinf(LatestInputs().ages(5.0).odometry_s)
-    assert LatestInputs().stale_reason(5.0, FRESH) == "waiting for the robot's position: none yet"
-
-
-@pytest.mark.parametrize("offset_s", [0.0, 3600.0, -9.0])
-def test_clocks_need_not_agree(offset_s: float) -> None:
-    assert inputs(offset_s).stale_reason(10.3, FRESH) == ""
-    assert inputs(offset_s, lag_s=1.4).stale_reason(10.0, FRESH) == (
-        "waiting for the camera: 1.4 s behind"
-    )
-
-
 def test_the_stale_reason_names_the_age() -> None:
     late = with_odometry(inputs(), odometry(2, 0), 11.2)
     assert late.stale_reason(11.2, FRESH) == "waiting for the map: none for 1.2 s"

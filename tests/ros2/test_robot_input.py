@@ -149,6 +149,22 @@ def test_a_transform_that_cannot_be_one_leaves_the_others_of_its_message(kind: s
     assert f"'hand' in 'arm' on /{kind} contains NaN" in made.problem
 
 
+def test_a_clock_that_jumps_back_begins_anew() -> None:
+    made = robot(map_frame="odom")
+    made.add("odometry", odometry(T0), 0.0)
+    assert made.take_odometry(0.0) is not None
+    made.add("odometry", odometry(5 * 10**9), 0.0)
+    assert made.counts.clock_jumps == 1
+    assert made.take_odometry(0.0) is not None
+    show(made, 5 * 10**9)
+    assert made.take_frame(0.0) is None  # no transform of the new time yet
+    for seconds in (4, 6):
+        made.add("tf", transforms(seconds * 10**9, ("odom", "base_link", 1.0, 0.0)), 0.0)
+    frame = made.take_frame(0.1)
+    assert frame is not None
+    assert frame.T_map_camera[0, 3] == pytest.approx(1.2)
+
+
 @pytest.mark.parametrize("kind", ["color", "depth", "camera_info", "odometry", "tf", "tf_static"])
 def test_garbage_is_counted_and_named(kind: str) -> None:
     made = robot()

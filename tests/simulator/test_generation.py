@@ -93,6 +93,22 @@ def test_everything_can_be_approached(seed: int, style: Style) -> None:
 
 
 @every_case
+def test_every_thing_has_the_size_of_furniture_and_stands_in_its_room(
+    seed: int, style: Style
+) -> None:
+    scene = apartment(seed, style)
+    for index, item in enumerate(scene.objects):
+        if item.category in FIXED - {"door", "window"}:
+            continue
+        vertices = object_vertices(scene, index)
+        lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+        assert (upper - lower > 0.01).all() or item.category == "rug", item
+        assert (upper - lower).max() < 3.6, item
+        assert lower[2] > -0.02, item
+        assert upper[2] < 2.6, item
+
+
+@every_case
 def test_many_categories_in_few_triangles_within_the_walls(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     assert len(scene.categories) >= 45

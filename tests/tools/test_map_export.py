@@ -24,7 +24,6 @@ from onemap_tools.map_export import (
     layer_image,
     nav2_pgm,
     nav2_yaml,
-    read_archive,
 )
 from tests.gateway.fakes import GRID, FakeMapper, kept_object
 from tests.memory_bus import MemoryRouter
@@ -150,14 +149,3 @@ def archive(**arrays: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
     return buffer.getvalue()
-
-
-def test_what_is_no_map_is_refused() -> None:
-    cells = np.zeros((2, 2), np.uint8)
-    whole: dict[str, np.ndarray] = {"occupancy": cells, "layers": cells[:1], "similarity": cells}
-    for content in (b"", b"<html>", archive(occupancy=cells)):
-        with pytest.raises(ValueError, match="no map"):
-            read_archive(content)
-    whole |= {"origin_m": np.zeros(2), "cell_size_m": np.array(0.1)}
-    with pytest.raises(ValueError, match="shapes that differ"):
-        read_archive(archive(**whole))

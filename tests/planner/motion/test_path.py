@@ -11,7 +11,6 @@ from onemap_planner.motion.path import (
     cost_to_go_from,
     lengths_over,
     line_costs,
-    line_is_clear,
     smooth_path,
 )
 from onemap_shared.geometry import F64, Bool
@@ -88,19 +87,6 @@ def test_lines_cross_the_cells_under_them(lines: list[tuple[Cell, Cell]], mask: 
     for (start, end), length in zip(lines, over, strict=True):
         assert length > 0 or start == end or not any(mask[c] for c in sampled_line(start, end))
     np.testing.assert_allclose(over + lengths_over(~mask, *ends), np.hypot(*(ends[1] - ends[0]).T))
-
-
-def test_a_line_is_blocked_by_one_cell() -> None:
-    mask = np.ones((5, 5), bool)
-    assert line_is_clear(mask, np.array([0, 0]), np.array([4, 3]))
-    mask[2, 2] = False
-    assert not line_is_clear(mask, np.array([0, 0]), np.array([4, 4]))
-
-
-def test_a_path_in_the_open_becomes_one_line() -> None:
-    costmap = costmap_of(drawn_map(*["." * 6] * 6, scale=5), (1.0, 1.0), PARAMS.costmap)
-    path = cost_to_go_from(costmap.cost, (5, 5), cell_size_m=0.1).path_to((25, 14))
-    assert smooth_path(costmap.cost, path).tolist() == [[5, 5], [25, 14]]
 
 
 def test_paths_keep_to_the_middle_of_doors() -> None:

@@ -8,7 +8,6 @@ import pytest
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import (
     BACK_UP_S,
-    VIRTUAL_OBSTACLE_S,
     MotionSample,
     ProgressMonitor,
     met_at,
@@ -31,10 +30,6 @@ def updated(
 ) -> ProgressMonitor:
     sample = MotionSample(pose, command, collided, now_s)
     return progress.update(sample, PARAMS.recovery)
-
-
-def test_a_robot_that_stands_still_on_command_is_not_stuck() -> None:
-    assert updated(START, 60.0, command=STOP).backing_from is None
 
 
 def test_a_moving_or_turning_robot_is_not_stuck() -> None:
@@ -79,11 +74,6 @@ def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
     assert updated(START, 0.1, collided=True, command=STOP).stuck_count == 0
 
 
-def test_stuck_while_turning_backs_up_too() -> None:
-    stuck = updated(START, 3.1, command=Velocity2d(0.0, 1.0))
-    assert stuck.backing_from == HERE
-
-
 def test_what_the_map_shows_in_the_way_gives_up_goals_but_no_search() -> None:
     monitor, counts = START, []
     for k in range(8):
@@ -110,9 +100,3 @@ def test_getting_stuck_is_counted_per_place() -> None:
     assert again.stuck_count == 2
     elsewhere = updated(progress, 9.1, Pose2d(5.0, 2.0, 0.0), collided=True)
     assert elsewhere.stuck_count == 1
-
-
-def test_virtual_obstacles_expire() -> None:
-    met = START.ran_into((1.0, 2.25), 3.1)
-    assert updated(met, 3.2, command=STOP).obstacles_xy.tolist() == [[1.0, 2.25]]
-    assert updated(met, 3.2 + VIRTUAL_OBSTACLE_S, command=STOP).virtual_obstacles == ()

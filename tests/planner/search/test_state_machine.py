@@ -58,34 +58,6 @@ def test_every_end_has_its_code_coverage_and_evidence() -> None:
     assert (result.frame_ns, result.box_px, result.cells) == (123, (1.0, 2.0, 3.0, 4.0), 1)
 
 
-def test_a_result_tells_where_how_long_and_how_far() -> None:
-    search = sm.transition(at(sm.Confirming(CUP, 0.0)), sm.Confirmed(CUP), NOW)
-    (result,) = search.results
-    assert result.position_m == CUP.xyz
-    assert result.duration_s == pytest.approx(4.0)
-    assert result.path_length_m == pytest.approx(4.0)
-    assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
-    assert result.score == CUP.similarity
-
-
-@pytest.mark.parametrize(
-    ("phase", "public"),
-    [
-        (sm.Starting(), SearchState.EXPLORING),
-        (sm.LookingAround(), SearchState.EXPLORING),
-        (sm.Exploring(), SearchState.EXPLORING),
-        (sm.Approaching(CUP), SearchState.APPROACHING),
-        (sm.Confirming(CUP, 0.0), SearchState.CONFIRMING),
-        (sm.Driving(THERE), SearchState.APPROACHING),
-        (sm.Finished(SearchState.CANCELLED), SearchState.CANCELLED),
-    ],
-)
-def test_the_status_names_the_phase(phase: sm.Phase, public: SearchState) -> None:
-    message = sm.status(at(phase), replace(NOW, odometer_m=12.0), now_ns=99)
-    assert message.state is public
-    assert message.active is not isinstance(phase, sm.Finished)
-
-
 @pytest.mark.parametrize(
     ("kind", "reason"),
     [

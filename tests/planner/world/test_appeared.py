@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from onemap_planner.world.appeared import AROUND_M, LASTS_S, NOTHING, Appeared
+from onemap_planner.world.appeared import LASTS_S, NOTHING, Appeared
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64
-from onemap_shared.grid import GridSpec
-from tests.planner.drawn_maps import CELL_M, drawn_map
+from tests.planner.drawn_maps import drawn_map
 
 ROBOT = np.array([0.25, 0.25])
 FREE = drawn_map(*["....."] * 5)
@@ -44,21 +41,3 @@ def test_it_counts_until_it_has_stood_for_a_while() -> None:
 def test_who_walks_on_is_no_longer_where_they_were() -> None:
     onwards = drawn_map(".....", ".....", ".....", "...#.", "...#.")
     assert seen(FREE, STANDS, onwards).xy[:, 0] == pytest.approx([0.35, 0.45])
-
-
-def test_windows_of_the_map_need_not_be_the_same() -> None:
-    """The map grows to lower cells, and the robot moves."""
-    grown = GridSpec(CELL_M, (-3, -3), (8, 8))
-    occupancy = np.zeros(grown.shape, np.uint8)
-    occupancy[3:, 3:] = STANDS.occupancy
-    later = replace(STANDS, grid=grown, occupancy=occupancy, assumed=np.zeros(grown.shape, bool))
-    before = NOTHING.after(FREE, ROBOT, 0.0)
-    assert before.after(later, ROBOT - 0.1, 0.25).xy == pytest.approx(np.array(PLACES))
-    far = before.after(later, ROBOT + 3 * AROUND_M, 0.25)
-    assert len(far.xy) == 0
-    assert len(far.after(STANDS, ROBOT, 0.5).xy) == 0
-
-
-def test_without_a_new_frame_nothing_has_been_seen_to_stand() -> None:
-    """Frames that are lost do not make somebody who walks a piece of furniture."""
-    assert len(seen(FREE, *[STANDS] * 20, period_s=0.0).xy) == 2

@@ -8,14 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from onemap_tools.bench import link as links
 from onemap_tools.bench.link import (
-    BUFFER_S,
     LinkShape,
-    PacketQueue,
     emulated_link,
     emulation_problem,
 )
@@ -35,44 +32,6 @@ import socket, sys
 with socket.create_connection((sys.argv[1], 9000)) as connection:
     connection.sendall(bytes(300_000))
 """
-
-
-def queue(shape: LinkShape) -> PacketQueue:
-    return PacketQueue(shape, np.random.default_rng(1))
-
-
-def test_packets_take_their_time_and_the_delay_in_their_order() -> None:
-    link = queue(LinkShape(8e6, delay_s=0.02))
-    for number in range(2):
-        link.offer(bytes([number]) * 1000, 5.0)  # a millisecond each at 8 Mbit/s
-    assert link.next_s() == pytest.approx(5.021)
-    assert link.arrived(5.02) == []
-    assert link.arrived(5.0211) == [bytes([0]) * 1000]
-    assert link.arrived(5.0221) == [bytes([1]) * 1000]
-    assert link.next_s() is None
-
-
-def test_no_more_arrives_than_the_rate_allows_and_a_full_buffer_drops() -> None:
-    link = queue(LinkShape(30e6))
-    for number in range(20_000):  # 1 s at 240 Mbit/s
-        link.offer(bytes(1500), 10.0 + number / 20_000)
-    assert 8 * sum(map(len, link.arrived(11.0))) == pytest.approx(30e6, rel=0.01)
-    assert link.dropped > 10_000
-    burst = queue(LinkShape(100e6))
-    for _ in range(2000):
-        burst.offer(bytes(1500), 1.0)
-    last = 0.0
-    while (at := burst.next_s()) is not None:
-        last = at
-        burst.arrived(at)
-    assert last - 1.0 == pytest.approx(BUFFER_S, rel=0.01)
-
-
-def test_the_share_that_is_lost_is_as_asked_for() -> None:
-    link = queue(LinkShape(1e9, loss=0.01))
-    for number in range(20_000):
-        link.offer(b"x" * 100, float(number))
-    assert link.dropped == pytest.approx(200, abs=50)
 
 
 def test_what_is_missing_for_a_link_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

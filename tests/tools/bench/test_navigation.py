@@ -31,11 +31,10 @@ from onemap_tools.bench.navigation.episode import (
     run_episode,
     true_results,
 )
-from onemap_tools.bench.navigation.results import Failure, episode_line, table_lines
+from onemap_tools.bench.navigation.results import Failure, table_lines
 from onemap_tools.bench.options import MethodName, NavigationBench
 from onemap_tools.demo.summary import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
-from tests.tools.bench.test_results import episode, failed
 from tests.tools.processes.pickling_pool import PicklingPool
 
 OPTIONS = NavigationBench(method="oracle", episodes=3, apartments="odd", objects_per_episode=2)
@@ -149,12 +148,6 @@ def test_a_failure_has_one_reason(
     assert failure_of(judged, in_view, detected) is failure
 
 
-def test_a_failure_is_named_in_the_episode_s_line_and_counted_in_the_table() -> None:
-    late = replace(failed("fan", 2.0, Failure.NEVER_IN_VIEW), timed_out=True)
-    line = episode_line(episode(6, failed("bed", 1.0, Failure.STUCK), late))
-    assert line == "apartment 7, 0 s: bed: the search failed; fan: never in view (time)"
-
-
 def test_results_are_judged_at_true_places() -> None:
     bed = ObjectResult(
         "bed", SearchState.FOUND, "", (3.0, 1.0, 0.4), 0.5, 9.0, 4.0, (1.0, 1.0), (2.0, 1.0)
@@ -258,11 +251,3 @@ def test_zones_are_away_from_the_start_and_leave_a_way_to_every_object() -> None
     assert len(record.zones) == 2
     assert all(isfinite(item.shortest_path_m or inf) for item in record.objects)
     assert drawing.deepest_m([record.start[:2]], record.zones, drawing.FROM_START_M) <= 0
-
-
-def test_how_deep_a_body_was_in_a_zone_counts_from_its_rim() -> None:
-    zone = (1.0, 0.0, 3.0, 4.0)
-    assert drawing.deepest_m([(0.5, 2.0)], [zone], 0.2) == 0
-    assert drawing.deepest_m([(0.5, 2.0), (0.9, 2.0)], [zone], 0.2) == pytest.approx(0.1)
-    assert drawing.deepest_m([(1.5, 2.0)], [zone], 0.2) == pytest.approx(0.7)
-    assert drawing.deepest_m([(1.5, 2.0)], [], 0.2) == 0

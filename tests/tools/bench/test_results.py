@@ -153,14 +153,6 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     assert json.loads((out / "results.json").read_text()) == document
 
 
-def test_a_record_is_rounded_and_no_other_document_is_one() -> None:
-    long = replace(ALL, simulated_s=1 / 3, trajectory=((1 / 3, 2.0),))
-    document = long.document()
-    assert (document["simulated_s"], document["trajectory"]) == (0.3333, [[0.33, 2.0]])
-    with pytest.raises(ValueError, match=r"objects\.0\.name"):
-        results.EPISODE.validate_python(document | {"objects": [{}]})
-
-
 def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> None:
     results.ResultsFolder(tmp_path, OPTIONS)
     with pytest.raises(ValueError, match="holds results with seed 1 instead of 2: choose another"):

@@ -26,14 +26,11 @@ from onemap_tools.bench.frames import rendered_frames
 from onemap_tools.bench.options import SceneBench
 from onemap_tools.bench.scene import (
     HEADINGS,
-    MARGIN_M,
     MIN_CLEARANCE_M,
     PlaceLabel,
-    labels_of_scene,
     lines,
     place_results,
     read_labels,
-    same_thing,
     totals,
     tour_poses,
 )
@@ -76,30 +73,6 @@ def reply(text: str, *places: tuple[float, float, float]) -> SimilarityReply:
         best_views=np.full((len(best), 3), np.nan, np.float32),
         heights_m=np.full((len(best), 2), np.nan, np.float32),
     )
-
-
-def test_a_place_is_found_by_the_centre_of_an_answer() -> None:
-    replies = {"sofa": reply("sofa", (4.9, 0.6, 0.9), (2.2, 2.2, 0.7), (1.8, 1.8, 0.6))}
-    found, missed = place_results([SOFA, OTHER_SOFA], replies, VOCABULARY)
-    assert (found["rank"], found["found"]) == (2, True)
-    assert (missed["rank"], missed["found"]) == (None, False)
-    assert (found["best_here"], missed["best_here"]) == pytest.approx((0.7, 0.1))
-    assert (found["best_elsewhere"], missed["best_elsewhere"]) == pytest.approx((0.9, 0.9))
-
-
-def test_what_a_place_looks_like_is_never_another_name_of_it() -> None:
-    replies = {
-        "sofa": reply("sofa", (2.0, 2.0, 0.5)),
-        "couch": reply("couch", (2.0, 2.0, 0.99)),
-        "rug": reply("rug", (2.0, 2.0, 0.8), (8.0, 2.0, 1.0)),
-        "bed": reply("bed", (2.0, 2.0, 0.6)),
-    }
-    assert not same_thing("printer", "whiteboard", VOCABULARY)  # both of no class
-    (result,) = place_results([SOFA], replies, VOCABULARY)
-    assert result["looks_like"] == "rug"
-    assert result["looks_like_score"] == pytest.approx(0.8)
-    (alone,) = place_results([SOFA], {"sofa": replies["sofa"]}, VOCABULARY)
-    assert (alone["looks_like"], alone["looks_like_score"]) == (None, None)
 
 
 def test_totals_count_places_and_first_answers() -> None:
@@ -176,16 +149,6 @@ def test_a_wrong_entry_is_named(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(ValueError, match=r"cannot read .*none\.yaml: No such file"):
         read_labels(tmp_path / "none.yaml")
     assert len(read_labels(LABELS)) == 17  # of the photographs
-
-
-def test_a_scene_labels_its_furniture(room: Path) -> None:
-    labels = {each.name: each for each in labels_of_scene(load_scene(room))}
-    assert set(labels) == {
-        *("bed", "sofa", "table", "chair", "bookcase", "refrigerator", "television"),
-    }
-    table = labels["table"]
-    assert (table.x, table.y) == pytest.approx((4.15, 3.65), abs=0.01)
-    assert table.radius_m == pytest.approx((1.5**2 + 0.9**2) ** 0.5 / 2 + MARGIN_M, abs=0.01)
 
 
 def bench(*arguments: object) -> Result:

@@ -4,39 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
-import torch
 
-from onemap_shared.camera import unproject_to_map
-from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_tools.bench import clients, fusion, planning, query
-from onemap_tools.bench.machine import clock_of, wall_clock
-from onemap_tools.bench.options import FusionBench, PlanningBench, QueryBench
+from onemap_tools.bench import clients, fusion, query
+from onemap_tools.bench.options import FusionBench, QueryBench
 from tests.tools.fake_gateway import fake_gateway
-
-GPU, CPU = torch.device("cuda", 1), torch.device("cpu")
 
 
 def untold(_line: str) -> None:
     """Progress that nobody reads."""
-
-
-def test_a_gpu_is_timed_when_it_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    waited: list[torch.device] = []
-    monkeypatch.setattr(torch.cuda, "synchronize", waited.append)
-    for clock in (clock_of(GPU, 1), wall_clock(GPU)):
-        assert clock() <= clock()
-    assert waited == [GPU] * 4
-
-
-def test_every_pixel_sees_the_surface_of_the_room() -> None:
-    T_map_camera = pose_2d(1.0, -0.5, 2.5) @ camera_mount(0.0, 1.0, np.deg2rad(15))
-    points = unproject_to_map(fusion.room_depth(T_map_camera), fusion.CAMERA, T_map_camera)
-    low, high = fusion.ROOM_LOW, fusion.ROOM_HIGH
-    to_faces = np.minimum(np.abs(points - low), np.abs(points - high))
-    assert to_faces.min(axis=-1).max() < 1e-4
-    assert ((points > np.subtract(low, 1e-4)) & (points < np.add(high, 1e-4))).all()
 
 
 def test_fusing_is_measured_with_its_memory() -> None:
@@ -57,13 +33,6 @@ def test_all_times_of_a_query_are_measured(dtype: Any, value_bytes: int) -> None
     assert all(value > 0 for value in times)
     assert result["loaded_map_bytes"] > result["table_bytes"]
     assert result["table_bytes"] == 5000 * query.CHANNELS * value_bytes
-
-
-def test_all_times_of_planning_are_measured() -> None:
-    result = planning.run(PlanningBench(side=20, steps=2), untold)
-    assert result["comparing_steps"] > 0
-    assert min(result["frontiers"], result["regions"]) > 0
-    assert all(value > 0 for name, value in result.items() if name.endswith("_ms"))
 
 
 def test_every_query_of_every_client_is_counted() -> None:

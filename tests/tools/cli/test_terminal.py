@@ -11,9 +11,6 @@ import pytest
 from onemap_tools.cli import remote
 from onemap_tools.cli.terminal import (
     plain_console,
-    print_json,
-    progress_console,
-    result_console,
     stays_up,
 )
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary, describe
@@ -90,15 +87,6 @@ def test_the_page_never_reads_text_as_html() -> None:
         if reading.search(line)
     ]
     assert found == []
-
-
-def test_json_replaces_prose_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
-    result_console(as_json=False).print("a table")
-    assert capsys.readouterr() == ("a table\n", "")
-    result_console(as_json=True).print("a table")
-    progress_console().print("starting")
-    print_json({"ok": True})
-    assert capsys.readouterr() == ('{"ok": true}\n', "a table\nstarting\n")
 
 
 @pytest.mark.parametrize("terminal", [True, False])

@@ -76,17 +76,6 @@ def test_efficiency_is_in_0_to_1_and_falls_with_the_path(
     assert path_efficiency(shortest_m, driven_m + 1) <= efficiency
 
 
-def test_the_sequence_counts_only_as_a_whole() -> None:
-    good = summary(ITEM, replace(ITEM, path_length_m=2.0, shortest_path_m=1.0))
-    assert good.worked
-    assert good.spl == pytest.approx(6 / 12)
-    bad = summary(ITEM, MISSED, ITEM)
-    assert (bad.worked, bad.spl, bad.found) == (False, 0.0, 2)
-    assert bad.progress == pytest.approx(1 / 3)
-    assert not summary(ITEM, failure="the planner died").worked
-    assert not summary().worked
-
-
 def test_wrong_claims_are_counted_and_what_is_not_finite_is_null() -> None:
     mixed = summary(ITEM, WRONG, replace(MISSED, goal_distance_m=nan, shortest_path_m=inf))
     document = document_of(mixed)
@@ -105,14 +94,6 @@ def test_without_ground_truth_claims_count_and_are_not_judged() -> None:
     assert document["spl"] is None
     verdicts = [[o[k] for k in ("success", "spl", "claimed_wrongly")] for o in document["objects"]]
     assert verdicts == [[True, 0.5, False], [None, None, None]]
-
-
-def test_a_gap_in_the_results_ends_the_progress() -> None:
-    """Another robot had gone on when the object in between was given up."""
-    gap = summary(replace(ITEM, name="bed"), ITEM, wanted=("bed", "desk", "sofa"))
-    assert gap.not_sought == ("desk",)
-    assert gap.progress == pytest.approx(1 / 3)
-    assert not gap.worked
 
 
 def two(contacts: int | None = 3) -> DemoSummary:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 import torch
 
 from onemap_perception.onnx import open_session
-from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
-from onemap_tools.export.onnx_file import OPSET, export_module, least_cosine
+from onemap_tools.export.mini import compare_with_torch, export_network
+from onemap_tools.export.onnx_file import OPSET, export_module
 from onemap_tools.train.network import MiniNetwork
-from tests.tools.train.tiny import VOCABULARY, embed
 
 IMAGES = np.random.default_rng(0).integers(0, 256, (2, 64, 88, 3), dtype=np.uint8)
 
@@ -25,14 +23,6 @@ def test_what_is_exported_agrees_with_torch_and_is_small(tmp_path: Path) -> None
     assert path.stat().st_size < 12 * 2**20
     other = MiniNetwork().eval()
     assert compare_with_torch(other, path, IMAGES) < 0.9
-
-
-def test_the_embedding_table_holds_every_word(tmp_path: Path) -> None:
-    path = write_embedding_table(VOCABULARY, embed, tmp_path)
-    with np.load(path, allow_pickle=False) as table:
-        assert table["words"].tolist() == list(VOCABULARY.words)
-        expected = embed([f"a {word}" for word in VOCABULARY.words])
-        np.testing.assert_allclose(table["embeddings"].astype(np.float32), expected, atol=1e-3)
 
 
 def test_the_file_computes_what_the_module_does_at_any_size(tmp_path: Path) -> None:
@@ -50,10 +40,3 @@ def test_the_file_computes_what_the_module_does_at_any_size(tmp_path: Path) -> N
     (features,) = open_session(path, threads=1).run(["features"], {"image": image.numpy()})
     with torch.inference_mode():
         np.testing.assert_allclose(features, module(image).numpy(), atol=1e-5)
-
-
-def test_the_least_cosine_is_that_of_the_worst_patch() -> None:
-    first = np.array([[[1.0, 0.0], [0.0, 2.0]]])
-    second = np.array([[[3.0, 0.0], [1.0, 1.0]]])
-    assert least_cosine(first, second) == pytest.approx(np.sqrt(0.5))
-    assert least_cosine(first, -second) == pytest.approx(-1)

@@ -7,9 +7,6 @@ import json
 import numpy as np
 import pytest
 
-from onemap_perception.config import SHIPPED, MiniParams
-from onemap_perception.encoders.mini import MiniEncoder
-from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.models import calibration
 from onemap_tools.models.calibration import QueryOutcome, QueryWord
@@ -29,18 +26,6 @@ def outcome(
 ) -> QueryOutcome:
     """``near`` None: the thing is absent."""
     return QueryOutcome(word, seed, near is not None, score, bool(near))
-
-
-def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
-    vocabulary = load_vocabulary(SHIPPED)
-    words = calibration.query_words(vocabulary)
-    MiniEncoder(MiniParams(), raw=True).embed_text([word.text for word in words])
-    named = {
-        word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
-    }
-    assert not named & {word.text for word in words if word.group == "unrelated"}
-    assert {"floor", "wall", "ceiling"}.isdisjoint(word.category for word in words)
 
 
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
@@ -77,19 +62,6 @@ def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
     assert f"floor {document['floor']:g}" in head
     assert columns.split()[0] == "words"
     assert [row.split()[0] for row in rows] == list(document["rates"])
-
-
-def test_rates_count_absent_and_present_words_apart() -> None:
-    present = [outcome(SOFA, score, near=near) for score, near in ((0.9, True), (0.5, False))]
-    answers = [*present, outcome(SOFA, 0.1, near=True), outcome(SOFA, 0.4), outcome(SOFA, 0.2)]
-    assert calibration.rates(answers, 0.3) == {
-        "absent": 2,
-        "false_positive_rate": 0.5,
-        "present": 3,
-        "answered_rate": 0.667,
-        "right_rate": 0.333,
-    }
-    assert calibration.rates([], 0.3)["right_rate"] is None
 
 
 def test_the_floor_lets_one_unrelated_word_in_twenty_through() -> None:

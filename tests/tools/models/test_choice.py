@@ -14,7 +14,6 @@ from onemap_tools.models.choice import (
     ModelChoice,
     check_packages,
     choose,
-    networks_of,
     perception_section,
 )
 
@@ -82,16 +81,6 @@ def test_a_detector_beside_the_shipped_encoder() -> None:
     }
 
 
-def test_settings_of_the_same_network_stay() -> None:
-    before = {
-        "encoder": {"backend": "tipsv2", "model": TIPS, "floor": 0.6, "long_side_px": 224},
-        "detector": {"backend": "routed", "score_threshold": 0.7},
-    }
-    after = section(before, "tipsv2", "routed", device="cuda")
-    assert after["encoder"] == {**before["encoder"], "device": "cuda"}
-    assert after["detector"] == {**before["detector"], "model": OPEN, "device": "cuda"}
-
-
 def test_settings_of_another_network_go_but_for_those_that_last() -> None:
     before = {
         "encoder": {"backend": "tipsv2", "model": TIPS, "floor": 0.6, "channels": 128},
@@ -101,16 +90,6 @@ def test_settings_of_another_network_go_but_for_those_that_last() -> None:
     kept = {"model": KNOWN_MODELS[0].repo, "device": "cpu", "channels": 128}
     assert after["encoder"] == {"backend": "openclip_convnext", **kept}
     assert after["detector"] == {"backend": "open_vocabulary", "model": OPEN, "device": "cpu"}
-
-
-def test_the_networks_of_a_section() -> None:
-    def models(document: dict[str, Any]) -> list[str]:
-        config = PerceptionConfig.model_validate(document)
-        return [params.model for params in networks_of(config)]
-
-    assert models({}) == []
-    assert models(section({}, "tipsv2")) == [TIPS, COCO, OPEN]
-    assert models({"detector": {"backend": "coco"}}) == [COCO]
 
 
 @pytest.mark.parametrize(

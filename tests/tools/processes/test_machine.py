@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from onemap_gateway.config import GatewayConfig
 from onemap_tools.errors import CliError
 from onemap_tools.processes import network
-from onemap_tools.processes.interrupts import SIGNALS, interruptible
 from onemap_tools.processes.services import check_robot, run
 
 
@@ -33,38 +29,12 @@ def test_a_router_is_started_here_only_for_local_endpoints(endpoint: str, local:
     assert network.is_local(endpoint) is local
 
 
-def test_the_default_port_is_the_gateways() -> None:
-    """The command line does not import the gateway's model: it would start slowly."""
-    assert GatewayConfig().port == network.DEFAULT_PORT
-    assert GatewayConfig().host == network.LOOPBACK
-
-
-def test_a_taken_port_is_not_free_and_accepts_connections() -> None:
-    with socket.create_server((network.LOOPBACK, 0)) as server:
-        port = server.getsockname()[1]
-        assert not network.is_free(port)
-        assert network.next_free_port(port) > port
-        assert network.accepts_connections(f"tcp/{network.LOOPBACK}:{port}")
-    assert not network.accepts_connections(f"tcp/{network.LOOPBACK}:{network.any_free_port()}")
-
-
 def test_without_a_free_port_the_option_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[int] = []
     monkeypatch.setattr("onemap_tools.processes.network.is_free", tried.append)
     with pytest.raises(CliError, match="--port"):
         network.next_free_port(9000)
     assert tried == list(range(9000, 9000 + network.TRIED_PORTS))
-
-
-def test_the_first_signal_sets_the_event_and_the_handlers_are_restored() -> None:
-    before = [signal.getsignal(signum) for signum in SIGNALS]
-    abandoned: list[bool] = []
-    with interruptible(lambda: abandoned.append(True)) as stop:
-        assert not stop.is_set()
-        os.kill(os.getpid(), signal.SIGTERM)
-        assert stop.wait(60.0)
-    assert abandoned == []
-    assert [signal.getsignal(signum) for signum in SIGNALS] == before
 
 
 def test_the_second_signal_abandons_and_exits() -> None:

@@ -12,7 +12,7 @@ from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_tools.errors import CliError
 from onemap_tools.processes.network import any_free_port
-from onemap_tools.processes.session import connect, next_heartbeat, problem_of, temporary_session
+from onemap_tools.processes.session import connect, next_heartbeat, temporary_session
 from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import PATIENCE_S, Router, eventually, router
 
@@ -46,13 +46,6 @@ def test_a_session_leaves_the_bus_at_its_end(router: Router) -> None:
 
 def beat(*, ready: bool, problem: str = "") -> Heartbeat:
     return Heartbeat("mapper", "a", 1, 1, ready, problem)
-
-
-def test_what_is_not_ready_gives_its_reason() -> None:
-    assert problem_of("mapper", beat(ready=True, problem="slow")) == ""
-    assert problem_of("mapper", beat(ready=False, problem="no frames")).endswith("no frames.")
-    assert "does not say why" in problem_of("mapper", beat(ready=False))
-    assert "onemap service mapper" in problem_of("mapper", None)
 
 
 @pytest.mark.parametrize(("ready", "patience_s"), [(True, 60.0), (False, 0.2)])

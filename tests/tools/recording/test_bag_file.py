@@ -64,15 +64,6 @@ def test_without_its_end_a_file_is_read_up_to_there(tmp_path: Path) -> None:
     assert lengths == {0, 10, 20, 30, 40}  # chunks are whole or not there
 
 
-def test_a_killed_writer_loses_what_came_after_the_last_sync(tmp_path: Path) -> None:
-    path = tmp_path / "killed.mcap"
-    writer = written(path, close=False)
-    writer.write("robot/odometry/v1", odometry(COUNT), 6_000)
-    found, reader = sequences(path)
-    assert found == list(range(COUNT))
-    assert reader.cut_off
-
-
 def test_a_recording_is_not_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "there.mcap"
     path.write_text("mine")

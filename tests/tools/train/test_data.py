@@ -10,17 +10,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_shared.geometry import U8
-from onemap_tools.train.augmentation import augment_full_image, augment_strong, augment_weak
-from onemap_tools.train.batches import BatchSource, build_text_bank, class_frequency
+from onemap_tools.train.augmentation import augment_strong, augment_weak
+from onemap_tools.train.batches import BatchSource
 from onemap_tools.train.frames import NO_CLASS, FrameSetSpec, open_frames, render_frames
 from tests.simulator.scenes import box_room
 from tests.tools.processes.pickling_pool import PicklingPool
-from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
+from tests.tools.train.tiny import tiny_frames, tiny_params
 
 FRAMES = tiny_frames()
 SPEC = FrameSetSpec((901, 902), per_scene=2, width=32, height=24)
@@ -58,15 +57,6 @@ def test_several_processes_render_the_same_frames(
     alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
     np.testing.assert_array_equal(alone.rgb, together.rgb)
     np.testing.assert_array_equal(alone.label, together.label)
-
-
-@pytest.mark.usefixtures("_one_room")
-def test_labels_are_indices_of_the_classes(tmp_path: Path) -> None:
-    list(render_frames(tmp_path, CLASSES, SPEC))
-    every = np.unique(open_frames(tmp_path).label)
-    assert {0, 1} <= set(every.tolist()) <= {0, 1, 2, NO_CLASS}
-    list(render_frames(tmp_path / "none", ("piano",), SPEC))
-    assert np.unique(open_frames(tmp_path / "none").label).tolist() == [NO_CLASS]
 
 
 @pytest.mark.usefixtures("_one_room")
@@ -117,20 +107,6 @@ def test_weakly_augmented_labels_lie_where_the_image_shows_the_thing(seed: int) 
     np.testing.assert_array_equal(bright[known], sofa[known])
 
 
-def test_a_whole_image_is_mirrored_with_its_labels_or_not_at_all() -> None:
-    rgb, label = FRAMES.rgb[0], FRAMES.label[0]
-    mirrored = []
-    for seed in range(8):
-        image, labels = augment_full_image(rgb, label, np.random.default_rng(seed))
-        mirrored.append(bool(np.array_equal(labels, label[:, ::-1])))
-        assert mirrored[-1] or np.array_equal(labels, label)
-        expected = rgb[:, ::-1] if mirrored[-1] else rgb
-        ratio = image.mean(axis=2) / expected.mean(axis=2)
-        assert 0.84 < np.median(ratio) < 1.16
-        assert ratio.std() < 0.1
-    assert set(mirrored) == {True, False}
-
-
 def test_batches_depend_on_seed_and_step_alone() -> None:
     source = BatchSource(FRAMES, tiny_params(seed=5, steps=4, batch_size=3))
     streamed = list(source.stream(2, 4))
@@ -142,25 +118,3 @@ def test_batches_depend_on_seed_and_step_alone() -> None:
     assert not np.array_equal(streamed[0].rgb, again.rgb)
     other = BatchSource(FRAMES, tiny_params(seed=6, steps=4, batch_size=3))
     assert not np.array_equal(other.make(3).rgb, again.rgb)
-
-
-def test_frequencies_are_shares_of_the_labelled_pixels() -> None:
-    frequency = class_frequency(FRAMES, np.random.default_rng(0))
-    labelled = FRAMES.label[FRAMES.label < 2]
-    np.testing.assert_allclose(frequency, [np.mean(labelled == 0), np.mean(labelled == 1)])
-
-
-def test_a_sample_holds_one_alias_of_every_class_and_the_neutral_words() -> None:
-    bank = build_text_bank(VOCABULARY, embed)
-    assert bank.aliases.shape == (2, 3, 384)
-    generator = torch.Generator().manual_seed(0)
-    seen = [set[int](), set[int]()]
-    for _ in range(50):
-        rows = bank.sample(generator).numpy()
-        assert rows.shape == (3, 384)
-        for index, entry in enumerate(VOCABULARY.classes):
-            cosines = embed([f"a {word}" for word in entry.aliases]) @ rows[index]
-            assert cosines.max() > 0.999
-            seen[index].add(int(cosines.argmax()))
-        np.testing.assert_allclose(rows[2], embed(["a car"])[0])
-    assert seen == [{0, 1}, {0, 1, 2}]

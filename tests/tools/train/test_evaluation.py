@@ -9,18 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.protocol import Image
-from onemap_shared.geometry import F16, U8
 from onemap_tools.train import evaluation
 from onemap_tools.train.frames import FrameDataset
 from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
-
-
-class InvertedEncoder(PerfectEncoder):
-    """Takes walls for sofas and sofas for walls."""
-
-    def encode(self, rgb: U8) -> F16:
-        return super().encode(255 - rgb)
 
 
 def sofa_frames() -> FrameDataset:
@@ -47,29 +38,6 @@ def test_a_perfect_encoder_has_perfect_figures() -> None:
     assert values == sorted(values)
 
 
-def test_an_inverted_encoder_is_measured_as_wrong() -> None:
-    part = figures(InvertedEncoder())
-    assert part["names_r_precision"] < 0.5
-    assert part["detector_precision"] == 0
-    assert part["pixel_accuracy"] < 0.1
-    assert part["calibration_error"] > figures(PerfectEncoder())["calibration_error"]
-
-
-def test_a_wrong_and_a_missed_detection() -> None:
-    encoder = PerfectEncoder()
-    rgb = np.full((48, 64, 3), 20, np.uint8)
-    rgb[:32, :24] = 200  # looks like a sofa, and is a wall
-    shares = np.tile(np.array([1, 0], np.float32), (48, 1))
-    shares[-8:] = (0, 1)  # the sofa looks like a wall
-    counted = evaluation.DetectorMetrics(VOCABULARY.names)
-    counted.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
-    assert counted.summary() == {
-        "detector_precision": 0.5,
-        "detector_recall": 0.5,
-        "detector_wrong_per_image": 1,
-    }
-
-
 @given(factor=st.floats(6, 70))
 @settings(max_examples=10, deadline=None)
 def test_the_temperature_is_found_again(factor: float) -> None:
@@ -79,22 +47,3 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     shares /= shares.sum(axis=1, keepdims=True)
     temperature = evaluation.most_likely_temperature(cosines, shares.astype(np.float32))
     assert temperature == pytest.approx(factor, rel=0.06)
-
-
-def test_a_perfect_encoder_gets_a_high_temperature_and_a_wrong_one_the_lowest() -> None:
-    encoder = PerfectEncoder()
-    names = encoder.embed_text(VOCABULARY.names)
-    label = np.zeros((2, 64, 96), np.uint8)
-    label[:, 16:48, 16:80] = 1  # edges between patches of 8 x 8
-    bright = np.repeat((200 * label)[..., None], 3, axis=-1)
-    for rgb, low, high in ((bright, 30, 80), (255 - bright, 0, evaluation.TEMPERATURES[0])):
-        frames = FrameDataset(rgb, label, VOCABULARY.names)
-        temperature = evaluation.fit_temperature(encoder, names, frames, np.random.default_rng(0))
-        assert low < temperature <= high
-
-
-def test_the_calibration_error_of_honest_and_boastful_probabilities() -> None:
-    probability = np.array([0.05, 0.15, 0.95, 0.95], np.float32)
-    assert evaluation.calibration_error(probability, probability) == pytest.approx(0)
-    error = evaluation.calibration_error(probability, np.zeros(4, np.float32))
-    assert error == pytest.approx(float(probability.mean()))

@@ -6,25 +6,21 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
 from onemap_tools.train import batches, trainer
-from onemap_tools.train.frames import NO_CLASS
 from onemap_tools.train.network import (
-    FROZEN_STAGES,
     EfficientNetLite0,
     MiniNetwork,
     load_backbone_weights,
 )
-from tests.tools.train.tiny import VOCABULARY, embed, published, tiny_frames, tiny_params
+from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
 
 CPU = torch.device("cpu")
 PARAMS = tiny_params(steps=100, warmup_steps=10, full_image_share=0.2)
 RECORD = trainer.TrainingRecord(steps=100, seed=0, pictures=6, apartments=1)
-FROZEN = ("stem.", *(f"stages.{index}." for index in range(FROZEN_STAGES)))
 
 
 def with_random_statistics(network: torch.nn.Module) -> None:
@@ -62,82 +58,11 @@ def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
         load_backbone_weights(EfficientNetLite0(), tmp_path / "other.pth")
 
 
-def test_a_patch_depends_on_the_opposite_end_of_the_image() -> None:
-    torch.manual_seed(0)
-    network = MiniNetwork()
-    first = torch.rand(1, 3, 64, 256) * 255
-    for module in network.modules():
-        if isinstance(module, torch.nn.BatchNorm2d):
-            module.momentum = 1.0
-    network(first)  # the statistics become those of this image
-    network.eval()
-    second = first.clone()
-    second[..., 192:] = 0
-    with torch.inference_mode():
-        change = network.forward_features(first) - network.forward_features(second)
-    assert change[..., 0].abs().max() > 1e-4
-
-
-def test_patch_targets_are_shares_of_pixels() -> None:
-    label = np.zeros((1, 8, 16), np.uint8)
-    label[0, :2, :8] = 1
-    label[0, :, 12:] = NO_CLASS
-    np.testing.assert_allclose(batches.patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
-
-
-def test_rare_classes_weigh_more_and_the_mean_is_one() -> None:
-    frequency = np.array([0.9, 0.1, 0.0], np.float32)
-    weights = batches.class_weights(frequency, 0.5).numpy()
-    assert weights[1] / weights[0] == pytest.approx(3)
-    assert weights[2] > weights[1]
-    assert weights @ frequency == pytest.approx(1, rel=0.02)
-    np.testing.assert_allclose(batches.class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
-
-
-def test_the_loss_is_least_at_the_right_text() -> None:
-    texts = torch.eye(3, 384)
-    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
-    weights = torch.ones(2)
-
-    def loss(features: torch.Tensor) -> float:
-        return batches.alignment_loss(features, targets, texts, weights).item()
-
-    right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
-    assert loss(right) == pytest.approx(0, abs=1e-6)
-    assert loss(wrong) == pytest.approx(20.5, abs=1e-4)  # 20 nats and a cosine of 0
-    assert loss(neutral) == pytest.approx(20.5, abs=1e-4)
-    assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
-
-
 def loss_of(state: trainer.TrainState, step: int) -> torch.Tensor:
     """Some loss that depends on all weights."""
     generator = torch.Generator().manual_seed(step)
     rgb = torch.rand(2, 3, 32, 32, generator=generator) * 255
     return state.network.forward_features(rgb).square().mean()
-
-
-def test_the_learning_rate_warms_up_and_falls_twice() -> None:
-    factors = [trainer.learning_rate_factor(step, PARAMS) for step in range(PARAMS.total_steps)]
-    assert factors[:10] == pytest.approx([0.1 * (i + 1) for i in range(10)])
-    assert factors[10] == 1
-    assert factors[55] == pytest.approx(0.5)
-    peak = PARAMS.full_image_learning_rate / PARAMS.learning_rate
-    assert factors[100] == pytest.approx(peak)
-    assert factors[110] == pytest.approx(peak / 2)
-    assert factors[119] == pytest.approx(peak * 0.5 * (1 + math.cos(math.pi * 0.95)))
-    assert max(factors) == 1
-
-
-def test_the_average_is_a_moving_one_whose_decay_grows() -> None:
-    average, slow = torch.zeros(1), 0.0
-    for count in range(1, 30):
-        value = torch.tensor([float(count)])
-        average = trainer.average_tensor(0.6, average, value, torch.tensor(count))
-        decay = min(0.6, (1 + count) / (10 + count))
-        slow = decay * slow + (1 - decay) * count
-        assert average.item() == pytest.approx(slow, rel=1e-5)
-    counter = trainer.average_tensor(0.6, torch.tensor(3), torch.tensor(7), torch.tensor(5))
-    assert counter.item() == 7
 
 
 def test_a_checkpoint_that_does_not_fit_is_not_gone_on_with(tmp_path: Path) -> None:
@@ -201,19 +126,6 @@ def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     resumed, rest = train(broken, tiny_params())
     assert [report.step for report in rest] == [3, 4]
     torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-6, atol=1e-7)
-
-
-def test_training_starts_from_the_backbone_and_keeps_its_early_stages(tmp_path: Path) -> None:
-    torch.manual_seed(7)
-    backbone = EfficientNetLite0()
-    file = published(backbone, tmp_path / "weights.pth")
-    network, _ = train(tmp_path / "run", tiny_params(learning_rate=0.1, backbone_weights=file))
-    source = backbone.state_dict()
-    for name, tensor in network.backbone.state_dict().items():
-        if name.endswith("num_batches_tracked"):
-            continue
-        same = torch.allclose(tensor, source[name], rtol=1e-4, atol=1e-6)
-        assert same == name.startswith(FROZEN), name
 
 
 @pytest.mark.slow

@@ -36,14 +36,6 @@ def test_an_objectnav_file_of_version_1() -> None:
     np.testing.assert_array_equal(goals.view_points[3], [2.5, 0.2, -4.0])
 
 
-def test_version_2_may_name_scenes_from_the_working_directory() -> None:
-    plain = "hm3d_v0.2/hm3d_basis.scene_dataset_config.json"
-    document = objectnav("data/scene_datasets/" + SCENE_V2, "plant", config=plain)
-    (episode,) = parse_episodes(document, "a file").episodes
-    assert episode.scene == SCENE_V2
-    assert episode.annotations == "hm3d_v0.2/hm3d_annotated_basis.scene_dataset_config.json"
-
-
 def test_the_paper_s_episodes_hold_sequences_and_no_goals() -> None:
     file = parse_episodes(multi_object(SCENE_V2, ["bed", "sofa", "toilet"]), "a file")
     (episode,) = file.episodes
@@ -100,23 +92,6 @@ def sequences(tmp_path: Path) -> Path:
     one = multi_object(SCENE_V1, ["chair", "bed", "chair"])
     write(folder / "00800-TEEsavR23oF" / "TEEsavR23oF_episodes.json.gz", one)
     return folder
-
-
-def test_a_split_is_its_index_its_folder_or_its_content(split: Path) -> None:
-    for path in (split, split / "content"):
-        episodes = read_episodes(path, None, None).episodes
-        assert [each.index for each in episodes] == [0, 1, 2, 3]
-        assert [each.objects[0] for each in episodes] == ["bed", "sofa", "chair", "bed"]
-    alone = read_episodes(split / "content" / "TEEsavR23oF.json.gz", None, None)
-    assert [each.objects[0] for each in alone.episodes] == ["chair", "bed"]
-
-
-def test_no_more_files_are_opened_than_the_count_needs(split: Path) -> None:
-    (split / "content" / "TEEsavR23oF.json.gz").write_bytes(b"damaged")
-    assert len(read_episodes(split, None, 1).episodes) == 1
-    assert len(read_episodes(split, None, 2).episodes) == 2
-    with pytest.raises(ValueError, match=r"TEEsavR23oF\.json\.gz is not readable as JSON in gzip"):
-        read_episodes(split, None, 3)
 
 
 def test_sequences_get_their_goals_from_the_episodes_of_single_objects(
