@@ -9,7 +9,7 @@ import numpy as np
 
 from onemap_shared.geometry import F64, I32, Bool
 from onemap_shared.grid import GridSpec, onto
-from onemap_shared.messages import NO_ROOM, MapPlaces, PlaceKind
+from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind
 
 NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
 NOWHERE = MapPlaces(0, -1, (), (), GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
@@ -30,6 +30,24 @@ def room_at(ids: I32, grid: GridSpec, point_m: Sequence[float]) -> int:
     distances = np.linalg.norm(cells + (left, bottom) - cell, axis=1)
     nearest = int(distances.argmin())
     return int(near[tuple(cells[nearest])]) if distances[nearest] <= reach else NO_ROOM
+
+
+def place_at(places: MapPlaces, point_m: Sequence[float]) -> Place | None:
+    """The place with a name that holds x, y, metres: a polygon, else the room; None without any.
+
+    Zones that a robot keeps out of say where nothing is to be, not where something is.
+    """
+    x_m, y_m = point_m[:2]
+    room = room_at(places.ids, places.grid, (x_m, y_m))
+    cell = GridSpec.covering(places.grid.cell_size_m, (x_m, y_m), (x_m, y_m))
+    found = None
+    for place, its_room in zip(places.places, places.rooms, strict=True):
+        if place.kind is PlaceKind.ROOM and place.corners_m:
+            if polygon_mask(np.array(place.corners_m, np.float64), cell).any():
+                return place
+        elif place.kind is PlaceKind.ROOM and NO_ROOM != its_room == room and found is None:
+            found = place
+    return found
 
 
 def place_mask(places: MapPlaces, name: str, grid: GridSpec, *, in_part: bool = False) -> Bool:

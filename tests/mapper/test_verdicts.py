@@ -9,6 +9,7 @@ from onemap_mapper.query import verdicts
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, Verdict
+from onemap_shared.sight import in_sight
 
 GRID = GridSpec(0.1, (-20, -20), (60, 60))
 FOUND = 0.3
@@ -123,7 +124,7 @@ def test_floor_that_is_not_connected_is_not_reachable() -> None:
 def test_a_wall_hides_what_is_behind_it() -> None:
     occupancy = np.zeros((41, 41), np.uint8)
     occupancy[25, :] = OCCUPIED
-    seen = verdicts.in_sight(occupancy)
+    seen = in_sight(occupancy)
     assert seen[10, 20]
     assert not seen[0, 0]  # farther than 20 cells
     assert not seen[27:, :].any()

@@ -13,7 +13,7 @@ from enum import Enum
 from math import atan2, degrees, dist, pi, remainder
 
 from onemap_shared.messages import ObjectResult, SearchState
-from onemap_shared.names import indefinite
+from onemap_shared.names import a, the
 
 NEAR_M = 1.5  # from a thing, a place is near it: the distance from which a thing counts as found
 HERE_M = 0.75  # nearer, a distance rounds to no whole metre worth naming
@@ -61,29 +61,6 @@ class Landmarks:
         """Direction of a point from the robot's heading, -180 to 180, positive to the left."""
         towards_rad = atan2(xy[1] - self.xy[1], xy[0] - self.xy[0])
         return degrees(remainder(towards_rad - self.yaw_rad, 2 * pi))
-
-
-DETERMINERS = frozenset(
-    {"a", "an", "her", "his", "my", "our", "that", "the", "their", "this", "your"}
-    | {"any", "anything", "some", "something", "somewhere"}
-)
-SINGULAR = ("is", "ss", "us")  # endings of singulars in s
-
-
-def a(name: str) -> str:
-    """A name with its article; plurals, and names that have one, as they are."""
-    if _determined(name) or (name.endswith("s") and not name.endswith(SINGULAR)):
-        return name
-    return indefinite(name)
-
-
-def the(name: str) -> str:
-    """A name with "the", unless it has another such word."""
-    return name if _determined(name) else f"the {name}"
-
-
-def _determined(name: str) -> bool:
-    return name.partition(" ")[0].lower() in DETERMINERS
 
 
 # What the robot does, of a goal; {where} it is, and the thing that is sought as {a}.

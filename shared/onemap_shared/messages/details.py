@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
@@ -97,3 +98,37 @@ class Detail(Message):
 
 
 NO_DETAIL = Detail()
+
+
+class Holds(Word):
+    """Whether a condition holds.
+
+    ``not_checked``: a closer look may tell; ``not_known``: nothing that is seen there will, as of a
+    place that the map does not show.
+    """
+
+    YES = "yes"
+    NO = "no"
+    NOT_CHECKED = "not_checked"
+    NOT_KNOWN = "not_known"
+
+
+@dataclass(frozen=True, slots=True)
+class Condition(Message):
+    """What is said of an object, checked for one thing of its name.
+
+    Attributes:
+        what: the condition, as it is said: "next to a bed".
+        holds: of this thing.
+        evidence: how it is known, or what is the matter, in words: "0.6 m from the bed".
+    """
+
+    what: str
+    holds: Holds
+    evidence: str
+
+
+def all_hold(conditions: Iterable[Condition]) -> Holds:
+    """Whether all of them hold: the first of no, not checked and not known that one has."""
+    found = {each.holds for each in conditions}
+    return next((each for each in tuple(Holds)[1:] if each in found), Holds.YES)

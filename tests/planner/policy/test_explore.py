@@ -24,6 +24,7 @@ from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
+from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
@@ -92,8 +93,7 @@ def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_el
     state, here = doubtful(rank=0.95, hits=8)
     nowhere = Layers(np.zeros_like(here.map_view.similarity), here.map_view.guidance)
     detail = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
-    ones = np.ones(here.map_view.grid.shape)
-    here = replace(here, description=Description(detail, {"bed": nowhere}, ones, None))
+    here = replace(here, description=Description(detail, {"bed": nowhere}, None, NOWHERE, {}))
     state = replace(state, search=replace(SEARCH, details=(detail,) * len(SEARCH.objects)))
     state, motion, *_ = explored(state, here)
     assert state.active_goal is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,17 +11,33 @@ import pytest
 from PIL import Image
 
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.find_check import FindCheck, check_find
+from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.state import Evidence, FoundObject
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
 from onemap_shared import messages as m
+from onemap_shared.conditions import told, wrong
 from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 from tests.planner.one_room import POSE, ROOM, candidate, context, having_seen, planner_state
 
 DEN = ((0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0))
 NEXT_TO, ON, UNDER = m.RelationKind.NEXT_TO, m.RelationKind.ON, m.RelationKind.UNDER
+
+
+YES, NO = m.Holds.YES, m.Holds.NO
+NOT_CHECKED, NOT_KNOWN = m.Holds.NOT_CHECKED, m.Holds.NOT_KNOWN
+Checked = tuple[m.Holds, tuple[str, ...], tuple[str, ...]]  # and what holds, and what does not
+
+
+def checked(
+    thing: ObjectCandidate,
+    here: PlanningContext,
+    evidence: Evidence | None = None,
+    found: Sequence[FoundObject] = (),
+) -> Checked:
+    conditions = check_find(thing, here, evidence or Evidence(), found)
+    return m.all_hold(conditions), told(conditions), wrong(conditions)
 
 
 def related(kind: m.RelationKind) -> m.Detail:
@@ -41,35 +58,34 @@ def seen_in_room(
 @pytest.mark.parametrize(
     ("x", "expected"),
     [
-        (1.45, FindCheck(True, ("0.6 m from the bed",))),
-        (1.05, FindCheck(True, ("1.0 m from the bed",))),
-        (0.65, FindCheck(False, (), ("not next to a bed",))),
+        (1.45, (YES, ("0.6 m from the bed",), ())),
+        (1.05, (YES, ("1.0 m from the bed",), ())),
+        (0.65, (NO, (), ("not next to a bed: the nearest is 1.4 m away",))),
     ],
 )
-def test_a_lamp_is_next_to_the_bed_within_a_metre(x: float, expected: FindCheck) -> None:
-    lamp = candidate(x, 2.45)
-    assert check_find(lamp, seen_in_room(related(NEXT_TO)), Evidence()) == expected
+def test_a_lamp_is_next_to_the_bed_within_a_metre(x: float, expected: Checked) -> None:
+    assert checked(candidate(x, 2.45), seen_in_room(related(NEXT_TO))) == expected
 
 
-@pytest.mark.parametrize(("shown", "holds"), [(0.6, True), (0.4, None), (0.2, False)])
+@pytest.mark.parametrize(("shown", "holds"), [(0.6, YES), (0.4, NOT_CHECKED), (0.2, NO)])
 def test_an_anchor_that_shows_weakly_is_looked_at_more_closely(
-    shown: float, holds: bool | None
+    shown: float, holds: m.Holds
 ) -> None:
     here = seen_in_room(related(NEXT_TO), shown=shown)
-    assert check_find(candidate(1.45, 2.45), here, Evidence()).holds is holds
+    assert checked(candidate(1.45, 2.45), here)[0] is holds
 
 
 def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
     here, lamp = seen_in_room(related(NEXT_TO)), candidate(0.65, 2.45)
     found = FoundObject("bed", frozenset({(6, 33)}))
-    assert check_find(lamp, here, Evidence(), [found]).told == ("0.9 m from the bed",)
+    assert checked(lamp, here, found=[found])[1] == ("0.9 m from the bed",)
     map_view = here.map_view
     occupancy, explored = map_view.occupancy.copy(), map_view.explored.copy()
     x, y = map_view.indices_of(frozenset({(x, y) for x in range(5, 12) for y in range(28, 34)})).T
     occupancy[x, y], explored[x, y] = m.Occupancy.UNKNOWN, False
     here = replace(here, map_view=replace(map_view, occupancy=occupancy, explored=explored))
-    check = check_find(lamp, here, Evidence())
-    assert (check.holds, check.wrong) == (None, ("perhaps not next to a bed",))
+    unseen = "perhaps not next to a bed: not all around it was seen"
+    assert checked(lamp, here) == (NOT_CHECKED, (), (unseen,))
 
 
 @pytest.mark.parametrize(
@@ -80,10 +96,11 @@ def test_heights_tell_on_from_under(kind: m.RelationKind, z: float, holds: bool)
     bed = replace(candidate(2.45, 2.45), xyz=(2.45, 2.45, 0.4))
     lamp = replace(candidate(2.25, 2.25), xyz=(2.25, 2.25, z))
     evidence = Evidence(anchors={"bed": (bed,)})
-    check = check_find(lamp, seen_in_room(related(kind)), evidence)
-    assert check.holds is holds
-    assert (check.told, check.wrong) == (
-        ((f"{kind} the bed",), ()) if holds else ((), (f"not {kind} a bed",))
+    side = "lower" if kind is ON else "higher"
+    assert checked(lamp, seen_in_room(related(kind)), evidence) == (
+        (YES, (f"{kind} the bed",), ())
+        if holds
+        else (NO, (), (f"not {kind} a bed: it is {side} than the one there",))
     )
 
 
@@ -100,18 +117,17 @@ def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
 @pytest.mark.parametrize(
     ("detail", "x", "expected"),
     [
-        (m.Detail(inside=("den",)), 1.0, FindCheck(True, ("in the den",))),
-        (m.Detail(inside=("den",)), 3.0, FindCheck(False, (), ("not in the den",))),
-        (m.Detail(outside=("den",)), 1.0, FindCheck(False, (), ("in the den",))),
-        (m.Detail(outside=("den",)), 3.0, FindCheck(True, ("not in the den",))),
+        (m.Detail(inside=("den",)), 1.0, (YES, ("in the den",), ())),
+        (m.Detail(inside=("den",)), 3.0, (NO, (), ("not in the den",))),
+        (m.Detail(outside=("den",)), 1.0, (NO, (), ("in the den",))),
+        (m.Detail(outside=("den",)), 3.0, (YES, ("not in the den",), ())),
     ],
 )
-def test_a_place_holds_it_or_not(detail: m.Detail, x: float, expected: FindCheck) -> None:
+def test_a_place_holds_it_or_not(detail: m.Detail, x: float, expected: Checked) -> None:
     den = m.Place("den", corners_m=DEN)
     ids = np.full(ROOM.grid.shape, m.NO_ROOM, np.int32)
     places = m.MapPlaces(1, 1, (den,), (m.NO_ROOM,), ROOM.grid, ids)
-    here = seen_in_room(detail, places)
-    assert check_find(candidate(x, 2.0), here, Evidence()) == expected
+    assert checked(candidate(x, 2.0), seen_in_room(detail, places)) == expected
 
 
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
@@ -119,15 +135,29 @@ def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told()
     ids = np.full(ROOM.grid.shape, 0, np.int32)
     places = m.MapPlaces(1, 1, (attic, den), (m.NO_ROOM, m.NO_ROOM), ROOM.grid, ids)
 
-    def checked(detail: m.Detail, x: float) -> FindCheck:
-        return check_find(candidate(x, 2.0), seen_in_room(detail, places), Evidence())
+    def placed(detail: m.Detail, x: float) -> Checked:
+        return checked(candidate(x, 2.0), seen_in_room(detail, places))
 
-    inside = m.Detail(inside=("attic",), outside=("den",))
-    perhaps = ("perhaps not in the attic",)
-    assert checked(inside, 3.0) == FindCheck(None, ("not in the den",), perhaps)
-    assert checked(inside, 1.0) == FindCheck(False, (), ("in the den",))
-    told = ("not in the den", "attic not checked: no such place is known")
-    assert checked(m.Detail(outside=("attic", "den")), 3.0) == FindCheck(True, told)
+    inside, nowhere = m.Detail(inside=("attic",), outside=("den",)), "the map does not show where"
+    perhaps = (f"perhaps not in the attic: {nowhere} that is",)
+    assert placed(inside, 3.0) == (NOT_CHECKED, ("not in the den",), perhaps)
+    assert placed(inside, 1.0) == (NO, (), (*perhaps, "in the den"))
+    perhaps = (f"perhaps in the attic: {nowhere} that is",)
+    outside = placed(m.Detail(outside=("attic", "den")), 3.0)
+    assert outside == (NOT_KNOWN, ("not in the den",), perhaps)
+
+
+def test_what_is_in_a_room_with_a_name_is_in_no_other() -> None:
+    ids = np.zeros(ROOM.grid.shape, np.int32)
+    den = m.Place("den", inside_m=(1.0, 1.0))
+    for suggested, inside, outside in ((False, NO, YES), (True, NOT_CHECKED, NOT_KNOWN)):
+        room = replace(den, suggested=suggested)
+        places = m.MapPlaces(1, 1, (room,), (0,), ROOM.grid, ids)
+        for detail, holds in (
+            (m.Detail(inside=("attic",)), inside),
+            (m.Detail(outside=("attic",)), outside),
+        ):
+            assert checked(candidate(1.0, 2.0), seen_in_room(detail, places))[0] is holds
 
 
 def test_what_loses_against_an_excluded_name_on_the_map_is_one_of_it() -> None:
@@ -135,14 +165,14 @@ def test_what_loses_against_an_excluded_name_on_the_map_is_one_of_it() -> None:
     here = seen_in_room(detail)
     x, y = here.map_view.indices_of(there.surface).T
     for similarity, expected in (
-        (0.8, FindCheck(True, ("not a stool or a sofa",))),
-        (0.1, FindCheck(False, (), ("a stool or a sofa",))),
-        (np.nan, FindCheck(None, (), ("perhaps a stool or a sofa",))),
+        (0.8, (YES, ("not a stool or a sofa",), ())),
+        (0.1, (NO, (), ("more like a stool or a sofa",))),
+        (np.nan, (NOT_CHECKED, (), ("perhaps a stool or a sofa: the map shows neither there",))),
     ):
         seen = here.map_view.similarity.copy()
         seen[x, y] = similarity
         map_view = replace(here.map_view, similarity=seen)
-        assert check_find(there, replace(here, map_view=map_view), Evidence()) == expected
+        assert checked(there, replace(here, map_view=map_view)) == expected
 
 
 RGB = {"white": (235, 235, 230), "brown": (110, 70, 40), "red": (190, 30, 35)}
@@ -162,34 +192,28 @@ def pictured(rgb: tuple[int, int, int], wall: int = 200, side: int = 30) -> Obje
 def test_a_colour_is_that_of_its_own_pixels(colour: str) -> None:
     here = seen_in_room(m.Detail(colour=colour))
     thing = pictured(RGB[colour])
-    assert check_find(thing, here, Evidence()) == FindCheck(True, (colour,))
+    assert checked(thing, here) == (YES, (colour,), ())
     assert here.believed(here.map_view, drawn=True) is here.map_view  # it says nothing of where
     other = pictured(RGB["white" if colour == "red" else "red"])
-    assert check_find(other, here, Evidence()) == FindCheck(False, (), (f"not {colour}",))
+    assert checked(other, here) == (NO, (), (f"not {colour}",))
 
 
 def test_what_is_too_dark_or_too_far_is_not_judged() -> None:
     here = seen_in_room(m.Detail(colour="red"))
     dark, far = pictured((30, 30, 30), wall=35), pictured((30, 30, 30), side=4)
-    assert check_find(dark, here, Evidence()).told == ("colour not checked: too dark",)
-    assert check_find(far, here, Evidence()).holds is None
-    unseen = candidate(1.0, 2.0)
-    assert check_find(unseen, here, Evidence()).told == ("colour not checked: there is no picture",)
+    for thing, why in (
+        (dark, "it is too dark"),
+        (far, "it was seen from too far"),
+        (candidate(1.0, 2.0), "there is no picture of it"),
+    ):
+        assert checked(thing, here) == (NOT_CHECKED, (), (f"perhaps not red: {why}",))
 
 
 @pytest.mark.parametrize(
-    ("likeness", "expected"),
-    [
-        (0.8, FindCheck(True, ("red",))),
-        (0.05, FindCheck(False, (), ("not red",))),
-        (0.3, FindCheck(True, ("colour not checked: there is no picture",))),
-        (np.nan, FindCheck(True, ("colour not checked: there is no picture",))),
-    ],
+    ("likeness", "expected"), [(0.8, YES), (0.05, NO), (0.3, NOT_CHECKED), (np.nan, NOT_CHECKED)]
 )
-def test_without_a_picture_the_colours_of_the_map_tell(
-    likeness: float, expected: FindCheck
-) -> None:
+def test_without_a_picture_the_colours_of_the_map_tell(likeness: float, expected: m.Holds) -> None:
     here, thing = seen_in_room(m.Detail(colour="red")), candidate(1.0, 2.0)
     likenesses = np.full(here.map_view.grid.shape, likeness, np.float32)
     here = replace(here, map_view=replace(here.map_view, likeness=likenesses))
-    assert check_find(thing, here, Evidence()) == expected
+    assert checked(thing, here)[0] is expected

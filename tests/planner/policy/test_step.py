@@ -149,4 +149,4 @@ def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
     search = run.until_over(300.0)
     (result,) = search.results
     assert result.outcome is SearchState.FOUND_OTHER
-    assert result.reason == "found a lamp, but not next to a bed"
+    assert result.reason == "found a lamp, but not next to a bed: the nearest is 3.0 m away"

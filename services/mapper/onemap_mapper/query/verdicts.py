@@ -18,6 +18,7 @@ from onemap_mapper.belief.version import MapVersion
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, MapVerdict, Occupancy, Verdict
+from onemap_shared.sight import EIGHT_NEIGHBOURS, in_sight
 
 # Share of the reachable area that was looked at from which what was not found is not here: a camera
 # that has seen all floor of an apartment reaches 0.89 to 0.95, the rest is behind furniture.
@@ -26,8 +27,6 @@ FRONTIER_VIEW_M = 3.0  # unknown area in sight from a border up to here counts a
 FRONTIER_MIN_M2 = 1.0  # of it make a frontier: a door shows 5 and more, a pocket by a chair 0.3
 SURFACE_M = 0.3  # from the floor in front of it: the depth of a shelf's front
 MIN_BORDER_M = 0.4  # shorter borders are gaps that the robot cannot pass
-RAYS = 72  # 5 degrees: 0.26 m apart at 3 m, so that a door is three rays wide
-EIGHT_NEIGHBOURS = np.ones((3, 3), bool)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,20 +144,6 @@ def _middles(cells: I64, cell_m: float) -> list[I64]:
     return [p[np.linalg.norm(p - p.mean(axis=0), axis=1).argmin()] for p in pieces]
 
 
-def in_sight(occupancy: U8) -> Bool:
-    """Cells (2 r + 1, 2 r + 1) within r of the middle one that no occupied cell hides from it."""
-    reach = len(occupancy) // 2
-    angles = 2 * np.pi * np.arange(RAYS) / RAYS
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    steps = np.arange(1, reach + 1)
-    x, y = np.moveaxis(reach + np.rint(directions[:, None] * steps[:, None]).astype(int), -1, 0)
-    clear = ~np.maximum.accumulate(occupancy[x, y] == Occupancy.OCCUPIED, axis=1)
-    seen = np.zeros(occupancy.shape, bool)
-    seen[x[clear], y[clear]] = True
-    closed: Bool = ndimage.binary_closing(seen, EIGHT_NEIGHBOURS)  # gaps between rays
-    return closed
-
-
 HINT_M = 1.5  # around a frontier, whose likeness to the object says what may be beyond
 VIEW_SCALE_M2 = 5.0  # of unknown area in sight for 63 percent of its worth: a door shows 5 and more
 WORTH_PER_M = 0.04  # that a frontier loses per metre to it, as in a search
@@ -170,14 +155,16 @@ def judge(
     *,
     worths: F64,
     found_score: float,
+    may_be: bool = False,
 ) -> MapVerdict:
-    """The verdict about an object of which the best region has this score.
+    """The verdict about an object of which the best region that is as described has this score.
 
-    worths (n,): of looking behind each frontier of the coverage.
+    worths (n,): of looking behind each frontier of the coverage; may_be: of another region not all
+    that is said of it was checked.
     """
     if best_score >= found_score:
         verdict = Verdict.FOUND
-    elif coverage.share >= LOOKED_SHARE:
+    elif coverage.share >= LOOKED_SHARE and not may_be:
         verdict = Verdict.NOT_HERE
     else:
         verdict = Verdict.NOT_LOOKED_YET

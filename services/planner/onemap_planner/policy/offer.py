@@ -34,7 +34,7 @@ from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
-from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind
+from onemap_shared.messages import MAX_GOAL_OPTIONS, Holds, SearchKind, all_hold
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 
@@ -164,7 +164,8 @@ def _may_fit(candidate: ObjectCandidate, state: PlannerState, context: PlanningC
     evidence = state.evidence
     if context.description is None or evidence.takes_any:
         return True
-    return check_find(candidate, context, evidence, state.found_objects).holds is not False
+    conditions = check_find(candidate, context, evidence, state.found_objects)
+    return all_hold(conditions) is not Holds.NO
 
 
 def _unclear(evidence: Evidence, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from onemap_planner.policy.context import APPROACH_NEAREST_M, PlanningContext
 from onemap_planner.policy.evidence import agreed, doubtful
-from onemap_planner.policy.find_check import FindCheck, check_find
+from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.names import found_object_at, found_under_other_names
 from onemap_planner.policy.outcome import Move
@@ -28,14 +28,15 @@ from onemap_planner.sentences import (
     found_other,
     gained,
     goal_sentence,
-    the,
     zone_in_the_way,
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.distances import distance_cells
+from onemap_shared.conditions import told, wrong
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
+    Condition,
     Coverage,
     FailureCode,
     GoalChoice,
@@ -44,6 +45,7 @@ from onemap_shared.messages import (
     Occupancy,
     SearchState,
 )
+from onemap_shared.names import the
 
 LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
 
@@ -143,8 +145,8 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
     """
     if state.evidence.other_finds:
         other = state.evidence.latest(state.evidence.other_finds[0])
-        check = check_find(other, context, state.evidence, state.found_objects)
-        return Move(event=other_object(state, other, check))
+        conditions = check_find(other, context, state.evidence, state.found_objects)
+        return Move(event=other_object(state, other, conditions))
     coverage, doubted = coverage_of(context), doubtful(state, context)
     named = f"; {_told(*doubted[0])}" if doubted else ""
     reason = _covered(state, context, coverage) + named
@@ -231,10 +233,12 @@ def coverage_of(context: PlanningContext) -> Coverage:
     )
 
 
-def other_object(state: PlannerState, candidate: ObjectCandidate, check: FindCheck) -> Ending:
-    """The end of a search that found another object of the name than the one described."""
-    reason = found_other(state.search.target, check.wrong)
-    return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=check.told)
+def other_object(
+    state: PlannerState, candidate: ObjectCandidate, conditions: Sequence[Condition]
+) -> Ending:
+    """The end of a search that found another object of the name, or one not known to be it."""
+    reason = found_other(state.search.target, wrong(conditions))
+    return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=told(conditions))
 
 
 def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:

@@ -21,6 +21,8 @@ from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search import state_machine as sm
 from onemap_planner.world.candidates import CERTAIN, VIEWS_PER_VIEWPOINT, ObjectCandidate
 from onemap_planner.world.regions import SIMILAR
+from onemap_shared.conditions import told
+from onemap_shared.messages import Holds, all_hold
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
@@ -68,11 +70,12 @@ def confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext)
 def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> sm.Event:
     """The confirmed candidate is found, set aside, or found as another object of the name."""
     evidence = state.evidence
-    check = check_find(candidate, context, evidence, state.found_objects)
-    if check.holds:
-        return sm.Confirmed(candidate, check.told)
-    if evidence.takes_any:
-        return other_object(state, candidate, check)
+    conditions = check_find(candidate, context, evidence, state.found_objects)
+    holds = all_hold(conditions)
+    if holds is Holds.YES:
+        return sm.Confirmed(candidate, told(conditions))
+    if evidence.takes_any or holds is Holds.NOT_KNOWN:
+        return other_object(state, candidate, conditions)
     evidence.other_finds = (*evidence.other_finds, candidate)
     if candidate.supported:
         evidence.mismatched = (*evidence.mismatched, candidate)
@@ -85,17 +88,20 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
 def sort_out(state: PlannerState, context: PlanningContext) -> None:
     """Set candidates aside that are not as described, and those that were confirmed in vain.
 
-    Those of which it cannot be told are left to exploration, which looks at them more closely.
+    Those that are not checked are left to exploration, which looks at them more closely.
     """
     evidence = state.evidence
     if context.description is None or evidence.takes_any:
         return
-    sorted_out: dict[bool | None, list[ObjectCandidate]] = {True: [], None: [], False: []}
+    sorted_out: dict[Holds, list[ObjectCandidate]] = {each: [] for each in Holds}
+    sorted_out[Holds.NOT_KNOWN] = sorted_out[Holds.YES]  # nothing will tell: it is walked up to
     for candidate in evidence.candidates:
-        holds = check_find(candidate, context, evidence, state.found_objects).holds
+        holds = all_hold(check_find(candidate, context, evidence, state.found_objects))
         tried = any(not other.cells.isdisjoint(candidate.cells) for other in evidence.other_finds)
-        sorted_out[False if holds is None and tried else holds].append(candidate)
-    evidence.candidates, evidence.unclear, evidence.mismatched = map(tuple, sorted_out.values())
+        sorted_out[Holds.NO if holds is Holds.NOT_CHECKED and tried else holds].append(candidate)
+    evidence.candidates = tuple(sorted_out[Holds.YES])
+    evidence.unclear = tuple(sorted_out[Holds.NOT_CHECKED])
+    evidence.mismatched = tuple(sorted_out[Holds.NO])
 
 
 def _confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext) -> Move:

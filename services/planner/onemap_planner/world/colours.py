@@ -10,6 +10,7 @@ from PIL import Image
 
 from onemap_planner.world.candidates import PictureOfObject
 from onemap_shared.colours import lab_of, likeness
+from onemap_shared.messages import Holds
 
 MIDDLE = 0.6  # of the box's sides: the rim shows what is behind the object
 LEAST_PIXELS = 64  # of that middle: fewer are mixed with what is behind
@@ -18,19 +19,18 @@ CLEARLY, HARDLY = 0.25, 0.1  # share of the pixels from which it has the colour,
 DARK = 26.0  # lightness that the brightest tenth of a picture exceeds if there is light
 
 
-def has_colour(view: PictureOfObject | None, colour: str) -> tuple[bool | None, str]:
-    """Whether it has the colour, and why that was not checked, else empty.
-
-    None: it cannot be told from so far. True also where it was not checked.
-    """
+def has_colour(view: PictureOfObject | None, colour: str) -> tuple[Holds, str]:
+    """Whether it has the colour, and why that was not checked, else empty."""
     if view is None or not view.picture:
-        return True, "there is no picture"
+        return Holds.NOT_CHECKED, "there is no picture of it"
     share = _share(view.picture, view.box_px, colour)
     if share is None:
-        return True, "too dark"
+        return Holds.NOT_CHECKED, "it is too dark"
     if share >= CLEARLY:
-        return True, ""
-    return (None if np.isnan(share) or share >= HARDLY else False), ""
+        return Holds.YES, ""
+    if np.isnan(share):
+        return Holds.NOT_CHECKED, "it was seen from too far"
+    return (Holds.NOT_CHECKED, "only a part of it is") if share >= HARDLY else (Holds.NO, "")
 
 
 @lru_cache(maxsize=64)  # a picture stays the best one for many steps

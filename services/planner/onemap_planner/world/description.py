@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import Bool
 from onemap_shared.grid import onto
 from onemap_shared.joint_belief import (
     JointBelief,
@@ -24,16 +24,16 @@ from onemap_shared.messages import Detail, MapPlaces
 class Description:
     """What is said of the object that is sought, and what the map shows of it.
 
-    anchors: the layers of each other object that is named, on the grid of the map view; places
-    (nx, ny): as of ``place_weights``; joint: None if nothing that the map shows is said of the
-    object; shown: names of the places that the map shows.
+    anchors: the layers of each other object that is named, on the grid of the map view; joint: None
+    if nothing that the map shows is said of the object; places: of the map; shown: the cells
+    (nx, ny) of those that are named and that the map shows.
     """
 
     detail: Detail
     anchors: Mapping[str, Layers]
-    places: F64
     joint: JointBelief | None
-    shown: Collection[str] = ()
+    places: MapPlaces
+    shown: Mapping[str, Bool]
 
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
         """The map view with the joint belief as similarity and guidance.
@@ -68,15 +68,14 @@ def described(
         layers = (around.similarity, around.guidance)
         anchors[name] = Layers(*(onto(grid, around.grid, each, np.nan) for each in layers))
     shown = place_masks(detail, places, grid)
-    weights = place_weights(detail, shown, grid)
     joint = None
     if detail.located or map_view.likeness is not None:
         joint = joint_belief(
             Layers(map_view.similarity, map_view.guidance),
             anchors,
             detail,
-            places=weights,
+            places=place_weights(detail, shown, grid),
             cell_size_m=grid.cell_size_m,
             likeness=map_view.likeness,
         )
-    return Description(detail, anchors, weights, joint, shown.keys())
+    return Description(detail, anchors, joint, places, shown)

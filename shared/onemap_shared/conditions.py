@@ -1,0 +1,251 @@
+"""Whether a thing is as it was described: one check for the query and for the search.
+
+A relation holds if the probability of the anchor times the kernel of the joint belief is half or
+more for a cell of the thing. It is left to check where a cell may be the anchor, or where the
+relation does not hold and floor around the thing was not seen yet. Whether a thing is outside of a
+place that the map does not show is not known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite, nan
+from types import MappingProxyType
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
+from onemap_shared.messages import (
+    Condition,
+    Detail,
+    Holds,
+    MapPlaces,
+    Occupancy,
+    Relation,
+    RelationKind,
+)
+from onemap_shared.names import a, same_name, the
+from onemap_shared.places import place_at
+from onemap_shared.sight import in_sight
+
+LIKELY = 0.5  # of the kernel times a probability, or of a thing's cells
+UNLIKE = 0.1  # likeness of its cells' colours below which a thing has another one
+MAYBE = 0.3  # of a probability: a cell of it may show the thing
+SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
+NOT_SHOWN = "the map does not show where that is"
+UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """Something on the map: its cells (K, 2), and the height of its middle, NaN: not known."""
+
+    cells: I64
+    height_m: float = nan
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A thing that may be what is sought.
+
+    colour: whether it has the colour that is asked for, and why that is not known. alone: the
+    detector alone takes it for the object, and lets the excluded names compete; the map does not.
+    """
+
+    thing: Thing
+    colour: tuple[Holds, str] = (Holds.NOT_CHECKED, "no picture of it")
+    alone: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the map shows beside the candidates, all (nx, ny) on ``grid``.
+
+    similarity: probability of the object's name, with which the excluded ones compete, NaN where
+    nothing was observed; anchors: the same of each anchor; things: anchors that were detected or
+    found, by name. places: of the map; shown: the cells of each place that is named and shown.
+    likeness: of the colour that is asked for to that of each cell, NaN: not known; None: none is.
+    """
+
+    grid: GridSpec
+    occupancy: U8
+    explored: Bool
+    similarity: F32
+    anchors: Mapping[str, F32]
+    places: MapPlaces
+    shown: Mapping[str, Bool]
+    things: Mapping[str, Sequence[Thing]] = field(default_factory=lambda: MappingProxyType({}))
+    likeness: F32 | None = None
+
+
+def check(candidate: Candidate, detail: Detail, around: Surroundings) -> tuple[Condition, ...]:
+    """The verdict on each condition of a description, with its evidence."""
+    found = [_relation(each, candidate.thing, around) for each in detail.relations]
+    found += _places(candidate.thing.cells, detail, around)
+    if detail.colour:
+        found.append(_colour(candidate, detail.colour, around))
+    if detail.negatives:
+        found.append(_excluded(candidate, detail.negatives, around))
+    return tuple(found)
+
+
+def told(conditions: Sequence[Condition]) -> tuple[str, ...]:
+    """What holds, in words."""
+    return tuple(each.evidence for each in conditions if each.holds is Holds.YES)
+
+
+def wrong(conditions: Sequence[Condition]) -> tuple[str, ...]:
+    """What does not hold, or was not checked, in words."""
+    return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)
+
+
+def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Condition:
+    kind = relation.kind
+    what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
+    found = [_anchored(name, kind, thing, around) for name in relation.anchors]
+    believed, away_m = min(each[0] for each in found), max(each[1] for each in found)
+    if believed >= LIKELY and not _at_height(relation, thing, around):
+        side = "lower" if kind is RelationKind.ON else "higher"
+        return Condition(what, Holds.NO, f"not {what}: it is {side} than the one there")
+    if believed >= LIKELY:
+        words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
+        return Condition(what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}")
+    if believed >= MAYBE:
+        why = f"{' or '.join(map(the, relation.anchors))} there is hardly seen"
+        return Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
+    reach_m = REACH_M[kind] + FADE_M
+    if away_m > REACH_M[kind] and _unseen_m2(thing.cells, around, reach_m) >= UNSEEN_M2:
+        why = "not all around it was seen"
+        return Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
+    nearest = f": the nearest is {away_m:.1f} m away" if isfinite(away_m) else ""
+    return Condition(what, Holds.NO, f"not {what}{nearest}")
+
+
+def _anchored(
+    name: str, kind: RelationKind, thing: Thing, around: Surroundings
+) -> tuple[float, float]:
+    """Probability that the relation to an anchor holds, and metres to what speaks most for it, or
+    without that to the nearest that is likely an anchor; infinity without any."""
+    similarity = np.nan_to_num(around.anchors[name], nan=0.0)
+    similar = np.argwhere(similarity >= MAYBE)
+    known = [each.cells for each in around.things.get(name, ())]
+    known_cells = np.vstack([np.empty((0, 2), np.int64), *known])
+    cells = np.vstack([similar, known_cells])
+    if len(cells) == 0:
+        return 0.0, inf
+    probability = np.concatenate([similarity[tuple(similar.T)], np.ones(len(known_cells))])
+    away, _ = cKDTree(thing.cells).query(cells)
+    away_m = away * around.grid.cell_size_m
+    believed = probability * kernel(kind, away_m)
+    most = float(believed.max())
+    telling = believed >= min(most, LIKELY) if most >= MAYBE else probability >= LIKELY
+    return most, float(away_m[telling].min(initial=inf))
+
+
+def _at_height(relation: Relation, thing: Thing, around: Surroundings) -> bool:
+    """Whether it is as high as what lies on, or under, the anchor that is nearest.
+
+    The middle of what was seen of one is compared with that of the other, whose sides and legs are
+    seen too: what lies on it is higher. True where a height is not known.
+    """
+    known = [each for each in around.things.get(relation.anchors[0], ()) if len(each.cells)]
+    if relation.kind not in (RelationKind.ON, RelationKind.UNDER) or not known:
+        return True
+    tree = cKDTree(thing.cells)
+    nearest = min(known, key=lambda anchor: float(tree.query(anchor.cells)[0].min()))
+    above_m = thing.height_m - nearest.height_m
+    if not isfinite(above_m):
+        return True
+    return above_m >= -SLACK_M if relation.kind is RelationKind.ON else above_m <= SLACK_M
+
+
+def _unseen_m2(cells: I64, around: Surroundings, range_m: float) -> float:
+    """Floor around the cells (K, 2) in sight of their middle that nobody has seen well."""
+    grid = around.grid
+    middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
+    reach = int(range_m / grid.cell_size_m)
+    first, side = middle - reach, 2 * reach + 1
+    occupancy = np.full((side, side), Occupancy.UNKNOWN, np.uint8)
+    unseen = np.ones((side, side), bool)
+    (x0, y0), (x1, y1) = np.clip([first, first + side], 0, grid.shape)
+    here = np.s_[x0 - first[0] : x1 - first[0], y0 - first[1] : y1 - first[1]]
+    occupancy[here], unseen[here] = around.occupancy[x0:x1, y0:y1], ~around.explored[x0:x1, y0:y1]
+    own = cells - first
+    own = own[((own >= 0) & (own < side)).all(axis=1)]
+    occupancy[tuple(own.T)] = Occupancy.FREE  # it does not hide its own surroundings
+    return float((in_sight(occupancy) & unseen).sum()) * grid.cell_size_m**2
+
+
+def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Condition]:
+    middle_m = around.grid.centres(cells).mean(axis=0)
+    held = place_at(around.places, (float(middle_m[0]), float(middle_m[1])))
+    # What the map suggests may be half of a room that has two uses: it tells where a thing is, not
+    # where it is not.
+    elsewhere = held is not None and not held.corners_m and not held.suggested
+    here = held.name if held is not None else ""
+    if detail.inside:
+        what = f"in {' or '.join(map(the, detail.inside))}"
+        shown = [around.shown[name] for name in detail.inside if name in around.shown]
+        place = f": it is in {the(here)}" if here else ""
+        if any(_is_in(cells, mask, around) for mask in shown):
+            yield Condition(what, Holds.YES, what)
+        elif elsewhere or len(shown) == len(detail.inside):
+            yield Condition(what, Holds.NO, f"not {what}{place}")
+        else:
+            yield Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SHOWN}")
+    for name in detail.outside:
+        what = f"not in {the(name)}"
+        if name in around.shown:
+            inside = _is_in(cells, around.shown[name], around)
+            found = Holds.NO if inside else Holds.YES
+            yield Condition(what, found, f"in {the(name)}" if inside else what)
+        elif elsewhere and not same_name(here, name):
+            yield Condition(what, Holds.YES, f"in {the(here)}, {what}")
+        else:
+            yield Condition(what, Holds.NOT_KNOWN, f"perhaps in {the(name)}: {NOT_SHOWN}")
+
+
+def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:
+    """Whether half of the cells (K, 2) lie in a place (nx, ny), or as near as the map blurs."""
+    reach = int(FADE_M / around.grid.cell_size_m)
+    steps = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
+    steps = steps[np.hypot(*steps.T) <= reach]
+    near = cells[:, None] + steps
+    inside = around.grid.contains(near)
+    x, y = np.clip(near, 0, np.array(mask.shape) - 1).reshape(-1, 2).T
+    found = (mask[x, y].reshape(inside.shape) & inside).any(axis=1)
+    return bool(found.mean() >= LIKELY)
+
+
+def _colour(candidate: Candidate, colour: str, around: Surroundings) -> Condition:
+    """By its picture; where that does not tell, by the mean colours of its cells."""
+    holds, why = candidate.colour
+    if holds is Holds.NOT_CHECKED and around.likeness is not None:
+        alike = around.likeness[tuple(candidate.thing.cells.T)]
+        likely = float(np.median(np.nan_to_num(alike, nan=UNLIKE)))
+        if not UNLIKE <= likely < LIKELY:
+            holds = Holds.YES if likely >= LIKELY else Holds.NO
+    evidence = {Holds.YES: colour, Holds.NO: f"not {colour}"}.get(holds)
+    return Condition(colour, holds, evidence or f"perhaps not {colour}: {why}")
+
+
+def _excluded(candidate: Candidate, negatives: Sequence[str], around: Surroundings) -> Condition:
+    """They compete with the name on the map: where it loses, the thing is one of them.
+
+    What the map does not agree with at all tells nothing of them; the detector lets them compete.
+    """
+    names = " or ".join(map(a, negatives))
+    what = f"not {names}"
+    if candidate.alone:
+        return Condition(what, Holds.YES, f"{what}, by the detector alone")
+    similarity = around.similarity[tuple(candidate.thing.cells.T)]
+    known: F64 = similarity[np.isfinite(similarity)].astype(np.float64)
+    if not known.size:
+        return Condition(what, Holds.NOT_CHECKED, f"perhaps {names}: the map shows neither there")
+    if float(np.median(known)) >= MAYBE:
+        return Condition(what, Holds.YES, what)
+    return Condition(what, Holds.NO, f"more like {names}")
