@@ -36,6 +36,7 @@ R = TypeVar("R", bound="Reply")
 DECIMALS = 3  # of lengths in metres: millimetres
 RECEIVED = "received"  # context of a validation of JSON that a gateway sent
 VERDICTS = ("found", "not_here", "not_looked_yet")
+HOLDS = ("yes", "no", "not_checked", "not_known")
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 EMPTY = BeforeValidator(lambda value: value or None)  # messages of the bus have () and "" for none
 
@@ -273,6 +274,17 @@ class MapPose(Reply):
     yaw_rad: Rounded = Field(description="0 faces along x, positive is to the left.")
 
 
+class CheckedCondition(Reply):
+    """Something that was said of an object beside its name, checked for one thing."""
+
+    what: str = Field(description="As it is said: 'next to a bed'.")
+    holds: Annotated[str, one_of(HOLDS)] = Field(
+        description="not_checked: a closer look may tell; not_known: none will, as of a place that "
+        "the map does not show."
+    )
+    evidence: str = Field(description="How it is known, or what is the matter, in words.")
+
+
 class Region(Reply):
     """A region of the map that looks like the text."""
 
@@ -299,6 +311,18 @@ class Region(Reply):
     )
     best_view: MapPose | None = Field(
         default=None, description="Where the camera was when it saw it best; null: as above."
+    )
+    where: str = Field(
+        default="",
+        description="In words, by room and landmark: 'in the living room, next to the desk'; "
+        "empty: the map knows none here.",
+    )
+    picture: str | None = Field(
+        default=None,
+        description="Address of the JPEG in which a search found it here; null: there is none.",
+    )
+    conditions: tuple[CheckedCondition, ...] = Field(
+        default=(), description="What was said of it beside its name, each with its verdict."
     )
 
 

@@ -19,6 +19,7 @@ from onemap_mapper.query.replies import (
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
+from onemap_mapper.query.whereabouts import Knowledge
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, take
 from onemap_planner.world.map_view import after
@@ -54,15 +55,45 @@ BESIDE_CUP = m.Detail(relations=(m.Relation(m.RelationKind.NEXT_TO, ("cup",)),))
 
 
 @pytest.mark.parametrize(("cup", "found"), [(SOFA, True), (-SOFA, False)])
-def test_a_thing_scores_by_its_anchor_too(belief: BeliefMap, cup: F32, found: bool) -> None:
+def test_a_thing_is_found_where_its_anchor_is(belief: BeliefMap, cup: F32, found: bool) -> None:
     """The cup is where the sofa is, or nowhere."""
     scored = MapScores(belief).of([query("sofa", SOFA), query("cup", cup)])
     reply = similarity_reply(scored, request=m.SimilarityRequest("sofa", detail=BESIDE_CUP))
     occupancy, layers = scored.version.occupancy_grid(), scored.version.layers()
     coverage = floor_coverage(occupancy, layers, reply.grid, robot_xy_m=(), area=None)
     reply = judged(reply, m.SimilarityRequest("sofa"), coverage, scored, found_score=0.5)
-    assert (reply.best_score > 0.8) is found
+    assert reply.scores[0] > 0.8
     assert (reply.verdict.verdict is m.Verdict.FOUND) is found
+    assert reply.whereabouts[0].holds is (m.Holds.YES if found else m.Holds.NOT_CHECKED)
+
+
+def test_an_answer_is_said_by_room_landmark_and_find(belief: BeliefMap) -> None:
+    scored = MapScores(belief).of([query("sofa", SOFA), query("desk", SOFA)])
+    (x, y), grid = (
+        similarity_reply(
+            MapScores(belief).of([query("sofa", SOFA)]), request=m.SimilarityRequest("sofa")
+        )
+        .centres_m[0]
+        .tolist(),
+        scored.version.grid,
+    )
+    den = m.Place("den", inside_m=(x, y))
+    places = m.MapPlaces(1, 1, (den,), (3,), grid, np.full(grid.shape, 3, np.int32))
+
+    def find(name: str, object_id: str, x_m: float) -> m.KeptObject:
+        extent_m = (x_m - 0.2, y - 0.2, x_m + 0.2, y + 0.2)
+        return m.KeptObject(object_id, name, (x_m, y, 0.4), extent_m, 0.9, 1, "s", 1, 1)
+
+    def said(*finds: m.KeptObject) -> m.Whereabouts:
+        request, known = m.SimilarityRequest("sofa"), Knowledge(places, finds)
+        return similarity_reply(
+            scored, request=request, known=known, landmarks=["desk"]
+        ).whereabouts[0]
+
+    alone = said()  # what lies where the sofa is may be the sofa by another name
+    assert (alone.in_words, alone.object_id) == ("in the den", "")
+    both = said(find("lamp", "a", x + 0.9), find("Sofa", "b", x + 0.1), find("bed", "c", x - 2.0))
+    assert (both.in_words, both.object_id) == ("in the den, next to the lamp", "b")
 
 
 def test_places_limit_what_is_found(belief: BeliefMap) -> None:
@@ -73,12 +104,17 @@ def test_places_limit_what_is_found(belief: BeliefMap) -> None:
     corner = m.Place("corner", corners_m=here)
     places = m.MapPlaces(1, 1, (corner,), (m.NO_ROOM,), plain.grid, ids)
 
-    def best(detail: m.Detail) -> float:
+    def asked(detail: m.Detail) -> m.SimilarityReply:
         request = m.SimilarityRequest("sofa", detail=detail)
-        return similarity_reply(scored, request=request, places=places).best_score
+        return similarity_reply(scored, request=request, known=Knowledge(places))
 
-    assert best(m.Detail(inside=("corner",))) == pytest.approx(plain.best_score)
-    assert best(m.Detail(outside=("corner",))) < 0.1
+    inside = asked(m.Detail(inside=("corner",)))
+    assert inside.scores[0] == pytest.approx(plain.best_score)
+    assert (inside.whereabouts[0].holds, inside.whereabouts[0].in_words) == (
+        m.Holds.YES,
+        "in the corner",
+    )
+    assert asked(m.Detail(outside=("corner",))).best_score < 0.1
 
 
 def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> None:

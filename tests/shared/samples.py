@@ -96,6 +96,10 @@ SAMPLES: tuple[Any, ...] = (
         0.9, 0.3, f32(4, 2), np.array([0, 0, 1, 1], np.int32),
         np.array([0, 123], np.int64), f32(2, 3),
         m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
+        whereabouts=(
+            m.Whereabouts("kitchen", m.RelationKind.ON, "desk", "3f9a12c4"),
+            m.Whereabouts(conditions=(m.Condition("red", m.Holds.NOT_CHECKED, "perhaps"),)),
+        ),
     ),
     m.AnsweredQuery(
         "sofa", 4, 123, "mini-1", m.Verdict.FOUND, 0.9, ("bed",), (0.0, -1.0, 2.0, 1.0), (1.0, 2.0)
@@ -164,6 +168,8 @@ PARTS: tuple[type, ...] = (
     m.SearchStep,
     m.Relation,
     m.Detail,
+    m.Condition,
+    m.Whereabouts,
     m.Place,
 )
 

@@ -29,6 +29,7 @@ from onemap_mapper.query.replies import (
     summary_of,
 )
 from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.query.whereabouts import LANDMARKS, Knowledge
 from onemap_mapper.robots import SERVICE, AllRobots, MapRobot, buses_of
 from onemap_mapper.session import MapSession
 from onemap_mapper.storage import map_file
@@ -66,7 +67,6 @@ from onemap_shared.messages import (
     ViewChanges,
     ViewChangesRequest,
 )
-from onemap_shared.places import NOWHERE
 from onemap_shared.runner import StartReport
 from onemap_shared.transport import Bus, Health, RequestRejected
 
@@ -213,12 +213,15 @@ class Mapper:
         self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
         session = self._session
-        scored = session.scores.of(queries, robot.number)
+        landmarks = robot.queries.of_rivals(LANDMARKS)
+        scored = session.scores.of([*queries, *landmarks], robot.number)
         if scored.version.count == 0:
             raise _empty()
-        named = request.detail.inside or request.detail.outside
-        places = self._places.places() if named else NOWHERE
-        reply = similarity_reply(scored, request=request, places=places)
+        known = Knowledge(
+            self._places.places(), tuple(each.kept for each in self._objects.memory.objects)
+        )
+        names = [each.text for each in landmarks]
+        reply = similarity_reply(scored, request=request, known=known, landmarks=names)
         coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
         return judged(reply, request, coverage, scored, self._config.found_score)

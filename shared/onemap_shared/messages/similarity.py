@@ -20,7 +20,16 @@ from onemap_shared.messages.checks import (
     within,
     without,
 )
-from onemap_shared.messages.details import NO_DETAIL, Detail, Negatives
+from onemap_shared.messages.details import (
+    NO_DETAIL,
+    Condition,
+    Detail,
+    Holds,
+    Negatives,
+    RelationKind,
+    all_hold,
+)
+from onemap_shared.names import the
 
 
 class Verdict(Word):
@@ -148,6 +157,37 @@ class AnsweredQuery(Message):
 
 
 @dataclass(frozen=True, slots=True)
+class Whereabouts(Message):
+    """Where a region of an answer is, and whether it is as it was described.
+
+    Attributes:
+        room: name of the place that holds it; empty: none with a name.
+        relation: how it lies to the landmark: next to it, on it or under it.
+        landmark: name of a thing near it that was found, or that the map shows well; empty: none.
+        object_id: of the found object that it is, which may have a picture; empty: none was found.
+        conditions: what is said of it beside its name, each with its verdict.
+    """
+
+    room: str = ""
+    relation: RelationKind = RelationKind.NEXT_TO
+    landmark: str = ""
+    object_id: str = ""
+    conditions: tuple[Condition, ...] = ()
+
+    @property
+    def in_words(self) -> str:
+        """As people say it: "in the living room, next to the desk"; empty: nothing is known."""
+        parts = [f"in {the(self.room)}"] if self.room else []
+        parts += [f"{self.relation.words} {the(self.landmark)}"] if self.landmark else []
+        return ", ".join(parts)
+
+    @property
+    def holds(self) -> Holds:
+        """Whether it is as it was described."""
+        return all_hold(self.conditions)
+
+
+@dataclass(frozen=True, slots=True)
 class SimilarityReply(Message):
     """Ranked regions of high similarity, best first, and the grid if it was requested.
 
@@ -172,6 +212,7 @@ class SimilarityReply(Message):
         verdict: whether the object is on the map.
         heights_m: (N, 2) between which heights above the floor the match lies; NaN: not known.
         calibrated: whether the scores are probabilities; if not, only their order means anything.
+        whereabouts: of each region; those that are as described come first. Empty: not known.
     """
 
     text: str
@@ -193,8 +234,11 @@ class SimilarityReply(Message):
     verdict: MapVerdict = NO_VERDICT
     heights_m: Annotated[F32, Shape("N", 2)] = without(np.float32, 0, 2)
     calibrated: bool = False
+    whereabouts: tuple[Whereabouts, ...] = ()
 
     def _check(self) -> None:
+        if self.whereabouts and len(self.whereabouts) != len(self.scores):
+            raise ValueError(f"{len(self.whereabouts)} whereabouts for {len(self.scores)} regions")
         owner, count = self.outline_owner, len(self.scores)
         if len(owner) and not 0 <= owner.min() <= owner.max() < count:
             raise ValueError(f"outline_owner names a region beyond the {count} there are")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import dist, floor, isfinite
+from typing import Any
 
 import numpy as np
 
 from onemap import replies
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import age_s, reply_of
+from onemap_shared.conditions import wrong
 from onemap_shared.grid import onto
-from onemap_shared.messages import SearchView, SimilarityReply, Verdict
+from onemap_shared.messages import Holds, SearchView, SimilarityReply, Verdict, Whereabouts
 
 MOVED_M = 0.1  # a cell of the default size
 CHANGED_SCORE = 0.05
@@ -77,15 +79,31 @@ def _region(reply: SimilarityReply, index: int) -> replies.Region:
         height_m=heights_m if isfinite(heights_m[0]) else None,
         last_seen_at=replies.rfc3339(replies.moment(last_seen_ns)) if last_seen_ns else None,
         best_view=replies.MapPose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad) if isfinite(x_m) else None,
+        **_told(reply.whereabouts[index]) if reply.whereabouts else {},
     )
+
+
+def _told(where: Whereabouts) -> dict[str, Any]:
+    """What is said of a region beside its place in metres."""
+    return {
+        "where": where.in_words,
+        "picture": f"/v1/objects/{where.object_id}.jpg" if where.object_id else None,
+        "conditions": tuple(reply_of(replies.CheckedCondition, each) for each in where.conditions),
+    }
 
 
 def verdict_sentence(reply: SimilarityReply, subject: str) -> str:
     """The verdict in words."""
     judged, percent = reply.verdict, floor(reply.verdict.looked_share * 100)
-    if judged.verdict is Verdict.FOUND and len(reply.centres_m):
+    if len(reply.centres_m):
         x_m, y_m = reply.centres_m[0]
-        return f"{subject} is at ({x_m:.2f}, {y_m:.2f}) m."
+        best = reply.whereabouts[0] if reply.whereabouts else Whereabouts()
+        place = f"{best.in_words}, at" if best.in_words else "at"
+        where = f"is {place} ({x_m:.2f}, {y_m:.2f}) m"
+        if judged.verdict is Verdict.FOUND:
+            return f"{subject} {where}."
+        if best.holds is not Holds.YES:
+            return f"{reply.text!r} {where}, but {'; '.join(wrong(best.conditions))}."
     if judged.verdict is Verdict.NOT_HERE:
         return f"{subject} is not here: {percent} % of the reachable area was looked at."
     sentence = f"{subject} was not seen, but only {percent} % of the reachable area was looked at"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -96,6 +96,17 @@ class Regions:
     variances: F32
     cells: tuple[I64, ...]
 
+    def taken(self, order: Sequence[int]) -> Regions:
+        """The regions of these indices."""
+        index = np.array(order, np.int64)
+        return Regions(
+            self.centres_m[index],
+            self.extents_m[index],
+            self.scores[index],
+            self.variances[index],
+            tuple(self.cells[k] for k in order),
+        )
+
 
 NO_REGIONS = Regions(
     np.zeros((0, 2), np.float32),
@@ -147,14 +158,13 @@ def find_regions(
 
 def scoring_at_least(regions: Regions, min_score: float) -> Regions:
     """The regions that score at least ``min_score``."""
-    kept = regions.scores >= np.float32(min_score)
-    return Regions(
-        regions.centres_m[kept],
-        regions.extents_m[kept],
-        regions.scores[kept],
-        regions.variances[kept],
-        tuple(cells for cells, keep in zip(regions.cells, kept, strict=True) if keep),
-    )
+    return regions.taken(np.flatnonzero(regions.scores >= np.float32(min_score)).tolist())
+
+
+def scored_by(regions: Regions, scores: F32) -> Regions:
+    """The regions with the mean of their ``TOP_CELLS`` best of other scores (nx, ny)."""
+    best = [np.sort(np.nan_to_num(scores[tuple(each.T)]))[-TOP_CELLS:] for each in regions.cells]
+    return replace(regions, scores=np.array([each.mean() for each in best], np.float32))
 
 
 def _top_mean(owner: I64, score: np.ndarray, count: int) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,19 +17,25 @@ from onemap_mapper.query.regions import (
     outline,
     region_bands,
     region_threshold,
+    scored_by,
     scoring_at_least,
 )
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
 from onemap_mapper.query.similarity import CellScores, TextQuery, against, guiding, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
+from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, whereabouts
 from onemap_shared.colours import likeness
-from onemap_shared.geometry import F32, U8
+from onemap_shared.conditions import Surroundings
+from onemap_shared.geometry import F32, U8, Bool
 from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_masks, place_weights
 from onemap_shared.messages import (
+    NO_DETAIL,
     NO_VIEW,
     RANKS,
     AnsweredQuery,
     Detail,
+    Holds,
+    Layer,
     MapPlaces,
     MapRevision,
     MapSummary,
@@ -40,35 +46,62 @@ from onemap_shared.messages import (
     ViewChangesRequest,
     ViewKey,
 )
-from onemap_shared.places import NOWHERE
 
 NO_GRID: F32 = np.zeros((0, 0), np.float32)
 NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
+PREFERRED = (Holds.YES, Holds.NOT_KNOWN, Holds.NOT_CHECKED, Holds.NO)  # answers, in this order
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """The scores of a query: of its text, with which its negatives compete, of the anchors of its
+    detail by name, and of the landmarks by name."""
+
+    own: CellScores
+    anchors: Mapping[str, CellScores]
+    landmarks: Mapping[str, CellScores]
+
+    @classmethod
+    def of(
+        cls, texts: Sequence[CellScores], request: SimilarityRequest, landmarks: Sequence[str]
+    ) -> _Asked:
+        named = (*request.detail.anchors, *landmarks)
+        own, *others = texts
+        count = len(others) - len(named)
+        scores = dict(zip(named, others[count:], strict=True))
+        return cls(
+            against(own, others[:count]) if count else own,
+            {name: scores[name] for name in request.detail.anchors},
+            {name: scores[name] for name in landmarks if scores[name].query.has_probabilities},
+        )
 
 
 def similarity_reply(
-    scored: ScoredVersion, *, request: SimilarityRequest, places: MapPlaces = NOWHERE
+    scored: ScoredVersion,
+    *,
+    request: SimilarityRequest,
+    known: Knowledge = NOTHING_KNOWN,
+    landmarks: Sequence[str] = (),
 ) -> SimilarityReply:
     """Ranked regions that score at least the text's floor, and the grid if requested.
 
-    scored: a map that is not empty, with the scores of the text, then those of its negatives and
-    of the anchors of its detail. places: of the map, if the detail names any.
+    scored: a map that is not empty, with the scores of the text, then those of its negatives, of
+    the anchors of its detail, and of the landmarks. Regions that are as described come first.
     The verdict is left to ``judged``.
     """
-    version, (own, *others) = scored.version, scored.texts
-    count = len(others) - len(request.detail.anchors)
-    negatives, anchors = others[:count], others[count:]
-    query = own.query
-    grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
-    if request.detail.located or request.detail.colour:
-        grid_scores = _described(
-            version, grid_scores, (own, *anchors), detail=request.detail, places=places
-        )
-    if (inside := area_mask(version.grid, request.area_m)) is not None:
-        grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
-    regions = _regions_of(version, grid_scores, request, calibrated=query.calibrated)
-    best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
-    regions = scoring_at_least(regions, scored.floor)
+    version, asked = scored.version, _Asked.of(scored.texts, request, landmarks)
+    regions, best_score, grid_scores = _candidates(scored, asked, request, known.places)
+    described = request.detail != NO_DETAIL or bool(request.negatives)
+    where = whereabouts(
+        version,
+        request,
+        regions.cells,
+        _surroundings(version, asked, request.detail, known) if described else None,
+        known=known,
+        landmarks={name: version.to_grid(text.scores) for name, text in asked.landmarks.items()},
+    )
+    order = sorted(range(len(where)), key=lambda index: PREFERRED.index(where[index].holds))
+    regions = regions.taken(order)
     outlines = [outline(cells, version.grid) for cells in regions.cells]
     rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]
     log = version.view_log
@@ -92,30 +125,68 @@ def similarity_reply(
         last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
         heights_m=region_bands(version, regions.cells, grid_scores),
         best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
-        calibrated=query.has_probabilities,
+        calibrated=asked.own.query.has_probabilities,
+        whereabouts=tuple(where[index] for index in order),
     )
 
 
-def _described(
-    version: MapVersion,
-    scores: F32,
-    texts: Sequence[CellScores],
-    *,
-    detail: Detail,
-    places: MapPlaces,
-) -> F32:
-    """The scores (nx, ny) of the first text, joined with the belief in places, anchors, colour."""
-    masks = place_masks(detail, places, version.grid)
-    target, *others = (_layers(version, text) for text in texts)
+def _candidates(
+    scored: ScoredVersion, asked: _Asked, request: SimilarityRequest, places: MapPlaces
+) -> tuple[Regions, float, F32]:
+    """Regions that may be what is asked for, the score of the best, also below the floor, and the
+    scores (nx, ny) by which they are ranked.
+
+    A described one is where the joint belief is, and scores by its own name. Where nothing of the
+    name is, what is elsewhere is answered.
+    """
+    version, detail = scored.version, request.detail
+    inside, calibrated = area_mask(version.grid, request.area_m), asked.own.query.calibrated
+    own_scores = _within(inside, version.to_grid(asked.own.scores))
+    if not (detail.located or detail.colour):
+        regions = _regions_of(version, own_scores, request, calibrated=calibrated)
+        best_score = min(float(regions.scores.max(initial=0.0)), 1.0)  # rounding
+        return scoring_at_least(regions, scored.floor), best_score, own_scores
     joint = joint_belief(
-        target,
-        dict(zip(detail.anchors, others, strict=True)),
+        _layers(version, asked.own),
+        {name: _layers(version, scores) for name, scores in asked.anchors.items()},
         detail,
-        places=place_weights(detail, masks, version.grid),
+        places=place_weights(detail, place_masks(detail, places, version.grid), version.grid),
         cell_size_m=version.grid.cell_size_m,
         likeness=version.likeness(detail.colour),
     )
-    return joint.similarity(scores)
+    grid_scores = joint.similarity(own_scores)
+    regions = _regions_of(version, grid_scores, request, calibrated=calibrated)
+    regions = scored_by(regions, own_scores)
+    best_score = min(float(regions.scores.max(initial=0.0)), 1.0)
+    regions = scoring_at_least(regions, scored.floor)
+    if not regions.cells:
+        regions = _regions_of(version, own_scores, request, calibrated=calibrated)
+        regions = scoring_at_least(regions, scored.floor)
+    return regions, best_score, grid_scores
+
+
+def _surroundings(
+    version: MapVersion, asked: _Asked, detail: Detail, known: Knowledge
+) -> Surroundings:
+    anchors = asked.anchors.items()
+    return Surroundings(
+        version.grid,
+        version.occupancy_grid(),
+        (version.layers() & Layer.EXPLORED) > 0,
+        _layers(version, asked.own).similarity,
+        {name: _layers(version, scores).similarity for name, scores in anchors},
+        known.places,
+        place_masks(detail, known.places, version.grid),
+        known.things(detail.anchors, version.grid),
+        version.likeness(detail.colour),
+    )
+
+
+def _within(inside: Bool | None, grid_scores: F32) -> F32:
+    """The scores (nx, ny) of an area, NaN beside it; None: of all of the map."""
+    if inside is None:
+        return grid_scores
+    return np.where(inside, grid_scores, np.float32(np.nan)).astype(np.float32)
 
 
 def _layers(version: MapVersion, text: CellScores) -> Layers:
@@ -162,7 +233,17 @@ def judged(
         found_score = scored.floor
     cosines = scored.version.to_grid(scored.texts[0].cosines)
     worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
-    verdict = judge(reply.best_score, coverage, worths=worths, found_score=found_score)
+    best = dict.fromkeys(Holds, 0.0)
+    for where, score in zip(reply.whereabouts, reply.scores.tolist(), strict=True):
+        best[where.holds] = max(best[where.holds], score)
+    open_score = max(best[Holds.NOT_CHECKED], best[Holds.NOT_KNOWN])
+    verdict = judge(
+        best[Holds.YES],
+        coverage,
+        worths=worths,
+        found_score=found_score,
+        may_be=open_score >= found_score,
+    )
     return replace(reply, verdict=verdict)
 
 

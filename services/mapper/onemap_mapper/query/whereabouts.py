@@ -1,0 +1,161 @@
+"""Where a region of an answer is, as people say it, and whether it is as it was described."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import dist, isfinite
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from onemap_mapper.belief.version import MapVersion
+from onemap_mapper.query.regions import region_bands
+from onemap_mapper.query.verdicts import area_mask
+from onemap_shared.conditions import LIKELY, SLACK_M, Candidate, Surroundings, Thing, check
+from onemap_shared.geometry import F32, I64
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import (
+    Holds,
+    KeptObject,
+    MapPlaces,
+    RelationKind,
+    SimilarityRequest,
+    Whereabouts,
+)
+from onemap_shared.messages.details import NEXT_TO_M
+from onemap_shared.names import same_name
+from onemap_shared.places import NOWHERE, place_at
+
+# What people say where a thing is by: large, and rarely moved.
+LANDMARKS = (
+    *("bed", "sofa", "desk", "dining table", "coffee table", "television", "wardrobe"),
+    *("bookshelf", "refrigerator", "stove", "sink", "toilet", "bathtub", "window"),
+)
+LEAST_CELLS = 4  # of what the map likely shows: fewer are noise
+SAME_OBJECT_M = 1.0  # from the middle of a region to that of a find: half of what a bed moves
+NO_PICTURE = (Holds.NOT_CHECKED, "the map does not show it clearly")  # of the colour
+
+
+@dataclass(frozen=True, slots=True)
+class Knowledge:
+    """What is known beside the map's features: its places, and what was found."""
+
+    places: MapPlaces = NOWHERE
+    finds: tuple[KeptObject, ...] = ()
+
+    def things(self, names: Iterable[str], grid: GridSpec) -> dict[str, list[Thing]]:
+        """The finds of each of these names, on the map."""
+        found = {name: [f for f in self.finds if same_name(f.name, name)] for name in names}
+        placed = {name: [_thing(each, grid) for each in kept] for name, kept in found.items()}
+        return {name: [each for each in known if len(each.cells)] for name, known in placed.items()}
+
+
+NOTHING_KNOWN = Knowledge()
+
+
+@dataclass(frozen=True, slots=True)
+class Landmark:
+    """A thing by which others are described: its name and where it is."""
+
+    name: str
+    thing: Thing
+
+
+def whereabouts(
+    version: MapVersion,
+    request: SimilarityRequest,
+    regions: Sequence[I64],
+    around: Surroundings | None,
+    *,
+    known: Knowledge,
+    landmarks: Mapping[str, F32],
+) -> tuple[Whereabouts, ...]:
+    """Of the regions, cells (K, 2) each, of an answer.
+
+    around: what the request's detail is checked by, None: it says nothing; landmarks: similarity
+    (nx, ny) of names that the map may show.
+    """
+    grid, name = version.grid, request.text
+    detail = replace(request.detail, negatives=request.negatives)
+    found = [Landmark(each.name, _thing(each, grid)) for each in known.finds]
+    answers = []
+    for cells in regions:
+        thing = Thing(cells, _middle_m(version, cells))
+        x_m, y_m = grid.centres(cells).mean(axis=0).tolist()
+        place = place_at(known.places, (x_m, y_m))
+        near = [*found, *_shown(version, cells, landmarks)]
+        relation, landmark = _beside(name, thing, near, grid)
+        answers.append(
+            Whereabouts(
+                place.name if place is not None else "",
+                relation,
+                landmark,
+                _found_here(name, (x_m, y_m), known.finds),
+                check(Candidate(thing, NO_PICTURE), detail, around) if around else (),
+            )
+        )
+    return tuple(answers)
+
+
+def _thing(kept: KeptObject, grid: GridSpec) -> Thing:
+    inside = area_mask(grid, kept.extent_m)
+    cells = np.argwhere(inside) if inside is not None else np.empty((0, 2), np.int64)
+    return Thing(cells, kept.position_m[2])
+
+
+def _middle_m(version: MapVersion, cells: I64) -> float:
+    """Height of the middle of what lies on these cells, NaN: not known."""
+    band = region_bands(version, [cells], np.ones(version.grid.shape, np.float32))[0]
+    return float(band.mean())
+
+
+def _shown(version: MapVersion, cells: I64, landmarks: Mapping[str, F32]) -> list[Landmark]:
+    """What the map likely shows within reach of these cells."""
+    reach = round(NEXT_TO_M / version.grid.cell_size_m)
+    low = np.maximum(cells.min(axis=0) - reach, 0)
+    high = cells.max(axis=0) + reach + 1
+    window = np.s_[low[0] : high[0], low[1] : high[1]]
+    shown = []
+    for name, similarity in landmarks.items():
+        there = np.argwhere(np.nan_to_num(similarity[window], nan=0.0) >= LIKELY) + low
+        if len(there) >= LEAST_CELLS:
+            shown.append(Landmark(name, Thing(there, _middle_m(version, there))))
+    return shown
+
+
+def _beside(
+    name: str, thing: Thing, landmarks: Sequence[Landmark], grid: GridSpec
+) -> tuple[RelationKind, str]:
+    """The landmark by which a thing is described, and how it lies to it; empty: none is near.
+
+    One that covers half of it holds it, or stands on it, if their heights tell; else it may be the
+    same thing by another name.
+    """
+    tree, here = cKDTree(thing.cells), set(map(tuple, thing.cells.tolist()))
+    best: tuple[float, RelationKind, str] = (NEXT_TO_M, RelationKind.NEXT_TO, "")
+    for each in landmarks:
+        if same_name(each.name, name) or len(each.thing.cells) == 0:
+            continue
+        away_m = float(tree.query(each.thing.cells)[0].min()) * grid.cell_size_m
+        kind = RelationKind.NEXT_TO
+        if len(here & set(map(tuple, each.thing.cells.tolist()))) >= LIKELY * len(here):
+            above_m = thing.height_m - each.thing.height_m
+            if not (isfinite(above_m) and abs(above_m) >= SLACK_M):
+                continue
+            kind = RelationKind.ON if above_m > 0 else RelationKind.UNDER
+            away_m = -1.0  # says more than what is beside
+        if away_m <= best[0]:
+            best = (away_m, kind, each.name)
+    return best[1:]
+
+
+def _found_here(name: str, xy_m: tuple[float, float], finds: Sequence[KeptObject]) -> str:
+    """The id of the find of this name that is nearest; empty if none is here."""
+    near = [
+        (dist(each.position_m[:2], xy_m), each.object_id)
+        for each in finds
+        if same_name(each.name, name)
+    ]
+    away_m, object_id = min(near, default=(np.inf, ""))
+    return object_id if away_m <= SAME_OBJECT_M else ""
