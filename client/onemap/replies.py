@@ -274,7 +274,7 @@ class MapPose(Reply):
     yaw_rad: Rounded = Field(description="0 faces along x, positive is to the left.")
 
 
-class CheckedCondition(Reply):
+class ConditionReply(Reply):
     """Something that was said of an object beside its name, checked for one thing."""
 
     what: str = Field(description="As it is said: 'next to a bed'.")
@@ -321,7 +321,7 @@ class Region(Reply):
         default=None,
         description="Address of the JPEG in which a search found it here; null: there is none.",
     )
-    conditions: tuple[CheckedCondition, ...] = Field(
+    conditions: tuple[ConditionReply, ...] = Field(
         default=(), description="What was said of it beside its name, each with its verdict."
     )
 

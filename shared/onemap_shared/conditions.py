@@ -20,7 +20,7 @@ from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import (
-    Condition,
+    CheckedCondition,
     Detail,
     Holds,
     MapPlaces,
@@ -82,7 +82,9 @@ class Surroundings:
     likeness: F32 | None = None
 
 
-def check(candidate: Candidate, detail: Detail, around: Surroundings) -> tuple[Condition, ...]:
+def check(
+    candidate: Candidate, detail: Detail, around: Surroundings
+) -> tuple[CheckedCondition, ...]:
     """The verdict on each condition of a description, with its evidence."""
     found = [_relation(each, candidate.thing, around) for each in detail.relations]
     found += _places(candidate.thing.cells, detail, around)
@@ -93,36 +95,38 @@ def check(candidate: Candidate, detail: Detail, around: Surroundings) -> tuple[C
     return tuple(found)
 
 
-def told(conditions: Sequence[Condition]) -> tuple[str, ...]:
+def told(conditions: Sequence[CheckedCondition]) -> tuple[str, ...]:
     """What holds, in words."""
     return tuple(each.evidence for each in conditions if each.holds is Holds.YES)
 
 
-def wrong(conditions: Sequence[Condition]) -> tuple[str, ...]:
+def wrong(conditions: Sequence[CheckedCondition]) -> tuple[str, ...]:
     """What does not hold, or was not checked, in words."""
     return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)
 
 
-def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Condition:
+def _relation(relation: Relation, thing: Thing, around: Surroundings) -> CheckedCondition:
     kind = relation.kind
     what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
     found = [_anchored(name, kind, thing, around) for name in relation.anchors]
     believed, away_m = min(each[0] for each in found), max(each[1] for each in found)
     if believed >= LIKELY and not _at_height(relation, thing, around):
         side = "lower" if kind is RelationKind.ON else "higher"
-        return Condition(what, Holds.NO, f"not {what}: it is {side} than the one there")
+        return CheckedCondition(what, Holds.NO, f"not {what}: it is {side} than the one there")
     if believed >= LIKELY:
         words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
-        return Condition(what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}")
+        return CheckedCondition(
+            what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}"
+        )
     if believed >= MAYBE:
         why = f"{' or '.join(map(the, relation.anchors))} there is hardly seen"
-        return Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
+        return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     reach_m = REACH_M[kind] + FADE_M
     if away_m > REACH_M[kind] and _unseen_m2(thing.cells, around, reach_m) >= UNSEEN_M2:
         why = "not all around it was seen"
-        return Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
+        return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     nearest = f": the nearest is {away_m:.1f} m away" if isfinite(away_m) else ""
-    return Condition(what, Holds.NO, f"not {what}{nearest}")
+    return CheckedCondition(what, Holds.NO, f"not {what}{nearest}")
 
 
 def _anchored(
@@ -180,7 +184,7 @@ def _unseen_m2(cells: I64, around: Surroundings, range_m: float) -> float:
     return float((in_sight(occupancy) & unseen).sum()) * grid.cell_size_m**2
 
 
-def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Condition]:
+def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[CheckedCondition]:
     middle_m = around.grid.centres(cells).mean(axis=0)
     held = place_at(around.places, (float(middle_m[0]), float(middle_m[1])))
     # What the map suggests may be half of a room that has two uses: it tells where a thing is, not
@@ -192,21 +196,21 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Condit
         shown = [around.shown[name] for name in detail.inside if name in around.shown]
         place = f": it is in {the(here)}" if here else ""
         if any(_is_in(cells, mask, around) for mask in shown):
-            yield Condition(what, Holds.YES, what)
+            yield CheckedCondition(what, Holds.YES, what)
         elif elsewhere or len(shown) == len(detail.inside):
-            yield Condition(what, Holds.NO, f"not {what}{place}")
+            yield CheckedCondition(what, Holds.NO, f"not {what}{place}")
         else:
-            yield Condition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SHOWN}")
+            yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SHOWN}")
     for name in detail.outside:
         what = f"not in {the(name)}"
         if name in around.shown:
             inside = _is_in(cells, around.shown[name], around)
             found = Holds.NO if inside else Holds.YES
-            yield Condition(what, found, f"in {the(name)}" if inside else what)
+            yield CheckedCondition(what, found, f"in {the(name)}" if inside else what)
         elif elsewhere and not same_name(here, name):
-            yield Condition(what, Holds.YES, f"in {the(here)}, {what}")
+            yield CheckedCondition(what, Holds.YES, f"in {the(here)}, {what}")
         else:
-            yield Condition(what, Holds.NOT_KNOWN, f"perhaps in {the(name)}: {NOT_SHOWN}")
+            yield CheckedCondition(what, Holds.NOT_KNOWN, f"perhaps in {the(name)}: {NOT_SHOWN}")
 
 
 def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:
@@ -221,7 +225,7 @@ def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:
     return bool(found.mean() >= LIKELY)
 
 
-def _colour(candidate: Candidate, colour: str, around: Surroundings) -> Condition:
+def _colour(candidate: Candidate, colour: str, around: Surroundings) -> CheckedCondition:
     """By its picture; where that does not tell, by the mean colours of its cells."""
     holds, why = candidate.colour
     if holds is Holds.NOT_CHECKED and around.likeness is not None:
@@ -230,10 +234,12 @@ def _colour(candidate: Candidate, colour: str, around: Surroundings) -> Conditio
         if not UNLIKE <= likely < LIKELY:
             holds = Holds.YES if likely >= LIKELY else Holds.NO
     evidence = {Holds.YES: colour, Holds.NO: f"not {colour}"}.get(holds)
-    return Condition(colour, holds, evidence or f"perhaps not {colour}: {why}")
+    return CheckedCondition(colour, holds, evidence or f"perhaps not {colour}: {why}")
 
 
-def _excluded(candidate: Candidate, negatives: Sequence[str], around: Surroundings) -> Condition:
+def _excluded(
+    candidate: Candidate, negatives: Sequence[str], around: Surroundings
+) -> CheckedCondition:
     """They compete with the name on the map: where it loses, the thing is one of them.
 
     What the map does not agree with at all tells nothing of them; the detector lets them compete.
@@ -241,11 +247,13 @@ def _excluded(candidate: Candidate, negatives: Sequence[str], around: Surroundin
     names = " or ".join(map(a, negatives))
     what = f"not {names}"
     if candidate.alone:
-        return Condition(what, Holds.YES, f"{what}, by the detector alone")
+        return CheckedCondition(what, Holds.YES, f"{what}, by the detector alone")
     similarity = around.similarity[tuple(candidate.thing.cells.T)]
     known: F64 = similarity[np.isfinite(similarity)].astype(np.float64)
     if not known.size:
-        return Condition(what, Holds.NOT_CHECKED, f"perhaps {names}: the map shows neither there")
+        return CheckedCondition(
+            what, Holds.NOT_CHECKED, f"perhaps {names}: the map shows neither there"
+        )
     if float(np.median(known)) >= MAYBE:
-        return Condition(what, Holds.YES, what)
-    return Condition(what, Holds.NO, f"more like {names}")
+        return CheckedCondition(what, Holds.YES, what)
+    return CheckedCondition(what, Holds.NO, f"more like {names}")

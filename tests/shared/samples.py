@@ -98,7 +98,7 @@ SAMPLES: tuple[Any, ...] = (
         m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
         whereabouts=(
             m.Whereabouts("kitchen", m.RelationKind.ON, "desk", "3f9a12c4"),
-            m.Whereabouts(conditions=(m.Condition("red", m.Holds.NOT_CHECKED, "perhaps"),)),
+            m.Whereabouts(conditions=(m.CheckedCondition("red", m.Holds.NOT_CHECKED, "perhaps"),)),
         ),
     ),
     m.AnsweredQuery(
@@ -168,7 +168,7 @@ PARTS: tuple[type, ...] = (
     m.SearchStep,
     m.Relation,
     m.Detail,
-    m.Condition,
+    m.CheckedCondition,
     m.Whereabouts,
     m.Place,
 )

@@ -114,7 +114,7 @@ class Holds(Word):
 
 
 @dataclass(frozen=True, slots=True)
-class Condition(Message):
+class CheckedCondition(Message):
     """What is said of an object, checked for one thing of its name.
 
     Attributes:
@@ -128,7 +128,7 @@ class Condition(Message):
     evidence: str
 
 
-def all_hold(conditions: Iterable[Condition]) -> Holds:
+def all_hold(conditions: Iterable[CheckedCondition]) -> Holds:
     """Whether all of them hold: the first of no, not checked and not known that one has."""
     found = {each.holds for each in conditions}
     return next((each for each in tuple(Holds)[1:] if each in found), Holds.YES)

@@ -22,7 +22,7 @@ from onemap_shared.messages.checks import (
 )
 from onemap_shared.messages.details import (
     NO_DETAIL,
-    Condition,
+    CheckedCondition,
     Detail,
     Holds,
     Negatives,
@@ -172,7 +172,7 @@ class Whereabouts(Message):
     relation: RelationKind = RelationKind.NEXT_TO
     landmark: str = ""
     object_id: str = ""
-    conditions: tuple[Condition, ...] = ()
+    conditions: tuple[CheckedCondition, ...] = ()
 
     @property
     def in_words(self) -> str:

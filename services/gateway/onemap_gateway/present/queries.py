@@ -88,7 +88,7 @@ def _told(where: Whereabouts) -> dict[str, Any]:
     return {
         "where": where.in_words,
         "picture": f"/v1/objects/{where.object_id}.jpg" if where.object_id else None,
-        "conditions": tuple(reply_of(replies.CheckedCondition, each) for each in where.conditions),
+        "conditions": tuple(reply_of(replies.ConditionReply, each) for each in where.conditions),
     }
 
 

@@ -11,10 +11,10 @@ from onemap_planner.world.colours import has_colour
 from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView
 from onemap_shared.conditions import Candidate, Surroundings, Thing, check
-from onemap_shared.messages import Condition, Holds
+from onemap_shared.messages import CheckedCondition, Holds
 from onemap_shared.names import same_name
 
-NOT_ON_MAP = (Condition("on the map", Holds.NOT_CHECKED, "perhaps not on the map any more"),)
+NOT_ON_MAP = (CheckedCondition("on the map", Holds.NOT_CHECKED, "perhaps not on the map any more"),)
 
 
 def check_find(
@@ -22,7 +22,7 @@ def check_find(
     context: PlanningContext,
     evidence: Evidence,
     found_objects: Sequence[FoundObject] = (),
-) -> tuple[Condition, ...]:
+) -> tuple[CheckedCondition, ...]:
     """The verdict on each condition of the description; none without one.
 
     An anchor is where the map shows it, and certainly where it was detected or found.

@@ -36,7 +36,7 @@ from onemap_shared.conditions import told, wrong
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
-    Condition,
+    CheckedCondition,
     Coverage,
     FailureCode,
     GoalChoice,
@@ -234,7 +234,7 @@ def coverage_of(context: PlanningContext) -> Coverage:
 
 
 def other_object(
-    state: PlannerState, candidate: ObjectCandidate, conditions: Sequence[Condition]
+    state: PlannerState, candidate: ObjectCandidate, conditions: Sequence[CheckedCondition]
 ) -> Ending:
     """The end of a search that found another object of the name, or one not known to be it."""
     reason = found_other(state.search.target, wrong(conditions))
