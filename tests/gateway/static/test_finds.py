@@ -91,6 +91,19 @@ def test_the_keyboard_opens_a_find_from_the_list(page: Page, robot: Robot) -> No
         assert page.evaluate("document.activeElement.closest('#finds') !== null")
 
 
+def test_a_find_is_told_by_its_room(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    robot.keep("kettle", 1.5, 1.0)
+    page.wait_for(
+        "document.querySelector('#finds small')?.innerText.startsWith('In the kitchen, at 1.5')"
+    )
+    page.click("#finds button")
+    page.wait_for(
+        "document.getElementById('find-facts').innerText.startsWith('In the kitchen · seen')"
+    )
+    assert page.errors == []
+
+
 def test_a_new_find_appears_and_a_forgotten_one_goes(page: Page, robot: Robot) -> None:
     open_still(page, robot)
     assert page.evaluate("document.getElementById('finds-card').hidden")

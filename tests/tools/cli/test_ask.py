@@ -450,7 +450,7 @@ def test_ctrl_c_stops_a_search_that_went_on_though_the_answer_was_lost(console: 
 
 
 def test_only_an_interrupted_search_is_offered_again() -> None:
-    assert remote.again(report("interrupted", RESULT)).endswith("onemap search --again")
+    assert remote.again(report("interrupted", RESULT)).endswith("'onemap search --again'.")
     assert remote.again(report("cancelled", RESULT)) == ""
 
 

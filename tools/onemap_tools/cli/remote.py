@@ -172,7 +172,7 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
     if not reply["regions"]:
         console.print(reply["message"], soft_wrap=True)
         return
-    names = ("", "centre", "size", "height", "score", "best seen from", "last seen (UTC)")
+    names = ("", "where", "centre", "size", "height", "score", "best seen from", "last seen (UTC)")
     table = Table(*names, title=reply["text"])
     for region in reply["regions"]:
         x_min, y_min, x_max, y_max = region["extent_m"]
@@ -183,6 +183,9 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             seen_from = f"{place}, {degrees(view['yaw_rad']):.0f}°"
         table.add_row(
             str(region["rank"]),
+            "\n".join(
+                [region.get("where", ""), *map(_checked, region.get("conditions", ()))]
+            ).strip(),
             _place(region["centre_m"][:2]),
             f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m",
             f"{band[0]:.1f} to {band[1]:.1f} m" if band else "",
@@ -191,6 +194,13 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             (region.get("last_seen_at") or "")[11:19],
         )
     console.print(table)
+    if picture := reply["regions"][0].get("picture"):
+        console.print(f"Its photograph: GET {picture}", soft_wrap=True)
+
+
+def _checked(condition: dict[str, str]) -> str:
+    """A condition of the description, and whether it holds there."""
+    return f"{condition['what']}: {condition['holds'].replace('_', ' ')}, {condition['evidence']}"
 
 
 def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:

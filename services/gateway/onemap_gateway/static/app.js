@@ -47,8 +47,9 @@ const fleet = new Fleet((robots) => {
   finds.showRows(); // the robots' names may have come after the finds
 }, (role) => maps.allow(role));
 const finder = (namespace) => fleet.finder(namespace);
-const card = new FindCard(map, finder);
-const finds = new Finds((find) => showFind(find), finder);
+const where = (place) => places.words(place);
+const card = new FindCard(map, finder, where);
+const finds = new Finds((find) => showFind(find), finder, where);
 const phone = matchMedia("(max-width: 860px)"); // as in style.css
 const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));
@@ -69,7 +70,7 @@ follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
-repeat(() => places.refresh(state.map ?? {}), FINDS_MS);
+repeat(async () => (await places.refresh(state.map ?? {})) && finds.showRows(), FINDS_MS);
 repeat(() => history.refresh(state.search, finds.objects), FINDS_MS);
 
 // A phone begins with the details folded; what the user unfolds stays.
@@ -90,7 +91,7 @@ function onState(next) {
   map.show(state);
   showServices(state.services);
   showNotices(state);
-  showSearch(state.search, movesByItself());
+  showSearch(state.search, movesByItself(), where);
   notifier.refresh(state.search);
   suggestions.refresh(state.search);
   showChoice(state.search);
@@ -258,13 +259,19 @@ function queryPicture(image) {
   });
 }
 
+// The found object that a region of an answer is; undefined if none is.
+function findAt({ picture }) {
+  return finds.objects.find((find) => find.picture && find.picture === picture);
+}
+
 // Show the answers, and the heatmap of one of them.
 function showQueried(answers, shown) {
   replay.close();
   pictured = shown.image ?? null;
   queried = shown.refused || pictured ? "" : shown.text;
   showAnswers(answers, queried, {
-    onRegion: (region) => map.lookAt(...region.centre_m),
+    find: findAt,
+    onRegion: (region) => (findAt(region) ? showFind(findAt(region)) : map.lookAt(...region.centre_m)),
     onAnswer: (answer) => showQueried(answers, answer),
     onWord: queryInstead,
   });

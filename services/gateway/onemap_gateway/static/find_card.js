@@ -1,15 +1,16 @@
 // The card of a find: its photograph, what is known of it, and what can be done.
 
 import { fetchBlob } from "./api.js";
-import { clockTime, height, place, thing } from "./format.js";
+import { capital, clockTime, height, place, thing } from "./format.js";
 import { by, robotName } from "./panels.js";
 import { Popup } from "./popup.js";
 
 export class FindCard extends Popup {
-  // finder(namespace): see Fleet
-  constructor(map, finder) {
+  // finder(namespace): see Fleet; where(place): the room that holds it, in words
+  constructor(map, finder, where) {
     super(by("find-card"), map);
     this.finder = finder;
+    this.where = where;
     this.object = null;
     this.photo = by("find-photo");
     this.photo.addEventListener("load", () => this.showBox());
@@ -30,9 +31,9 @@ export class FindCard extends Popup {
     by("find-name").textContent = object.name;
     const finder = this.finder(object.robot);
     by("find-facts").replaceChildren(
-      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)}`,
+      capital([this.where(object.position_m), `seen ${clockTime(object.last_seen_at)}`].filter(Boolean).join(" · ")),
       ...(finder ? [" by ", robotName(finder)] : []),
-      ` · at ${place(object.position_m)} m${height(object.height_m)}`,
+      ` · at ${place(object.position_m)} m${height(object.height_m)} · score ${object.score.toFixed(2)}`,
     );
     if (pictured) return;
     by("find-box").hidden = true; // until the size of the photograph is known

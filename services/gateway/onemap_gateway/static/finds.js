@@ -1,16 +1,17 @@
 // The objects found so far, which the robot keeps with its map, and the list of them.
 
 import { read } from "./api.js";
-import { clockTime, place } from "./format.js";
+import { capital, clockTime, place } from "./format.js";
 import { by, element, refill, robotName } from "./panels.js";
 
 export class Finds {
-  // onOpen(object): one was chosen in the list; finder(namespace): see Fleet
-  constructor(onOpen, finder) {
+  // onOpen(object): one was chosen in the list; finder(namespace): see Fleet; where(place): the room
+  constructor(onOpen, finder, where) {
     this.objects = [];
     this.version = null;
     this.onOpen = onOpen;
     this.finder = finder;
+    this.where = where;
   }
 
   // Fetch the objects if the robot has others than are shown; whether it had.
@@ -31,12 +32,13 @@ export class Finds {
   }
 
   showRows() {
-    const rows = this.objects.map((object) => [object, this.finder(object.robot)]);
+    const rows = this.objects.map((object) => [object, this.finder(object.robot), this.where(object.position_m)]);
     refill(by("finds"), rows, () => rows.map((row) => this.row(...row)));
   }
 
   row(object, finder) {
-    const seen = `${place(object.position_m)} m, seen ${clockTime(object.last_seen_at)}`;
+    const facts = [this.where(object.position_m), `at ${place(object.position_m)} m`, `seen ${clockTime(object.last_seen_at)}`];
+    const seen = capital(facts.filter(Boolean).join(", "));
     const button = element("button", { title: "Show it on the map" }, [
       element("span", { text: object.name }),
       element("small", { text: seen }, finder ? [" by ", robotName(finder)] : []),

@@ -1,11 +1,9 @@
 // The list of past searches: what, when, how it ended, and the photograph of what was found.
 
 import { read } from "./api.js";
-import { capital, clockTime, duration, thing } from "./format.js";
+import { capital, clockTime, duration } from "./format.js";
 import { by, element, refill, searchTitle } from "./panels.js";
-import { paintThumbnail } from "./thumbnail.js";
-
-const THUMB_PX = 96; // on a side, shown at half of it
+import { blankThumbnail, paintThumbnail } from "./thumbnail.js";
 
 export class History {
   // onOpen(search, button): one was chosen
@@ -52,10 +50,7 @@ export class History {
   }
 
   thumb(find) {
-    const canvas = element("canvas");
-    canvas.width = canvas.height = THUMB_PX;
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `Photograph of ${thing(find.name)}`);
+    const canvas = blankThumbnail(find);
     canvas.find = find;
     this.sight.observe(canvas);
     return canvas;

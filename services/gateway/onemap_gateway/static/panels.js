@@ -1,6 +1,7 @@
 // The parts of the page that show text and numbers.
 
 import { capital, duration, height, place, seconds, thing } from "./format.js";
+import { blankThumbnail, paintThumbnail } from "./thumbnail.js";
 
 const NOTICE_MS = 1500;
 
@@ -82,7 +83,8 @@ function lasts(name, problem) {
 }
 
 // moves: whether the robot moves without a search, as when another program drives it
-export function showSearch(search, moves) {
+// where(place): the room that holds it, in words
+export function showSearch(search, moves, where) {
   by("search-card").hidden = !search && !moves;
   document.body.classList.toggle("searching", Boolean(search?.active || moves));
   by("stop").hidden = !search?.active && !moves;
@@ -98,7 +100,7 @@ export function showSearch(search, moves) {
   by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
     `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
-  const rows = search.requests.map((request, index) => describe(search, request, index));
+  const rows = search.requests.map((request, index) => describe(search, request, index, where));
   refill(by("objects"), rows, () =>
     rows.map(([kind, name, note]) => {
       const words = element("span", { text: name });
@@ -122,22 +124,22 @@ export function activity(search) {
   return title[0].toLowerCase() + title.slice(1);
 }
 
-function describe(search, request, index) {
+function describe(search, request, index, where) {
   const result = search.results[index]; // they are in the order of the request
   if (!result) {
     return [search.active && index === search.index ? "now" : "waiting", request, ""];
   }
   if (result.outcome !== "found") return [result.outcome, request, capital(result.reason)];
-  const where = `at ${place(result.position_m)} m`;
-  return ["found", request, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
+  const found = capital([where(result.position_m), `at ${place(result.position_m)} m`].filter(Boolean).join(", "));
+  return ["found", request, `${found} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
 const UNCALIBRATED =
   "Not calibrated: these scores rank places, they are no probabilities, and “found” says little.";
 
 // A list of regions for each answer. `shown`: the text whose heatmap is on the map. `actions`:
-// onRegion and onAnswer take what was clicked, onWord the asked and the suggested word. An answer
-// to a picture has it as `image`.
+// onRegion and onAnswer take what was clicked, onWord the asked and the suggested word; find(region)
+// is the found object that it is, if one is. An answer to a picture has it as `image`.
 export function showAnswers(answers, shown, actions) {
   by("regions-card").hidden = !answers.length;
   by("regions-card").replaceChildren(
@@ -169,17 +171,33 @@ function pictureTitle(image) {
   return element("h2", { className: "pictured" }, [picture, "Where is what it shows?"]);
 }
 
-function answerRows(answer, { onRegion, onWord }) {
-  const rows = answer.regions.map((region) => {
-    const button = element("button", { title: "Show it on the map" }, [
-      element("span", { className: "rank", text: String(region.rank) }),
-      element("span", { text: `${place(region.centre_m)} m${height(region.height_m)}` }),
-      element("span", { className: "score", text: `score ${region.score.toFixed(2)}` }),
-    ]);
-    button.type = "button";
-    button.addEventListener("click", () => onRegion(region));
-    return element("li", {}, [button]);
-  });
+const MARKS = { yes: "✓", no: "✗" };
+
+// A region as people say where it is, then what was checked, then metres and score.
+function regionRow(region, onRegion, find) {
+  const facts = `${place(region.centre_m)} m${height(region.height_m)} · score ${region.score.toFixed(2)}`;
+  const checked = (region.conditions ?? []).map(({ what, holds, evidence }) =>
+    element("small", { className: `check ${holds}`, text: `${MARKS[holds] ?? "?"} ${what}${evidence && `: ${evidence}`}` }),
+  );
+  const words = element("span", { text: capital(region.where ?? "") }, [...checked, element("small", { text: facts })]);
+  const button = element("button", { title: "Show it on the map" }, [
+    element("span", { className: "rank", text: String(region.rank) }),
+    words,
+  ]);
+  if (find) button.append(photograph(find));
+  button.type = "button";
+  button.addEventListener("click", () => onRegion(region));
+  return element("li", {}, [button]);
+}
+
+function photograph(find) {
+  const canvas = blankThumbnail(find);
+  paintThumbnail(canvas, find).then((there) => there || canvas.remove());
+  return canvas;
+}
+
+function answerRows(answer, { onRegion, onWord, find }) {
+  const rows = answer.regions.map((region) => regionRow(region, onRegion, find(region)));
   if (!rows.length) {
     const text = capital(answer.message) + (answer.refused ? "" : " “Go and find” explores further.");
     rows.push(element("li", { className: "none", text }));

@@ -1,7 +1,7 @@
 // Rooms with a name and keep-out zones: drawn on the map, named and forgotten at a place of it.
 
 import { read, send } from "./api.js";
-import { short } from "./format.js";
+import { short, thing } from "./format.js";
 import { by } from "./panels.js";
 
 const PAUSE_MS = 5000; // between two looks at rooms that grow with the map
@@ -18,20 +18,28 @@ export class Places {
     document.addEventListener("keydown", (event) => event.key === "Escape" && this.begin(null));
   }
 
-  // Fetch the places if people changed some, or, now and then, if the map grew.
+  // Fetch the places if people changed some, or, now and then, if the map grew; whether it did.
   async refresh({ places_version: version, revision }) {
     const grew = revision !== this.known.revision && performance.now() - this.fetched > PAUSE_MS;
-    if (version === this.known.version && !grew) return;
+    if (version === this.known.version && !grew) return false;
     this.fetched = performance.now();
     this.list = (await read("/v1/places")).places;
     this.known = { version, revision };
     this.map.dirty = true;
+    return true;
   }
 
   // The place at [x, y] in metres: a zone before the room that it lies in.
   at([x, y]) {
     const here = this.list.filter(({ outlines_m: outlines }) => outlines.some((each) => holds(each, x, y)));
     return here.find(({ kind }) => kind === ZONE) ?? here[0];
+  }
+
+  // The room with a name that holds a place, as "in the kitchen"; empty without one.
+  words([x, y]) {
+    const room = this.list.find(({ name, kind, outlines_m: outlines }) =>
+      name && kind !== ZONE && outlines.some((each) => holds(each, x, y)));
+    return room ? `in ${thing(room.name)}` : "";
   }
 
   name(name, place) {

@@ -1,8 +1,19 @@
 // A small square picture of a find: the part of its photograph that shows it.
 
 import { fetchImage } from "./api.js";
+import { thing } from "./format.js";
 
 const MARGIN = 0.15; // of the object's size, around it
+
+const SIDE_PX = 96; // shown at half of it
+
+export function blankThumbnail({ name }) {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = SIDE_PX;
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", `Photograph of ${thing(name)}`);
+  return canvas;
+}
 
 // Draw what the find's box holds over the whole square canvas; whether there is a photograph.
 export async function paintThumbnail(canvas, { picture, last_seen_ns: seen, box_px: box }) {
