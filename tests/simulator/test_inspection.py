@@ -9,14 +9,14 @@ import trimesh
 
 from onemap_shared.runner import StartError
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.inspection import scene_warnings
+from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.service import build
 from tests.memory_bus import MemoryRouter
 from tests.simulator.scene_files import room_of
 
 
-def warnings(path: Path) -> list[str]:
-    return scene_warnings(path, radius_m=0.2, height_m=1.1)
+def warnings(path: Path) -> tuple[str, ...]:
+    return load_scene(path).warnings
 
 
 def room(folder: Path, *, yaml: str = "", scale: float = 1.0) -> Path:
@@ -29,7 +29,7 @@ def room(folder: Path, *, yaml: str = "", scale: float = 1.0) -> Path:
 
 
 def test_a_good_room_has_no_warnings(tmp_path: Path) -> None:
-    assert warnings(room(tmp_path, yaml="categories: {coffee_table_1: stool}")) == []
+    assert warnings(room(tmp_path, yaml="categories: {coffee_table_1: stool}")) == ()
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(100.0, "centimetres"), (1000.0, "millimetres")])
@@ -43,9 +43,9 @@ def test_a_scene_in_another_unit_is_no_room_for_a_robot(
 @pytest.mark.parametrize("start", ["[1.0, 1.0, 0]", "[9, 9, 0]"])
 def test_a_start_where_the_robot_does_not_fit_is_a_problem(tmp_path: Path, start: str) -> None:
     path = room(tmp_path, yaml=f"start: {start}")
-    with pytest.raises(ValueError, match=r"cannot stand at the start .* in room\.yaml"):
-        warnings(path)
-    with pytest.raises(StartError, match="cannot stand at the start"):
+    with pytest.raises(
+        StartError, match=r"the start of scene .* \(set by room\.yaml\) .* needs 0\.2 m"
+    ):
         build(MemoryRouter().bus("simulator"), SimulatorConfig(scene=str(path)))
 
 

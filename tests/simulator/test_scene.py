@@ -260,7 +260,7 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
 
 
 def test_the_start_is_the_roomiest_place_and_faces_the_middle() -> None:
-    grid, clearance = loading.free_space(box_room())
+    grid, clearance, _ = loading.free_space(box_room())
     pose = loading.start_pose(grid, clearance)
     assert pose is not None
     cell = grid.cells(np.array(pose[:2]))

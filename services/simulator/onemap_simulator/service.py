@@ -25,7 +25,6 @@ from onemap_simulator.errors import FrameLink
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth
-from onemap_simulator.inspection import scene_warnings
 from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
@@ -243,33 +242,24 @@ def open_scene(config: SimulatorConfig) -> Scene:
         scene = generate_apartment(config.seed, STYLES[config.style])
     else:
         scene = load_scene(Path(config.scene))
+        if config.start is None:
+            yaml = Path(config.scene).with_suffix(".yaml").name
+            _check_start(scene, config, f"the start of scene {config.scene} (set by {yaml})")
     if config.start is None:
         return scene
-    (x, y, _), robot = config.start, config.robot
+    scene = replace(scene, start=config.start)
+    _check_start(scene, config, "simulator.start")
+    return scene
+
+
+def _check_start(scene: Scene, config: SimulatorConfig, what: str) -> None:
+    (x, y, _), robot = scene.start, config.robot
     clearance_m = CollisionMap.of(scene, robot.height_m).clearance_m(x, y)
     if clearance_m < robot.radius_m:
         raise ValueError(
-            f"simulator.start ({x:g}, {y:g}) is {clearance_m:.2f} m from an obstacle or outside of "
-            f"scene {scene.name!r}; the robot needs {robot.radius_m:g} m: choose a place on its "
-            "free floor"
+            f"{what} ({x:g}, {y:g}) is {clearance_m:.2f} m from an obstacle or outside of it; the "
+            f"robot needs {robot.radius_m:g} m: choose a place on its free floor"
         )
-    return replace(scene, start=config.start)
-
-
-def warnings_of(config: SimulatorConfig) -> list[str]:
-    """What may be wrong with the scene's file, in sentences; ValueError for what is wrong.
-
-    A start of the configuration is checked by ``open_scene``.
-    """
-    if config.scene == APARTMENT:
-        return []
-    robot = config.robot
-    return scene_warnings(
-        Path(config.scene),
-        radius_m=robot.radius_m,
-        height_m=robot.height_m,
-        own_start=not config.start,
-    )
 
 
 def check_scene(name: str) -> None:
@@ -296,7 +286,7 @@ def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
     """Open the scene and make the worker, or raise StartError."""
     try:
         scene = open_scene(config)
-        for warning in warnings_of(config):
+        for warning in scene.warnings:
             LOG.warning(warning)
         LOG.info("%s: %d triangles, %d objects", scene.name, len(scene.faces), len(scene.objects))
         return SimulatorWorker(bus, scene, config)

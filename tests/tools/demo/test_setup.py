@@ -84,7 +84,7 @@ def test_a_list_without_names_is_a_usage_error(objects: str) -> None:
         ({"robots": 2, "ros2": True}, r"--ros2 does not fit --robots 2: "),
         ({"robots": 2, "objects": ("bed",)}, r"--objects does not fit --robots 2: "),
         ({"scene": "flat.glb"}, r"no node is called 'ball'"),
-        ({"robots": 2, "start": "[-50, -50, 0]"}, r"--robots 2 cannot start: simulator\.start"),
+        ({"robots": 2, "start": "[-50, -50, 0]"}, r"simulator\.start \(-50, -50\) is"),
     ],
     ids=str,
 )

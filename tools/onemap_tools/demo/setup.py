@@ -21,7 +21,7 @@ from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
-from onemap_simulator.service import open_scene, warnings_of
+from onemap_simulator.service import APARTMENT, open_scene
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
@@ -205,7 +205,7 @@ def set_up(options: DemoOptions) -> DemoSetup:
 
         check_robot("ros2", sections)
         environment[ROUTER_VARIABLE] = endpoint
-    warnings = scene_warnings_of(sections) if options.recording is None else []
+    warnings = scene_warnings_of(sections) if options.recording is None else ()
     names = [f"r{n}" for n in range(1, options.robots + 1)] if options.robots > 1 else [""]
     robots = tuple(DemoRobot(name, options.process) for name in names)
     parts = sections_of_robots(sections, robots)
@@ -220,14 +220,15 @@ def set_up(options: DemoOptions) -> DemoSetup:
         specs=_processes(robots, files, options.process),
         environment=environment,
         robots=robots,
-        warnings=tuple(warnings),
+        warnings=warnings,
     )
 
 
-def scene_warnings_of(sections: Mapping[str, Any]) -> list[str]:
+def scene_warnings_of(sections: Mapping[str, Any]) -> tuple[str, ...]:
     """What may be wrong with the scene's file, in sentences; CliError for what is wrong."""
+    config = SimulatorConfig.model_validate(sections["simulator"])
     try:
-        return warnings_of(SimulatorConfig.model_validate(sections["simulator"]))
+        return () if config.scene == APARTMENT else open_scene(config).warnings
     except ValueError as problem:
         raise CliError(f"{problem}.", EXIT_USAGE_ERROR) from problem
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,17 +10,19 @@ from typing import Any
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, U8, Bool
+from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.cell_masks import clearance_m, dilated, largest_part
 from onemap_simulator.scene.occupancy_raster import occupied_cells
-from onemap_simulator.scene.scene import PointLight, Scene, SceneObject
+from onemap_simulator.scene.scene import UNNAMED, PointLight, Scene, SceneObject
 from onemap_simulator.scene.scene_file import SceneFile, missing_node, read_scene_file
 
 AMBIENT = (0.6, 0.6, 0.6)  # bright: unknown rooms may have no place for a lamp
 FLOOR_SEARCH_M = 1.0  # the floor lies within this height of the lowest point
 FLOOR_BIN_M = 0.02
 MAX_WIDTH_M = 200.0  # wider is not in metres, and its floor grid would not fit in memory
+MIN_WIDTH_M = 1.0  # narrower is probably not in metres
+MAX_LISTED = 5  # names listed in a warning
 
 MAX_TEXTURE_PX = 1024  # larger images are shrunk: no detail of a 640 x 480 frame is lost
 COLOUR_STEP = 8  # colours per vertex are rounded to this many levels of 255
@@ -52,17 +55,37 @@ def load_scene(path: Path | str) -> Scene:
     file = read_scene_file(Path(path))
     if file.unknown_nodes:
         raise ValueError(missing_node(file))
-    scene, _ = assemble(file)
+    scene = assemble(file)
     if problem := size_problem(scene):
         raise ValueError(f"scene {path} {problem}")
-    grid, clearance = free_space(scene)
+    grid, clearance, has_floor = free_space(scene)
     start = file.corrections.start or start_pose(grid, clearance)
     if start is None:
         raise ValueError(
             f"scene {path} has no free floor for a robot: give 'start: [x, y, yaw]' in "
             f"{file.yaml.name}"
         )
-    return replace(scene, start=start, lights=ceiling_lamps(grid, clearance))
+    warnings = tuple(_warnings(file, scene, has_floor=has_floor))
+    return replace(scene, start=start, lights=ceiling_lamps(grid, clearance), warnings=warnings)
+
+
+def _warnings(file: SceneFile, scene: Scene, *, has_floor: bool) -> Iterator[str]:
+    unnamed = sorted(n.name for n in file.nodes if file.category(n.name) == UNNAMED)
+    if unnamed:
+        more = ", ..." if len(unnamed) > MAX_LISTED else ""
+        yield (
+            f"{len(unnamed)} of {len(file.nodes)} nodes have no name that says what they are "
+            f"({', '.join(unnamed[:MAX_LISTED])}{more}): a search for them has no ground truth. "
+            f"Name them under 'categories' in {file.yaml.name}."
+        )
+    width_m = float(np.ptp(scene.vertices[:, :2], axis=0).max())
+    if width_m < MIN_WIDTH_M:
+        yield f"The scene is only {width_m:.2g} m wide: is its unit the metre?"
+    if not has_floor:
+        yield (
+            "No floor was found at height 0: the robot is taken to drive on a plane. If that is "
+            "wrong, look whether the up axis is right."
+        )
 
 
 def size_problem(scene: Scene) -> str:
@@ -77,8 +100,8 @@ def size_problem(scene: Scene) -> str:
     )
 
 
-def assemble(file: SceneFile) -> tuple[Scene, float]:
-    """The scene without lights and start, floor at z = 0; and the floor's height in the file."""
+def assemble(file: SceneFile) -> Scene:
+    """The scene without lights and start, floor at z = 0."""
     name = file.path.stem
     R = Z_FROM_Y_UP if file.up == "y" else np.eye(3)
     meshes = [mesh for node in file.nodes for mesh in node.meshes]
@@ -94,7 +117,7 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
     given = file.corrections.floor_m
     floor_m = floor_height(points, faces) if given is None else given
     points[:, 2] -= floor_m
-    scene = Scene(
+    return Scene(
         name=name,
         vertices=points.astype(np.float32),
         faces=faces.astype(np.int32),
@@ -109,7 +132,6 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
         start=(0.0, 0.0, 0.0),
         names_complete=False,
     )
-    return scene, floor_m
 
 
 def floor_height(vertices: F64, faces: np.ndarray) -> float:
@@ -205,24 +227,18 @@ def _from_colours(colours: U8) -> tuple[U8, F32]:
     return image.reshape(side, side, 3), uv
 
 
-def free_space(scene: Scene) -> tuple[GridSpec, F32]:
+def free_space(scene: Scene) -> tuple[GridSpec, F32, bool]:
     """The largest connected floor area: clearance (nx, ny) float32 in metres, 0 outside of it.
 
-    Floor is where geometry lies at height 0; a scene without any is taken to have a plane.
+    Floor is where geometry lies at height 0, unless all of it lies below obstacles. A scene without
+    any is taken to have a plane; the last value says whether it has.
     """
     grid, blocked = occupied_cells(scene, CELL_SIZE_M, *BODY_HEIGHTS_M)
-    floor = floor_cells(scene, blocked)
-    if not floor.any():
-        floor = np.ones_like(blocked)
-    clearance = clearance_m(blocked | ~floor, CELL_SIZE_M)
-    return grid, np.where(largest_part(clearance >= ROBOT_CLEARANCE_M), clearance, np.float32(0.0))
-
-
-def floor_cells(scene: Scene, blocked: Bool) -> Bool:
-    """Cells (nx, ny) with geometry at height 0; none if all of it lies below obstacles."""
     _, floor = occupied_cells(scene, CELL_SIZE_M, *FLOOR_HEIGHTS_M)
-    foot = dilated(blocked)
-    return floor if (floor & ~foot).any() else np.zeros_like(floor)
+    has_floor = bool((floor & ~dilated(blocked)).any())
+    clearance = clearance_m(blocked | ~floor if has_floor else blocked, CELL_SIZE_M)
+    inside = largest_part(clearance >= ROBOT_CLEARANCE_M)
+    return grid, np.where(inside, clearance, np.float32(0.0)), has_floor
 
 
 def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | None:

@@ -47,6 +47,7 @@ class Scene:
     texture coordinates of the corners, repeating outside [0, 1), v = 0 at the image's first
     row. textures: (h, w, 3) uint8 RGB each, albedo. ``start`` is x, y, yaw of the robot.
     ``names_complete``: whether every object is named, so that an absent name is an absent object.
+    ``warnings``: what may be wrong with a user's file although a robot can drive in it.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Scene:
     rooms: tuple[Room, ...]
     start: tuple[float, float, float]
     names_complete: bool = True
+    warnings: tuple[str, ...] = ()
 
     @property
     def categories(self) -> tuple[str, ...]:
