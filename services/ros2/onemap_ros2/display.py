@@ -8,15 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from onemap_ros2.cdr import (
-    DETECTION_ARRAY,
-    FILTER_INFO,
-    GRID,
-    MARKER_ARRAY,
-    PATH,
-    STRING,
-    decode,
-)
+from onemap_ros2 import cdr
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display_messages import (
     belief_grid,
@@ -29,15 +21,8 @@ from onemap_ros2.display_messages import (
     similarity_grid,
 )
 from onemap_ros2.network.interface import RosNetwork
+from onemap_shared import keys
 from onemap_shared.clock import Thread
-from onemap_shared.keys import (
-    MAP_OBJECTS,
-    MAP_PLACES,
-    MAP_REVISION,
-    MAP_SEARCH_VIEW,
-    SEARCH_PATH,
-    SEARCH_STATE,
-)
 from onemap_shared.messages import (
     KeptObject,
     MapRevision,
@@ -61,14 +46,14 @@ VIEWS: dict[str, Callable[[SearchView, str], bytes]] = {
     "similarity": similarity_grid,
 }
 TOPICS = {
-    "belief": GRID,
-    "map": GRID,
-    "similarity": GRID,
-    "markers": MARKER_ARRAY,
-    "detections": DETECTION_ARRAY,
-    "path": PATH,
-    "keepout_mask": GRID,
-    "keepout_info": FILTER_INFO,
+    "belief": cdr.GRID,
+    "map": cdr.GRID,
+    "similarity": cdr.GRID,
+    "markers": cdr.MARKER_ARRAY,
+    "detections": cdr.DETECTION_ARRAY,
+    "path": cdr.PATH,
+    "keepout_mask": cdr.GRID,
+    "keepout_info": cdr.FILTER_INFO,
 }
 QUERY = "query"  # topic with the word whose similarity is shown; empty: the object now sought
 
@@ -88,10 +73,10 @@ class Display:
             name: network.write(f"{prefix}/{name}", ros_type, latched=True)
             for name, ros_type in TOPICS.items()
         }
-        self._queries = network.read(f"{prefix}/{QUERY}", STRING, 1, reliable=True)
-        self._revisions = bus.subscribe(MAP_REVISION)
-        self._states = bus.subscribe(SEARCH_STATE)
-        self._paths = bus.subscribe(SEARCH_PATH)
+        self._queries = network.read(f"{prefix}/{QUERY}", cdr.STRING, 1, reliable=True)
+        self._revisions = bus.subscribe(keys.MAP_REVISION)
+        self._states = bus.subscribe(keys.SEARCH_STATE)
+        self._paths = bus.subscribe(keys.SEARCH_PATH)
         self._revision: MapRevision | None = None
         self._status: SearchStatus | None = None
         self._path: PlannedPath | None = None
@@ -161,7 +146,7 @@ class Display:
     def _ask_for(self, data: bytes) -> None:
         """Show the similarity of another word, if it is one."""
         try:
-            self._word = SearchViewRequest(str(decode(data, STRING).data).strip()).text
+            self._word = SearchViewRequest(str(cdr.decode(data, cdr.STRING).data).strip()).text
         except ValueError as problem:
             LOG.warning("no similarity is shown: %s", problem)
 
@@ -176,7 +161,7 @@ class Display:
         if self._revision is None or self._revision.objects_version == self._objects_version:
             return
         try:
-            self._objects = self._bus.call(MAP_OBJECTS, ObjectListRequest()).objects
+            self._objects = self._bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects
         except CallError:
             return  # asked again with the next markers
         self._objects_version, self._changed = self._revision.objects_version, True
@@ -184,7 +169,7 @@ class Display:
     def _publish_views(self, names: list[str]) -> None:
         version = self._view_version
         try:
-            view = self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest(self._shown))
+            view = self._bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._shown))
         except RemoteError as problem:
             if self._word:  # which the encoder does not know, most likely
                 LOG.warning("no similarity to %r is shown: %s", self._word, problem)
@@ -209,7 +194,7 @@ class Display:
             return
         self._next_zones_s = now_s + MAP_PERIOD_S
         try:
-            places = self._bus.call(MAP_PLACES, PlacesRequest())
+            places = self._bus.call(keys.MAP_PLACES, PlacesRequest())
         except CallError:
             return  # asked again in the next step
         if 0 in places.grid.shape:

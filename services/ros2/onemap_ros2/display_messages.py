@@ -8,20 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_ros2.cdr import (
-    DETECTION_ARRAY,
-    FILTER_INFO,
-    GRID,
-    MARKER_ARRAY,
-    PATH,
-    POINT,
-    POSE_STAMPED,
-    encode,
-    header,
-    new,
-    pose,
-    time_of,
-)
+from onemap_ros2 import cdr
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     KeptObject,
@@ -72,9 +59,11 @@ def _scored(view: SearchView) -> NDArray[np.bool_]:
 def _grid(grid: GridSpec, stamp_ns: int, values: NDArray[np.int8], frame: str) -> bytes:
     """``values`` (nx, ny) as a grid whose rows follow y, the lowest first."""
     x_m, y_m, *_ = grid.bounds_m
-    (width, height), origin, made = grid.shape, pose(x_m, y_m), time_of(stamp_ns)
-    info = new("nav_msgs/msg/MapMetaData", made, grid.cell_size_m, width, height, origin)
-    return encode(new(GRID, header(stamp_ns, frame), info, values.T.ravel()), GRID)
+    (width, height), origin, made = grid.shape, cdr.pose(x_m, y_m), cdr.time_of(stamp_ns)
+    info = cdr.new("nav_msgs/msg/MapMetaData", made, grid.cell_size_m, width, height, origin)
+    return cdr.encode(
+        cdr.new(cdr.GRID, cdr.header(stamp_ns, frame), info, values.T.ravel()), cdr.GRID
+    )
 
 
 AROUND_M = 50.0  # of the map: what a zone covers beyond is in no way of the robot
@@ -99,8 +88,10 @@ def keepout_mask(zones: Zones, stamp_ns: int, frame: str) -> bytes:
 
 def keepout_info(mask_topic: str, stamp_ns: int, frame: str) -> bytes:
     """What tells nav2's keep-out filter where its mask is, and that it holds costs as they are."""
-    head = header(stamp_ns, frame)
-    return encode(new(FILTER_INFO, head, KEEP_OUT_FILTER, mask_topic, 0.0, 1.0), FILTER_INFO)
+    head = cdr.header(stamp_ns, frame)
+    return cdr.encode(
+        cdr.new(cdr.FILTER_INFO, head, KEEP_OUT_FILTER, mask_topic, 0.0, 1.0), cdr.FILTER_INFO
+    )
 
 
 MARKER, VECTOR = "visualization_msgs/msg/Marker", "geometry_msgs/msg/Vector3"
@@ -153,32 +144,34 @@ def marker_array(
         if points:
             paint = FRONTIER_SIZE, FRONTIER_COLOR
             marks.append(Mark("frontiers", 0, SPHERE_LIST, (0, 0, 0), *paint, points=points))
-    head = header(stamp_ns, frame)
-    return encode(new(MARKER_ARRAY, [_marker(head, mark) for mark in marks]), MARKER_ARRAY)
+    head = cdr.header(stamp_ns, frame)
+    return cdr.encode(
+        cdr.new(cdr.MARKER_ARRAY, [_marker(head, mark) for mark in marks]), cdr.MARKER_ARRAY
+    )
 
 
 def _marker(head: object, mark: Mark) -> object:
     nothing = np.zeros(0, np.uint8)
-    return new(
+    return cdr.new(
         MARKER,
         head,
         mark.namespace,
         mark.number,
         mark.kind,
         mark.action,
-        pose(*mark.place),
-        new(VECTOR, *mark.size),
-        new("std_msgs/msg/ColorRGBA", *mark.color),
-        new("builtin_interfaces/msg/Duration", 0, 0),  # it stays
+        cdr.pose(*mark.place),
+        cdr.new(VECTOR, *mark.size),
+        cdr.new("std_msgs/msg/ColorRGBA", *mark.color),
+        cdr.new("builtin_interfaces/msg/Duration", 0, 0),  # it stays
         False,
-        [new(POINT, *point) for point in mark.points],
+        [cdr.new(cdr.POINT, *point) for point in mark.points],
         [],
         "",
-        new("sensor_msgs/msg/CompressedImage", header(0, ""), "", nothing),
+        cdr.new("sensor_msgs/msg/CompressedImage", cdr.header(0, ""), "", nothing),
         [],
         mark.text,
         "",
-        new("visualization_msgs/msg/MeshFile", "", nothing),
+        cdr.new("visualization_msgs/msg/MeshFile", "", nothing),
         False,
     )
 
@@ -189,26 +182,26 @@ def detection_array(objects: Iterable[KeptObject], stamp_ns: int, frame: str) ->
     The box has the extent of the cells that the object was seen on, and its heights. Where the map
     does not know them, the box is flat, at the middle of the object.
     """
-    head = header(stamp_ns, frame)
+    head = cdr.header(stamp_ns, frame)
     found = [_detection(head, kept) for kept in objects]
-    return encode(new(DETECTION_ARRAY, head, found), DETECTION_ARRAY)
+    return cdr.encode(cdr.new(cdr.DETECTION_ARRAY, head, found), cdr.DETECTION_ARRAY)
 
 
 def _detection(head: object, kept: KeptObject) -> object:
     x0, y0, x1, y1 = kept.extent_m
     x, y, z = kept.position_m
     low, high = kept.height_m or (z, z)
-    hypothesis = new("vision_msgs/msg/ObjectHypothesis", kept.name, kept.score)
-    seen = new("geometry_msgs/msg/PoseWithCovariance", pose(x, y, z), np.zeros(36))
-    result = new("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, seen)
-    middle = pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
-    size = new(VECTOR, x1 - x0, y1 - y0, high - low)
-    box = new("vision_msgs/msg/BoundingBox3D", middle, size)
-    return new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
+    hypothesis = cdr.new("vision_msgs/msg/ObjectHypothesis", kept.name, kept.score)
+    seen = cdr.new("geometry_msgs/msg/PoseWithCovariance", cdr.pose(x, y, z), np.zeros(36))
+    result = cdr.new("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, seen)
+    middle = cdr.pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
+    size = cdr.new(VECTOR, x1 - x0, y1 - y0, high - low)
+    box = cdr.new("vision_msgs/msg/BoundingBox3D", middle, size)
+    return cdr.new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
 
 
 def path_message(path: PlannedPath | None, stamp_ns: int, frame: str) -> bytes:
     """The path's points as poses without a heading of their own; empty without a path."""
-    head, points = header(stamp_ns, frame), () if path is None else path.points_m.tolist()
-    poses = [new(POSE_STAMPED, head, pose(x, y)) for x, y in points]
-    return encode(new(PATH, head, poses), PATH)
+    head, points = cdr.header(stamp_ns, frame), () if path is None else path.points_m.tolist()
+    poses = [cdr.new(cdr.POSE_STAMPED, head, cdr.pose(x, y)) for x, y in points]
+    return cdr.encode(cdr.new(cdr.PATH, head, poses), cdr.PATH)

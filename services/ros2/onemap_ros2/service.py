@@ -28,16 +28,8 @@ from onemap_ros2.robot_input import RobotInput
 from onemap_ros2.search_control import SearchControl
 from onemap_ros2.topic_list import missing, needs
 from onemap_ros2.topic_watch import SILENT_S, TopicWatch
+from onemap_shared import keys
 from onemap_shared.command_gate import CommandGate
-from onemap_shared.keys import (
-    ALL_HEARTBEATS,
-    MAP_REVISION,
-    ROBOT_CMD_VEL,
-    ROBOT_ODOMETRY,
-    ROBOT_RGBD,
-    SEARCH_PATH,
-    SEARCH_STATE,
-)
 from onemap_shared.messages import Heartbeat, Odometry, VelocityCommand
 from onemap_shared.transport import Bus, Health
 
@@ -76,17 +68,17 @@ class Ros2Worker:
             if role == PUBLISHER and kind != "tf_static"  # which is sent once
         }
         self._last_frame_s = began_s
-        self._frames = bus.publish(ROBOT_RGBD)
-        self._odometry = bus.publish(ROBOT_ODOMETRY)
-        self._commands = bus.subscribe(ROBOT_CMD_VEL)
+        self._frames = bus.publish(keys.ROBOT_RGBD)
+        self._odometry = bus.publish(keys.ROBOT_ODOMETRY)
+        self._commands = bus.subscribe(keys.ROBOT_CMD_VEL)
         self._gate = CommandGate(bus.instance)
-        self._paths = bus.subscribe(SEARCH_PATH)
-        self._states = bus.subscribe(SEARCH_STATE)
-        self._revisions = bus.subscribe(MAP_REVISION)
+        self._paths = bus.subscribe(keys.SEARCH_PATH)
+        self._states = bus.subscribe(keys.SEARCH_STATE)
+        self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._voice = PlannerVoice()
         self._driver: Driver = DRIVERS[config.drive](network, config, LOG.info)
         self._control = SearchControl(bus, network, config)
-        self._beats = bus.subscribe(ALL_HEARTBEATS, KEPT_BEATS)
+        self._beats = bus.subscribe(keys.ALL_HEARTBEATS, KEPT_BEATS)
         self._services: dict[str, tuple[float, Heartbeat]] = {}  # when it came
         self._diagnostics = network.write(config.diagnostics, DIAGNOSTICS)
         self._next_diagnostics_s = self._next_lack_s = began_s

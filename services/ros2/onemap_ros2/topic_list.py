@@ -7,16 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from onemap_ros2.cdr import (
-    CAMERA_INFO,
-    CLOCK,
-    NAVIGATE,
-    ODOMETRY,
-    TF,
-    TWIST,
-    TWIST_STAMPED,
-    image_type,
-)
+from onemap_ros2 import cdr
 from onemap_ros2.config import RobotTopics, Ros2Config, TopicParams
 from onemap_ros2.network.interface import (
     ACTION_SERVER,
@@ -47,20 +38,20 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
     """What the robot must have, as it is configured."""
     topics = config.names
     wanted = [
-        TopicNeed("tf_static", topics.tf_static, (TF,)),
-        TopicNeed("tf", topics.tf, (TF,)),
-        TopicNeed("camera_info", topics.camera_info, (CAMERA_INFO,)),
-        TopicNeed("odometry", topics.odometry, (ODOMETRY,)),
-        TopicNeed("color", topics.color, (image_type(topics.color),)),
-        TopicNeed("depth", topics.depth, (image_type(topics.depth),)),
+        TopicNeed("tf_static", topics.tf_static, (cdr.TF,)),
+        TopicNeed("tf", topics.tf, (cdr.TF,)),
+        TopicNeed("camera_info", topics.camera_info, (cdr.CAMERA_INFO,)),
+        TopicNeed("odometry", topics.odometry, (cdr.ODOMETRY,)),
+        TopicNeed("color", topics.color, (cdr.image_type(topics.color),)),
+        TopicNeed("depth", topics.depth, (cdr.image_type(topics.depth),)),
     ]
     if config.use_sim_time:
-        wanted.append(TopicNeed("clock", topics.clock, (CLOCK,)))
+        wanted.append(TopicNeed("clock", topics.clock, (cdr.CLOCK,)))
     if config.drive == "velocity":
-        types = (TWIST, TWIST_STAMPED)
+        types = (cdr.TWIST, cdr.TWIST_STAMPED)
         wanted.append(TopicNeed("command", topics.command, types, SUBSCRIBER))
     else:
-        wanted.append(TopicNeed("navigate", topics.navigate, (NAVIGATE,), SERVER))
+        wanted.append(TopicNeed("navigate", topics.navigate, (cdr.NAVIGATE,), SERVER))
     return wanted
 
 

@@ -10,21 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from onemap_ros2.cdr import (
-    CANCEL_GOAL,
-    FEEDBACK,
-    GET_RESULT,
-    GOAL_INFO,
-    NAVIGATE,
-    SEND_GOAL,
-    UUID,
-    FormatError,
-    decode,
-    decode_start,
-    encode,
-    new,
-    time_of,
-)
+from onemap_ros2 import cdr
 from onemap_ros2.config import NODE, Ros2Config
 from onemap_ros2.drive.driver import (
     ARRIVED_M,
@@ -86,25 +72,29 @@ class GoalResult:
 
 def goal_request(goal_id: bytes, goal: GoalPose, stamp_ns: int, frame: str) -> bytes:
     """The request that sends a goal; ``goal_id``: 16 bytes."""
-    wanted = new(f"{NAVIGATE}_Goal", stamped_pose(goal, stamp_ns, frame), "")
-    return encode(new(f"{SEND_GOAL}_Request", _uuid(goal_id), wanted), f"{SEND_GOAL}_Request")
+    wanted = cdr.new(f"{cdr.NAVIGATE}_Goal", stamped_pose(goal, stamp_ns, frame), "")
+    return cdr.encode(
+        cdr.new(f"{cdr.SEND_GOAL}_Request", _uuid(goal_id), wanted), f"{cdr.SEND_GOAL}_Request"
+    )
 
 
 def is_accepted(reply: bytes) -> bool:
     """Whether a goal was accepted; FormatError for what is no such reply."""
-    return bool(decode(reply, f"{SEND_GOAL}_Response").accepted)
+    return bool(cdr.decode(reply, f"{cdr.SEND_GOAL}_Response").accepted)
 
 
 def result_request(goal_id: bytes) -> bytes:
     """The request for a goal's result, which is answered when the goal ends."""
-    return encode(new(f"{GET_RESULT}_Request", _uuid(goal_id)), f"{GET_RESULT}_Request")
+    return cdr.encode(
+        cdr.new(f"{cdr.GET_RESULT}_Request", _uuid(goal_id)), f"{cdr.GET_RESULT}_Request"
+    )
 
 
 def read_result(reply: bytes) -> GoalResult:
     """The result; older releases of nav2 have no text, or nothing but the status."""
     try:
-        message = decode_start(reply, f"{GET_RESULT}_Response")
-    except FormatError:
+        message = cdr.decode_start(reply, f"{cdr.GET_RESULT}_Response")
+    except cdr.FormatError:
         if len(reply) <= STATUS_BYTE:
             raise
         return GoalResult(int(reply[STATUS_BYTE]))
@@ -114,24 +104,24 @@ def read_result(reply: bytes) -> GoalResult:
 
 def cancel_request(goal_id: bytes) -> bytes:
     """The request that cancels one goal, whenever it was accepted."""
-    info = new(GOAL_INFO, _uuid(goal_id), time_of(0))
-    return encode(new(f"{CANCEL_GOAL}_Request", info), f"{CANCEL_GOAL}_Request")
+    info = cdr.new(cdr.GOAL_INFO, _uuid(goal_id), cdr.time_of(0))
+    return cdr.encode(cdr.new(f"{cdr.CANCEL_GOAL}_Request", info), f"{cdr.CANCEL_GOAL}_Request")
 
 
 def read_feedback(data: bytes) -> tuple[bytes, float]:
     """The goal's id and the metres that remain; what later releases append is left out."""
-    message = decode_start(data, FEEDBACK)
+    message = cdr.decode_start(data, cdr.FEEDBACK)
     return _bytes(message.goal_id), float(message.feedback.distance_remaining)
 
 
 def read_under_way(data: bytes) -> list[bytes]:
     """The ids of the goals that are under way, of the action's status topic."""
-    listed = decode(data, STATUS_ARRAY).status_list
+    listed = cdr.decode(data, STATUS_ARRAY).status_list
     return [_bytes(each.goal_info.goal_id) for each in listed if each.status in UNDER_WAY]
 
 
 def _uuid(goal_id: bytes) -> Any:
-    return new(UUID, np.frombuffer(goal_id, np.uint8))
+    return cdr.new(cdr.UUID, np.frombuffer(goal_id, np.uint8))
 
 
 def _bytes(uuid: Any) -> bytes:
@@ -291,7 +281,7 @@ class Nav2Driver:
         self._answer: PendingCall | None = None
         self._result: PendingCall | None = None
         self._cancel: PendingCall | None = None
-        self._feedback = network.read(f"{self._action}/_action/feedback", FEEDBACK, 1)
+        self._feedback = network.read(f"{self._action}/_action/feedback", cdr.FEEDBACK, 1)
         status = f"{self._action}/_action/status"
         self._status = network.read(status, STATUS_ARRAY, STATUS_KEPT, latched=True)
         self._counts = dict.fromkeys(("sent", "replaced", "refused", "lost", *OUTCOMES.values()), 0)
@@ -425,7 +415,7 @@ class Nav2Driver:
         self._replaced, self._result = (self._goal_id, self._result), None
         self._goal_id = self._mark + secrets.token_bytes(RANDOM_BYTES)
         request = goal_request(self._goal_id, goal, stamp_ns, self._config.map_frame)
-        self._answer = self._call("send_goal", SEND_GOAL, request)
+        self._answer = self._call("send_goal", cdr.SEND_GOAL, request)
         self._counts["sent"] += 1
         self._remaining_m = 0.0
         self._say(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
@@ -433,14 +423,14 @@ class Nav2Driver:
     def _ask_result(self) -> None:
         request = result_request(self._goal_id)
         service = f"{self._action}/_action/get_result"
-        self._result = self._network.call(service, GET_RESULT, request, RESULT_S)
+        self._result = self._network.call(service, cdr.GET_RESULT, request, RESULT_S)
 
     def _return_to_replaced(self) -> None:
         """The goal before the newest one is the one to cancel: nav2 does not have the newest."""
         (self._goal_id, self._result), self._replaced = self._replaced, (b"", None)
 
     def _ask_to_cancel(self) -> None:
-        self._cancel = self._call("cancel_goal", CANCEL_GOAL, cancel_request(self._goal_id))
+        self._cancel = self._call("cancel_goal", cdr.CANCEL_GOAL, cancel_request(self._goal_id))
         self._say(f"{self._action} was asked to cancel its goal")
 
     def _call(self, service: str, ros_type: str, request: bytes) -> PendingCall:
@@ -456,7 +446,7 @@ class Nav2Driver:
                 cancel_code=self._cancelled(),
                 lost=self._lost(),
             )
-        except FormatError as problem:
+        except cdr.FormatError as problem:
             self._problem = f"{self._action} answers what cannot be read: {problem}"
             return Heard(served=self._served())
 
@@ -468,7 +458,7 @@ class Nav2Driver:
             for data in self._status.take():
                 for goal_id in read_under_way(data):
                     self._end_orphan(goal_id, now_s)
-        except FormatError as problem:
+        except cdr.FormatError as problem:
             self._problem = f"{self._action} says what cannot be read: {problem}"
 
     def _end_orphan(self, goal_id: bytes, now_s: float) -> None:
@@ -519,7 +509,7 @@ class Nav2Driver:
         reply, self._cancel = _taken(self._cancel)
         if reply is None:
             return None
-        code = int(decode(reply, f"{CANCEL_GOAL}_Response").return_code)
+        code = int(cdr.decode(reply, f"{cdr.CANCEL_GOAL}_Response").return_code)
         if code in (GOAL_UNKNOWN, GOAL_ENDED) and self._replaced[0]:
             self._return_to_replaced()
             self._ask_to_cancel()
