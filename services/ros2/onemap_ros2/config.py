@@ -110,11 +110,6 @@ class Ros2Config(Params):
         "by the action /navigate_to_pose, and nav2 drives: on the command topic only zeros are "
         "sent, while nav2 does not answer a cancellation.",
     )
-    command_type: Literal["auto", "Twist", "TwistStamped"] = Field(
-        default="auto",
-        description="Of the command topic; auto: what the robot's own node subscribes to. Jazzy "
-        "robots mostly have Twist, later ones TwistStamped.",
-    )
     display: bool = Field(
         default=True, description="Publish /onemap/... for RViz and Foxglove while anyone listens."
     )

@@ -63,7 +63,7 @@ class VelocityDriver:
 
     def problem(self) -> str:
         """See ``Driver``."""
-        if self._found is None and self._config.command_type == "auto":
+        if self._found is None:
             return missing(self._network.endpoints(), self._config).get("command", "")
         return ""
 
@@ -87,9 +87,7 @@ class VelocityDriver:
 
 
 def command_type(network: RosNetwork, config: Ros2Config) -> str | None:
-    """The type of the command topic as configured or as its subscriber says; None if neither."""
-    if config.command_type != "auto":
-        return TWIST if config.command_type == "Twist" else TWIST_STAMPED
+    """The type of the command topic as its subscriber says; None without one."""
     asked = {
         endpoint.ros_type
         for endpoint in network.endpoints()
