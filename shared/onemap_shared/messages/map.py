@@ -15,17 +15,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, I32, MAX_COORDINATE_M, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import (
-    Count,
-    Message,
-    Shape,
-    chars,
-    cleaned,
-    expect,
-    items,
-    within,
-    without,
-)
+from onemap_shared.messages import checks
 from onemap_shared.messages.details import Colour, Negatives
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
@@ -33,11 +23,11 @@ MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores o
 
 SHA256 = re.compile(r"[0-9a-f]{64}")
 MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
-FileText: TypeAlias = Annotated[str, chars(MAX_FILE_TEXT_CHARS)]
-Sought: TypeAlias = Annotated[str, cleaned(optional=True)]
-Coordinate: TypeAlias = Annotated[float, within(-MAX_COORDINATE_M, MAX_COORDINATE_M)]
-Slope: TypeAlias = Annotated[float, within(-90, 90)]
-Rivals: TypeAlias = Annotated[tuple[str, ...], items(MAX_RIVALS), cleaned("rival")]
+FileText: TypeAlias = Annotated[str, checks.chars(MAX_FILE_TEXT_CHARS)]
+Sought: TypeAlias = Annotated[str, checks.cleaned(optional=True)]
+Coordinate: TypeAlias = Annotated[float, checks.within(-MAX_COORDINATE_M, MAX_COORDINATE_M)]
+Slope: TypeAlias = Annotated[float, checks.within(-90, 90)]
+Rivals: TypeAlias = Annotated[tuple[str, ...], checks.items(MAX_RIVALS), checks.cleaned("rival")]
 
 
 class Occupancy(IntEnum):
@@ -60,7 +50,7 @@ class Layer(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class CameraView(Message):
+class CameraView(checks.Message):
     """Which heights a camera has in its image, from near and from far.
 
     Attributes:
@@ -75,7 +65,7 @@ class CameraView(Message):
     height_m: Coordinate
     down_deg: Slope
     up_deg: Slope
-    across_deg: Annotated[float, within(0, 180)] = 0.0
+    across_deg: Annotated[float, checks.within(0, 180)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +108,7 @@ class MapRevision:
 
 
 @dataclass(frozen=True, slots=True)
-class SearchViewRequest(Message):
+class SearchViewRequest(checks.Message):
     """The layers of the map for one object; with an empty text without similarity.
 
     Attributes:
@@ -135,7 +125,7 @@ class SearchViewRequest(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class SearchView(Message):
+class SearchView(checks.Message):
     """The layers of the map that a planner uses, all of one revision.
 
     Attributes:
@@ -164,17 +154,17 @@ class SearchView(Message):
     grid: GridSpec
     occupancy: U8
     layers: U8
-    similarity: Annotated[F32, Shape(None, None)]
-    rival: Annotated[F32, Shape(None, None)] = without(np.float32, 0, 0)
-    guidance: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
+    similarity: Annotated[F32, checks.Shape(None, None)]
+    rival: Annotated[F32, checks.Shape(None, None)] = checks.without(np.float32, 0, 0)
+    guidance: Annotated[U8, checks.Shape(None, None)] = checks.without(np.uint8, 0, 0)
     calibrated: bool = True
-    tops_dm: Annotated[U8, Shape(None, None)] = without(np.uint8, 0, 0)
+    tops_dm: Annotated[U8, checks.Shape(None, None)] = checks.without(np.uint8, 0, 0)
     map_id: str = ""
-    likeness: Annotated[F32, Shape(None, None)] = without(np.float32, 0, 0)
+    likeness: Annotated[F32, checks.Shape(None, None)] = checks.without(np.float32, 0, 0)
 
     def _check(self) -> None:
-        expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
-        expect(self.layers, "layers", np.uint8, self.grid.shape)
+        checks.expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
+        checks.expect(self.layers, "layers", np.uint8, self.grid.shape)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +186,7 @@ class MapFile:
 
 
 @dataclass(frozen=True, slots=True)
-class MapMerge(Message):
+class MapMerge(checks.Message):
     """Fuse this saved map into the map in use.
 
     The saved map is turned about its origin, then moved, into the frame of the map in use.
@@ -226,7 +216,7 @@ class MapListRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class SavedMap(Message):
+class SavedMap(checks.Message):
     """A file in the mapper's map folder. What its header holds is empty or 0 if unreadable.
 
     Attributes:
@@ -241,13 +231,13 @@ class SavedMap(Message):
     """
 
     name: FileText
-    file_bytes: Count
+    file_bytes: checks.Count
     saved_ns: int
     encoder_id: FileText = ""
     text_space: FileText = ""
     cell_size_m: float = 0.0
-    cells_observed: Count = 0
-    frames_fused: Count = 0
+    cells_observed: checks.Count = 0
+    frames_fused: checks.Count = 0
     problem: FileText = ""
 
     def _check(self) -> None:
@@ -256,7 +246,7 @@ class SavedMap(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class MapList(Message):
+class MapList(checks.Message):
     """The saved maps, newest first.
 
     Attributes:
@@ -264,8 +254,8 @@ class MapList(Message):
         left_out: number of older files that are not listed.
     """
 
-    maps: Annotated[tuple[SavedMap, ...], items(MAX_LISTED_MAPS)]
-    left_out: Count = 0
+    maps: Annotated[tuple[SavedMap, ...], checks.items(MAX_LISTED_MAPS)]
+    left_out: checks.Count = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,7 +294,7 @@ class MapDigestRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class MapDigest(Message):
+class MapDigest(checks.Message):
     """What the map holds, as one number, and how it was made.
 
     Attributes:
@@ -332,11 +322,11 @@ class MapDigest(Message):
 TILE_CELLS = 64  # cells along the edge of a tile: of 6.4 m at 0.1 m, a camera sees two to four
 MASK_BYTES = TILE_CELLS * TILE_CELLS // 8
 RANKS = 255  # of cosines, 1 to 255
-KeyPart: TypeAlias = Annotated[str, chars(400)]  # that of 31 names has 250
+KeyPart: TypeAlias = Annotated[str, checks.chars(400)]  # that of 31 names has 250
 
 
 @dataclass(frozen=True, slots=True)
-class ViewKey(Message):
+class ViewKey(checks.Message):
     """Which state of which view a caller holds; all empty for none.
 
     Attributes:
@@ -347,14 +337,14 @@ class ViewKey(Message):
 
     map_id: KeyPart = ""
     query: KeyPart = ""
-    number: Count = 0
+    number: checks.Count = 0
 
 
 NO_VIEW = ViewKey()
 
 
 @dataclass(frozen=True, slots=True)
-class ViewChangesRequest(Message):
+class ViewChangesRequest(checks.Message):
     """The changes of the view that ``SearchViewRequest`` asks for, since a state of it.
 
     Attributes:
@@ -373,7 +363,7 @@ class ViewChangesRequest(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class ViewChanges(Message):
+class ViewChanges(checks.Message):
     """The cells of a view that changed since ``base``; those of a tile follow each other.
 
     Cells that are in no reply since the one from nothing are unknown.
@@ -406,27 +396,27 @@ class ViewChanges(Message):
     sequence: int
     stamp_ns: int
     grid: GridSpec
-    tiles: Annotated[I32, Shape("K", 2)]
-    cells: Annotated[U8, Shape("K", MASK_BYTES)]
+    tiles: Annotated[I32, checks.Shape("K", 2)]
+    cells: Annotated[U8, checks.Shape("K", MASK_BYTES)]
     occupancy: U8
     layers: U8
-    values: Annotated[F32, Shape(None, None)]
-    rank_limits: F32 = without(np.float32, 0)
+    values: Annotated[F32, checks.Shape(None, None)]
+    rank_limits: F32 = checks.without(np.float32, 0)
     calibrated: bool = True
     coloured: bool = False
 
     def _check(self) -> None:
         changed = int(np.unpackbits(self.cells).sum())
-        expect(self.occupancy, "occupancy", np.uint8, (changed,))
-        expect(self.layers, "layers", np.uint8, (changed,))
+        checks.expect(self.occupancy, "occupancy", np.uint8, (changed,))
+        checks.expect(self.layers, "layers", np.uint8, (changed,))
         observed = int(np.count_nonzero(self.layers & Layer.OBSERVED))
         rows = len(self.values) - self.coloured
         if rows not in (0, 2, 3):
             raise ValueError(f"values has {rows} rows beside a likeness; expected 0, 2 or 3")
         if len(self.values):
-            expect(self.values, "values", np.float32, (len(self.values), observed))
+            checks.expect(self.values, "values", np.float32, (len(self.values), observed))
         limits = RANKS - 1 if len(self.values) else 0
-        expect(self.rank_limits, "rank_limits", np.float32, (limits,))
+        checks.expect(self.rank_limits, "rank_limits", np.float32, (limits,))
         self._check_tiles()
 
     def _check_tiles(self) -> None:

@@ -5,28 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
-from onemap_shared.messages.checks import (
-    Count,
-    Message,
-    ObjectName,
-    Picture,
-    Share,
-    chars,
-    items,
-    numbers,
-    within,
-)
+from onemap_shared.messages import checks
 
 MAX_LISTED_OBJECTS = 150  # in one message of 256 kB, with names of 200 characters in any script
-Id: TypeAlias = Annotated[str, chars(64)]
-PositionM: TypeAlias = Annotated[tuple[float, float, float], numbers(3)]
-ExtentM: TypeAlias = Annotated[tuple[float, float, float, float], numbers(4)]
-BoxPx: TypeAlias = Annotated[tuple[float, ...], numbers(4, optional=True)]
-StampNs: TypeAlias = Annotated[int, within(0, 2**63 - 1, rule="nanoseconds since 1970")]
+Id: TypeAlias = Annotated[str, checks.chars(64)]
+PositionM: TypeAlias = Annotated[tuple[float, float, float], checks.numbers(3)]
+ExtentM: TypeAlias = Annotated[tuple[float, float, float, float], checks.numbers(4)]
+BoxPx: TypeAlias = Annotated[tuple[float, ...], checks.numbers(4, optional=True)]
+StampNs: TypeAlias = Annotated[int, checks.within(0, 2**63 - 1, rule="nanoseconds since 1970")]
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectFind(Message):
+class ObjectFind(checks.Message):
     """An object that a search has just confirmed, for the mapper to keep.
 
     Attributes:
@@ -39,18 +29,18 @@ class ObjectFind(Message):
         picture: a JPEG in which the object was detected; may be empty.
     """
 
-    name: ObjectName
+    name: checks.ObjectName
     position_m: PositionM
     extent_m: ExtentM
-    score: Share
+    score: checks.Share
     stamp_ns: StampNs
     search_id: Id
     box_px: BoxPx = ()
-    picture: Picture = b""
+    picture: checks.Picture = b""
 
 
 @dataclass(frozen=True, slots=True)
-class KeptObject(Message):
+class KeptObject(checks.Message):
     """A found object as the mapper keeps it, without its picture.
 
     Attributes:
@@ -70,17 +60,17 @@ class KeptObject(Message):
     """
 
     object_id: Id
-    name: ObjectName
+    name: checks.ObjectName
     position_m: PositionM
     extent_m: ExtentM
-    score: Share
-    times_found: Count
+    score: checks.Share
+    times_found: checks.Count
     search_id: Id
     first_found_ns: StampNs
     last_seen_ns: StampNs
     box_px: BoxPx = ()
-    picture_bytes: Count = 0
-    height_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
+    picture_bytes: checks.Count = 0
+    height_m: Annotated[tuple[float, ...], checks.numbers(2, optional=True)] = ()
     robot: str = ""
 
     def _check(self) -> None:
@@ -89,7 +79,7 @@ class KeptObject(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectId(Message):
+class ObjectId(checks.Message):
     """Names a kept object.
 
     Attributes:
@@ -100,7 +90,7 @@ class ObjectId(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class PicturedObject(Message):
+class PicturedObject(checks.Message):
     """A kept object with its picture.
 
     Attributes:
@@ -109,7 +99,7 @@ class PicturedObject(Message):
     """
 
     kept: KeptObject
-    picture: Picture
+    picture: checks.Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +108,7 @@ class ObjectListRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectList(Message):
+class ObjectList(checks.Message):
     """The kept objects, the one found last first.
 
     Attributes:
@@ -127,5 +117,5 @@ class ObjectList(Message):
             others took their room.
     """
 
-    objects: Annotated[tuple[KeptObject, ...], items(MAX_LISTED_OBJECTS)]
-    left_out: Count = 0
+    objects: Annotated[tuple[KeptObject, ...], checks.items(MAX_LISTED_OBJECTS)]
+    left_out: checks.Count = 0

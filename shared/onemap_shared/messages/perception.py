@@ -9,21 +9,7 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, I32, I64, U8, U16, Bool
-from onemap_shared.messages.checks import (
-    Image,
-    Message,
-    Name,
-    Picture,
-    Pose,
-    Shape,
-    Share,
-    cleaned,
-    expect,
-    finite,
-    items,
-    within,
-    without,
-)
+from onemap_shared.messages import checks
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
@@ -34,7 +20,7 @@ MIN_VARIANCE, MAX_VARIANCE = 1e-6, 1e12
 
 
 @dataclass(frozen=True, slots=True)
-class FeatureField(Message):
+class FeatureField(checks.Message):
     """Language-aligned patch features of one frame, with a variance for each depth pixel.
 
     Attributes:
@@ -51,17 +37,17 @@ class FeatureField(Message):
     stamp_ns: int
     encoder_id: str
     text_space: str
-    features: Annotated[F16, Shape(None, None, None), finite]
-    variance: Annotated[F32, Shape("H", "W")]
-    depth_mm: Annotated[U16, Shape("H", "W")]
+    features: Annotated[F16, checks.Shape(None, None, None), checks.finite]
+    variance: Annotated[F32, checks.Shape("H", "W")]
+    depth_mm: Annotated[U16, checks.Shape("H", "W")]
     intrinsics: Intrinsics
-    T_map_camera: Pose
-    world: Name = ""
-    colours: Annotated[U8, Shape(None, None, 3)] = without(np.uint8, 0, 0, 3)
+    T_map_camera: checks.Pose
+    world: checks.Name = ""
+    colours: Annotated[U8, checks.Shape(None, None, 3)] = checks.without(np.uint8, 0, 0, 3)
 
     def _check(self) -> None:
         if self.colours.size:
-            expect(self.colours, "colours", np.uint8, (*self.features.shape[:2], 3))
+            checks.expect(self.colours, "colours", np.uint8, (*self.features.shape[:2], 3))
         if self.features.size == 0 or self.depth_mm.size == 0:
             raise ValueError("the feature field is empty")
         self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
@@ -74,7 +60,7 @@ class FeatureField(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class Detections(Message):
+class Detections(checks.Message):
     """Detections of one frame, for the names of the present search.
 
     Attributes:
@@ -93,13 +79,13 @@ class Detections(Message):
     sequence: int
     stamp_ns: int
     detector_id: str
-    names: Annotated[tuple[str, ...], Shape("N")]
-    boxes_px: Annotated[F32, Shape("N", 4), finite]
-    scores: Annotated[F32, Shape("N"), finite]
-    points_map: Annotated[F32, Shape("P", 3), finite]
-    point_owner: Annotated[I32, Shape("P")]
-    picture: Picture = b""
-    picture_scale: Annotated[float, within(0, 1, above=True)] = 1.0
+    names: Annotated[tuple[str, ...], checks.Shape("N")]
+    boxes_px: Annotated[F32, checks.Shape("N", 4), checks.finite]
+    scores: Annotated[F32, checks.Shape("N"), checks.finite]
+    points_map: Annotated[F32, checks.Shape("P", 3), checks.finite]
+    point_owner: Annotated[I32, checks.Shape("P")]
+    picture: checks.Picture = b""
+    picture_scale: Annotated[float, checks.within(0, 1, above=True)] = 1.0
     independent: bool = False
 
     def _check(self) -> None:
@@ -111,29 +97,29 @@ class Detections(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class TextRequest(Message):
+class TextRequest(checks.Message):
     """Texts to embed.
 
     Attributes:
         texts: 1 to 256 texts.
     """
 
-    texts: Annotated[tuple[str, ...], items(256, least=1), cleaned()]
+    texts: Annotated[tuple[str, ...], checks.items(256, least=1), checks.cleaned()]
 
 
 @dataclass(frozen=True, slots=True)
-class ImageRequest(Message):
+class ImageRequest(checks.Message):
     """A picture of one thing to embed, so that it can be asked for as a text can.
 
     Attributes:
         image: a PNG or JPEG of 16 to 4096 pixels on each side, at most 512 kB.
     """
 
-    image: Image
+    image: checks.Image
 
 
 @dataclass(frozen=True, slots=True)
-class TextEmbeddings(Message):
+class TextEmbeddings(checks.Message):
     """Embeddings of texts, with the calibration that turns a cosine into a score.
 
     An image has one too, in the place of a text's.
@@ -157,12 +143,12 @@ class TextEmbeddings(Message):
 
     encoder_id: str
     text_space: str
-    texts: Annotated[tuple[str, ...], Shape("N")]
-    embeddings: Annotated[F32, Shape("N", "D"), finite]
-    neutral: Annotated[F32, Shape("M", "D"), finite]
-    neutral_mask: Annotated[U8, Shape("N", "M")]
+    texts: Annotated[tuple[str, ...], checks.Shape("N")]
+    embeddings: Annotated[F32, checks.Shape("N", "D"), checks.finite]
+    neutral: Annotated[F32, checks.Shape("M", "D"), checks.finite]
+    neutral_mask: Annotated[U8, checks.Shape("N", "M")]
     temperature: float
-    floor: Share = 0.0
+    floor: checks.Share = 0.0
     stands_for: tuple[tuple[str, ...], ...] = ()
     controls: int = 0
 

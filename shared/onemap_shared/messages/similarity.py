@@ -9,17 +9,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import (
-    Image,
-    Message,
-    Shape,
-    Share,
-    Word,
-    cleaned,
-    numbers,
-    within,
-    without,
-)
+from onemap_shared.messages import checks
 from onemap_shared.messages.details import (
     NO_DETAIL,
     CheckedCondition,
@@ -32,7 +22,7 @@ from onemap_shared.messages.details import (
 from onemap_shared.names import the
 
 
-class Verdict(Word):
+class Verdict(checks.Word):
     """Whether an object is on the map; docs/queries.md has the rule."""
 
     FOUND = "found"
@@ -81,13 +71,13 @@ def _check_area(area_m: tuple[float, ...], name: str) -> None:
         raise ValueError(f"{name} is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
 
 
-Sought: TypeAlias = Annotated[str, cleaned()]
+Sought: TypeAlias = Annotated[str, checks.cleaned()]
 AreaM: TypeAlias = Annotated[tuple[float, ...], _check_area]
-PointM: TypeAlias = Annotated[tuple[float, ...], numbers(2, optional=True)]
+PointM: TypeAlias = Annotated[tuple[float, ...], checks.numbers(2, optional=True)]
 
 
 @dataclass(frozen=True, slots=True)
-class SimilarityRequest(Message):
+class SimilarityRequest(checks.Message):
     """Request for the regions of the map most similar to a text.
 
     Attributes:
@@ -101,7 +91,7 @@ class SimilarityRequest(Message):
     """
 
     text: Sought
-    max_regions: Annotated[int, within(1, 100)] = 5
+    max_regions: Annotated[int, checks.within(1, 100)] = 5
     include_grid: bool = False
     negatives: Negatives = ()
     area_m: AreaM = ()
@@ -110,7 +100,7 @@ class SimilarityRequest(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class ImageSimilarityRequest(Message):
+class ImageSimilarityRequest(checks.Message):
     """Request for the regions of the map most similar to what a picture shows.
 
     Attributes:
@@ -119,7 +109,7 @@ class ImageSimilarityRequest(Message):
             negatives: features are more alike than a text and a feature, so that no text competes.
     """
 
-    image: Image
+    image: checks.Image
     query: SimilarityRequest
 
     def _check(self) -> None:
@@ -128,7 +118,7 @@ class ImageSimilarityRequest(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class AnsweredQuery(Message):
+class AnsweredQuery(checks.Message):
     """A query that the mapper has answered, for recordings.
 
     Attributes:
@@ -145,7 +135,7 @@ class AnsweredQuery(Message):
     stamp_ns: int
     encoder_id: str
     verdict: Verdict
-    best_score: Share
+    best_score: checks.Share
     negatives: Negatives = ()
     area_m: AreaM = ()
     centre_m: PointM = ()
@@ -157,7 +147,7 @@ class AnsweredQuery(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class Whereabouts(Message):
+class Whereabouts(checks.Message):
     """Where a region of an answer is, and whether it is as it was described.
 
     Attributes:
@@ -188,7 +178,7 @@ class Whereabouts(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class SimilarityReply(Message):
+class SimilarityReply(checks.Message):
     """Ranked regions of high similarity, best first, and the grid if it was requested.
 
     Attributes:
@@ -219,20 +209,20 @@ class SimilarityReply(Message):
     revision: int
     stamp_ns: int
     encoder_id: str
-    centres_m: Annotated[F32, Shape("N", 2)]
-    extents_m: Annotated[F32, Shape("N", 4)]
-    scores: Annotated[F32, Shape("N")]
-    variances: Annotated[F32, Shape("N")]
+    centres_m: Annotated[F32, checks.Shape("N", 2)]
+    extents_m: Annotated[F32, checks.Shape("N", 4)]
+    scores: Annotated[F32, checks.Shape("N")]
+    variances: Annotated[F32, checks.Shape("N")]
     grid: GridSpec
-    scores_grid: Annotated[F32, Shape(None, None)]
-    best_score: Share = 0.0
-    floor: Share = 0.0
-    outline_points_m: Annotated[F32, Shape("P", 2)] = without(np.float32, 0, 2)
-    outline_owner: Annotated[I32, Shape("P")] = without(np.int32, 0)
-    last_seen_ns: Annotated[I64, Shape("N")] = without(np.int64, 0)
-    best_views: Annotated[F32, Shape("N", 3)] = without(np.float32, 0, 3)
+    scores_grid: Annotated[F32, checks.Shape(None, None)]
+    best_score: checks.Share = 0.0
+    floor: checks.Share = 0.0
+    outline_points_m: Annotated[F32, checks.Shape("P", 2)] = checks.without(np.float32, 0, 2)
+    outline_owner: Annotated[I32, checks.Shape("P")] = checks.without(np.int32, 0)
+    last_seen_ns: Annotated[I64, checks.Shape("N")] = checks.without(np.int64, 0)
+    best_views: Annotated[F32, checks.Shape("N", 3)] = checks.without(np.float32, 0, 3)
     verdict: MapVerdict = NO_VERDICT
-    heights_m: Annotated[F32, Shape("N", 2)] = without(np.float32, 0, 2)
+    heights_m: Annotated[F32, checks.Shape("N", 2)] = checks.without(np.float32, 0, 2)
     calibrated: bool = False
     whereabouts: tuple[Whereabouts, ...] = ()
 
