@@ -41,12 +41,12 @@ class Said:
         return f"{self.file}:{self.line}: {self.text}"
 
 
-def sentences() -> list[Said]:
-    """All texts of at least ``LEAST_WORDS`` words, in the order of the sources."""
+def sentences(least_words: int = LEAST_WORDS) -> list[Said]:
+    """All texts of at least so many words, in the order of the sources."""
     return [
         said
         for said in (*_of_python(), *_of_the_page())
-        if len(WORD.findall(re.sub(r"\{[^{}]*\}", "", said.text))) >= LEAST_WORDS
+        if len(WORD.findall(re.sub(r"\{[^{}]*\}", "", said.text))) >= least_words
         and not NOT_SAID.search(said.text)
     ]
 

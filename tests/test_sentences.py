@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from tests.sentences import WORD, Said, sentences
+from tests.structure import ROOT
 
 LONG = 10  # words from which a text that begins as a sentence is one, and no title
 # The project's own words for things that have a name in the field, and metaphors.
@@ -42,3 +43,12 @@ def test_spaces_and_signs_stand_where_they_belong() -> None:
 def test_a_long_text_that_begins_as_a_sentence_ends_as_one() -> None:
     long = [s for s in SAID if s.text[:1].isupper() and len(WORD.findall(s.text)) >= LONG]
     assert [str(said) for said in long if not re.search(r"[.?!:…})'\"]$", said.text)] == []
+
+
+def test_the_page_of_trouble_quotes_what_is_said() -> None:
+    page = (ROOT / "docs/trouble.md").read_text(encoding="utf-8")
+    quoted = [row.split("|")[1] for row in page.splitlines() if row.startswith("| ")][1:]
+    said = "\n".join(each.text for each in sentences(1)).lower()
+    parts = [part.strip().lower() for row in quoted for part in re.split(r"\.\.\.|;", row)]
+    assert len(quoted) > 20
+    assert [part for part in parts if part not in said] == []
