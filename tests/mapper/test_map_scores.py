@@ -93,8 +93,7 @@ def test_a_cell_takes_few_bytes_besides_its_feature() -> None:
         )
     )
     cache, asked = ScoreCache(), text(np.random.default_rng(0), "a text")
-    cache.learn(asked)
-    cache.settled(belief.store, belief.revision, 0)
+    cache.sums_of(asked).of(belief.store, belief.revision, slice(None))
     weights = cache.nbytes
     cache.scores_of_all([asked], belief.store, belief.revision)
     besides = belief.memory_bytes - sum(block.nbytes for block in belief.store.blocks)

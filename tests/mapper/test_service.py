@@ -13,7 +13,7 @@ import pytest
 
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
-from onemap_mapper.service import KNOWN_TEXT, Mapper, build
+from onemap_mapper.service import Mapper, build
 from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared import messages as m
@@ -140,7 +140,7 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert reply.scores_grid.shape == reply.grid.shape
     view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
-    assert rig.asked == [KNOWN_TEXT, "sofa"]  # each once: the mapper asks for competing words
+    assert rig.asked == ["sofa"]  # once
 
 
 def test_what_it_must_not_be_competes_in_a_query_and_on_the_planners_map_alike(rig: Rig) -> None:

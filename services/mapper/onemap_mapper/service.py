@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -76,10 +75,6 @@ NOTICE_S = 60.0  # for which the status says that a map was left; the log keeps 
 # The other services share the cores, and torch's threads wait for each other at every step: on two
 # cores under a load of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.
 TORCH_THREADS = 1
-# Cells in which competing words are weighed ahead of the first text: after a frame, in a twentieth
-# of its time, and in a step without a frame.
-WARMED, WARMED_IDLE = 64, 1024
-KNOWN_TEXT = "chair"  # to any encoder of texts
 
 
 class Mapper:
@@ -142,15 +137,11 @@ class Mapper:
         self._arrived.wait(timeout_s)
         self._arrived.clear()  # before they are taken, so that none is overlooked
         self._steps += 1
-        warmed = WARMED_IDLE
         for robot in self._robots:
             belief = self._map  # before the field is taken, see _fuse
             if (field := robot.take_field()) is not None:
                 self._fuse(robot, field, belief)
-                self._learn_words(robot)
-                warmed = WARMED
             robot.beat(self._steps, partial(self._health, robot))
-        self._session.scores.warm(warmed)
         self._checkpoints.poll(self._clock.monotonic_s())
 
     def health(self) -> Health:
@@ -308,19 +299,6 @@ class Mapper:
         """The rooms of the map; frames are fused while they are cut."""
         session = self._session
         return session.rooms.of(search_view(session.scores.of([]), text=""))
-
-    def _learn_words(self, robot: MapRobot) -> None:
-        """Ask perception once per map which words compete with texts, before anybody asks one."""
-        session = self._session
-        if session.learned or session.belief.store.count == 0:
-            return
-        session.learned = True
-
-        def learn() -> None:
-            with suppress(RequestRejected):  # without them, the first text takes longer
-                session.scores.learn(robot.queries.of_text(KNOWN_TEXT))
-
-        self._scoring.submit(learn)
 
     def _fuse(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> None:
         """Fuse a field into ``belief``, the map when it was taken.

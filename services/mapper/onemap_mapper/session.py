@@ -15,7 +15,7 @@ class MapSession:
     """One map, and what answers are made of; another map is another session.
 
     lock: while it is held, the map changes. resumed: the map is that of a checkpoint, and no frame
-    was fused since. learned: perception was asked which words compete with texts.
+    was fused since.
     map_id: no other session, of any mapper, has it. coverages: by the number of the robot.
     """
 
@@ -28,7 +28,7 @@ class MapSession:
         *,
         resumed: bool = False,
     ) -> None:
-        self.belief, self.resumed, self.learned = belief, resumed, False
+        self.belief, self.resumed = belief, resumed
         self.scores = MapScores(belief, lock, clock)
         self.map_id = clock.random.randbytes(16).hex()
         self.views = ViewReplies(self.scores, self.map_id)

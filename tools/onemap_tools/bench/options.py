@@ -78,7 +78,7 @@ class QueryBench(Options):
     matrix_product_ms what the machine's own rate for large matrices would take for
     32 texts, both measured in this run. product_ms: the scalar products of one text
     alone, where the features are. A text competes with 103 neutral words, whose part
-    is computed with the first text (first_calibrated_text_ms) and kept.
+    is computed with the first text (first_text_ms) and kept.
     standing_ms_per_frame: 20 texts asked again after a frame changed 800 cells. Processor
     time with one thread, the best of several runs. With --device cuda the features are
     on the GPU, and the times are of the clock, read when the GPU is done.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from copy import deepcopy
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -31,7 +30,6 @@ NEUTRAL_WORDS = 103  # as many as mini's
 TEXTS = 32  # asked at once
 STANDING = 20  # texts that are asked again after every frame
 FRAME_CELLS = 800  # that a frame changes
-IN_VIEW = 2 * FRAME_CELLS  # cells that changed in the last second
 TEMPERATURE = 50.0
 MATRIX = 1024  # rows and columns of the machine's own product
 
@@ -89,16 +87,12 @@ def map_of(cells: int, params: MapParams, seed: int) -> BeliefMap:
 def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[str, float]:
     """Least milliseconds for the table alone, and for texts whose scores are not kept.
 
-    An unwarmed text also computes what competing words weigh in every cell; the first one of a map
-    finds that of all cells but those in view, the others of all.
+    The first one of a map also computes what competing words weigh in every cell.
     """
     store, now = belief.store, belief.revision
     first, other = texts[:2]
     every, own = np.arange(store.count), first.concepts[:1]
-    warm, warmed, numbers = ScoreCache(), ScoreCache(), count()
-    warmed.learn(first)
-    warmed.settled(store, now, 0)
-    warmed.warm(store, every[IN_VIEW:])
+    warm, numbers = ScoreCache(), count()
 
     def unasked(like: TextQuery) -> TextQuery:  # under a new name: its scores are not kept
         return replace(like, text=f"{like.text}, {next(numbers)}")
@@ -107,8 +101,7 @@ def _times_ms(belief: BeliefMap, texts: list[TextQuery], clock: Clock) -> dict[s
     asks: dict[str, Callable[[], object]] = {
         "read_ms": lambda: _read(store),
         "product_ms": lambda: store.products(every, own),
-        "unwarmed_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
-        "first_calibrated_text_ms": lambda: deepcopy(warmed).scores_of_all([first], store, now),
+        "first_text_ms": lambda: ScoreCache().scores_of_all([first], store, now),
         "calibrated_text_ms": lambda: warm.scores_of_all([unasked(other)], store, now),
         "texts_at_once_ms": lambda: warm.scores_of_all(
             [unasked(text) for text in texts], store, now
@@ -141,8 +134,7 @@ def _memory_bytes(belief: BeliefMap, text: TextQuery) -> dict[str, int]:
     Loading makes a map of its own, which counts.
     """
     cache, version = ScoreCache(), belief.version()
-    cache.learn(text)
-    cache.settled(belief.store, belief.revision, 0)
+    cache.sums_of(text).of(belief.store, belief.revision, slice(None))
     weights = cache.nbytes
     cache.scores_of_all([text], belief.store, belief.revision)
     loaded: list[BeliefMap] = []

@@ -179,27 +179,6 @@ class MapScores:
             table, revision = self._belief.store.table(), self._belief.revision
         return self._cache.floor(query, table, revision)
 
-    def learn(self, query: TextQuery) -> None:
-        """Take the words that compete with a text for those that ``warm`` is about."""
-        with self._turn:
-            self._cache.learn(query)
-
-    def warm(self, most: int) -> None:
-        """Weigh competing words in up to ``most`` cells that were left, for the next new text.
-
-        Not while somebody asks.
-        """
-        if not self._turn.acquire(blocking=False):
-            return
-        try:
-            with self._lock:
-                store = self._belief.store
-                slots = self._cache.settled(store, self._belief.revision, most)
-                table = store.copied(slots)
-            self._cache.warm(table, slots)
-        finally:
-            self._turn.release()
-
     def changes(
         self,
         queries: Sequence[TextQuery],

@@ -4,7 +4,7 @@ The cosine of text and cell feature becomes a score as the encoder's calibration
 probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for an
 encoder without calibration. What all words that may compete weigh in a cell, the logarithm of the
 sum of their exponentials, does not depend on the text: it is computed once for each change of a
-cell, ahead of the first text where there is time. Words that do not compete with a text, its
+cell. Words that do not compete with a text, its
 synonyms, are taken out of that sum.
 """
 
@@ -28,14 +28,12 @@ from onemap_shared.messages import RANKS, TextEmbeddings
 CellFeatures: TypeAlias = CellStore | FeatureTable  # of which scores are computed
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
-SETTLED = 8  # revisions: a cell that is in view changes with every frame
 LEAST_REST = 0.05  # of the sum over all words: what it is short of is right to 1e-4
 NO_SLOTS: I64 = np.zeros(0, np.int64)
 CONTROLS_BELOW = 0.95  # share of the control words whose best score lies below the floor
 FLOOR_REVISIONS = 100  # and a map that is not a quarter larger, for which a fitted floor holds
 FLOOR_GROWTH = 1.25
 TOP_CELLS = 3  # a region's score is the mean of its best cells: one cell alone may be noise
-CANDIDATES = 4096  # stale cells that are looked at for those that are settled
 
 
 class CellSums:
@@ -43,14 +41,13 @@ class CellSums:
 
     That are the length of the feature and log(sum(exp(temperature cosine))) over all words that may
     compete, words (m, D) float32 unit rows; m = 0: none. They are computed again for a cell that
-    changed when they are asked for, or before, by ``settled`` and ``fill``.
+    changed when they are asked for.
     """
 
     def __init__(self, words: Tensor, temperature: float) -> None:
         self.words, self.temperature = words, temperature
         self._held = SlotValues(2, words.device)
         self._stale: Bool = np.zeros(0, bool)
-        self._next = 0  # slot at which the search for settled ones goes on
         self._floor, self._fitted_at = 0.0, (0, 0)  # revision and slots
 
     @property
@@ -66,28 +63,15 @@ class CellSums:
         """Lengths (n,), at least ``LEAST_NORM``, and sums (n,) of slots, a slice: of all."""
         self._follow(store, revision)
         if isinstance(slots, slice):
-            self.fill(store, np.flatnonzero(self._stale))
+            self._fill(store, np.flatnonzero(self._stale))
             lengths, sums = self._held.values
         else:
-            self.fill(store, slots[self._stale[slots]])
+            self._fill(store, slots[self._stale[slots]])
             index = torch.from_numpy(slots).to(self.words.device)
             lengths, sums = self._held.values[:, index]
         return lengths, sums
 
-    def settled(self, store: CellStore, revision: int, most: int) -> I64:
-        """Ascending slots that have to be computed and did not change for ``SETTLED`` revisions."""
-        self._follow(store, revision)
-        stale = np.flatnonzero(self._stale)
-        if len(stale) > CANDIDATES:
-            first = np.searchsorted(stale, self._next)
-            stale = stale[first : first + CANDIDATES]
-        found: I64 = stale[store.changed_at[stale] <= revision - SETTLED][:most]
-        self._next = (
-            int(found[-1]) + 1 if 0 < most == len(found) else int(stale.max(initial=-1)) + 1
-        )
-        return found
-
-    def fill(self, store: CellFeatures, slots: I64) -> None:
+    def _fill(self, store: CellFeatures, slots: I64) -> None:
         """Compute ascending slots."""
         for chosen, features in store.chunks(slots):
             index = torch.from_numpy(slots[chosen]).to(store.device)
@@ -382,12 +366,12 @@ class ScoreCache:
         kept = self._kept(query)
         if kept is None:
             self._serial += 1
-            kept = KeptScores(query, self._serial, self.learn(query))
+            kept = KeptScores(query, self._serial, self.sums_of(query))
         self._entries[query.text] = kept
         return kept
 
-    def learn(self, query: TextQuery) -> CellSums:
-        """The sums of the words that compete with a text; ``settled`` is about them from now on.
+    def sums_of(self, query: TextQuery) -> CellSums:
+        """The sums of the words that compete with a text.
 
         Of a text with which none do, only their lengths count.
         """
@@ -407,16 +391,7 @@ class ScoreCache:
         """The text's own ``min_score``, or one that is fitted to the map."""
         if not query.fits_floor:
             return query.min_score
-        return self.learn(query).floor(store, revision, query.controls)
-
-    def settled(self, store: CellStore, revision: int, most: int) -> I64:
-        """As ``CellSums.settled``; none before any calibrated text."""
-        return self._sums.settled(store, revision, most) if self._sums else NO_SLOTS
-
-    def warm(self, store: CellFeatures, slots: I64) -> None:
-        """Compute these slots of what ``settled`` is about, for the next text."""
-        if self._sums:
-            self._sums.fill(store, slots)
+        return self.sums_of(query).floor(store, revision, query.controls)
 
     def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
         """Ascending slots (n,) whose features scores of the queries, at present, would read."""
