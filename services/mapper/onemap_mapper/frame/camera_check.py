@@ -11,18 +11,16 @@ is wrong; a floor near z = 0 in any of them shows that it is right.
 
 from __future__ import annotations
 
-import statistics
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import combinations
-from math import atan2, degrees, hypot, radians
+from math import atan2, degrees, radians
+from typing import NamedTuple
 
 import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64, Bool, wrap_angle
+from onemap_shared.geometry import F64, Bool
 from onemap_shared.messages import CameraView, FeatureField
 
 RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, noise is larger than a step
@@ -97,23 +95,12 @@ MIN_SPREAD_RAD = radians(90.0)  # or largest turn between two: another part of t
 READING_LIFETIME_S = 60.0  # older readings are dropped: the pose may have been corrected
 
 
-@dataclass(frozen=True, slots=True)
-class CameraPose2D:
+class CameraPose2D(NamedTuple):
     """Position of a camera in the map frame, and its heading."""
 
     x_m: float
     y_m: float
     heading_rad: float
-
-    def offset_to(self, other: CameraPose2D) -> tuple[float, float]:
-        """Distance in metres and turn in radians between the two."""
-        turn = abs(wrap_angle(self.heading_rad - other.heading_rad))
-        return hypot(self.x_m - other.x_m, self.y_m - other.y_m), turn
-
-    def is_near(self, other: CameraPose2D) -> bool:
-        """Whether both are one viewpoint: they see the same part of the room."""
-        moved_m, turned_rad = self.offset_to(other)
-        return moved_m < SAME_PLACE_M and turned_rad < SAME_HEADING_RAD
 
 
 def camera_pose_2d(T_map_camera: F64) -> CameraPose2D:
@@ -122,19 +109,11 @@ def camera_pose_2d(T_map_camera: F64) -> CameraPose2D:
     return CameraPose2D(x_m, y_m, atan2(float(T_map_camera[0, 0]), -float(T_map_camera[1, 0])))
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceReading:
-    """The newest level surface seen from a viewpoint, at monotonic seconds ``at_s``."""
-
-    viewpoint: CameraPose2D
-    surface: LevelSurface
-    at_s: float
-
-    @property
-    def is_floor(self) -> bool:
-        return (
-            abs(self.surface.height_m) <= HEIGHT_LIMIT_M and self.surface.tilt_rad <= TILT_LIMIT_RAD
-        )
+def _apart(one: F64, other: F64) -> tuple[F64, F64]:
+    """Distances in metres and turns in radians (...) between poses (..., 3)."""
+    moved = one - other
+    turned_rad = np.abs((moved[..., 2] + np.pi) % (2 * np.pi) - np.pi)
+    return np.hypot(moved[..., 0], moved[..., 1]), turned_rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,9 +139,12 @@ class FloorAssessment:
 
 @dataclass(frozen=True, slots=True)
 class FloorMonitor:
-    """The recent readings, one per viewpoint. Immutable."""
+    """The newest level surface seen from each recent viewpoint. Immutable.
 
-    readings: tuple[SurfaceReading, ...] = ()
+    readings (n, 6) float64: x, y, heading of the viewpoint, height, tilt, monotonic seconds.
+    """
+
+    readings: F64 = field(default_factory=lambda: np.zeros((0, 6)))
 
     def with_surface(
         self, surface: LevelSurface, viewpoint: CameraPose2D, now_s: float
@@ -173,58 +155,48 @@ class FloorMonitor:
         30 degrees.
         """
         recent = self.recent(now_s)
-        former = next((r for r in recent if r.viewpoint.is_near(viewpoint)), None)
-        others = tuple(r for r in recent if r is not former)
-        if former is not None:
-            viewpoint = former.viewpoint
-        return FloorMonitor((*others, SurfaceReading(viewpoint, surface, now_s)))
+        moved_m, turned_rad = _apart(recent[:, :3], np.array(viewpoint))
+        former = np.flatnonzero((moved_m < SAME_PLACE_M) & (turned_rad < SAME_HEADING_RAD))[:1]
+        pose = recent[former[0], :3] if len(former) else viewpoint
+        newest = (*pose, surface.height_m, surface.tilt_rad, now_s)
+        return FloorMonitor(np.vstack([np.delete(recent, former, axis=0), newest]))
 
-    def recent(self, now_s: float) -> tuple[SurfaceReading, ...]:
+    def recent(self, now_s: float) -> F64:
         """The readings that count."""
-        return tuple(r for r in self.readings if now_s - r.at_s <= READING_LIFETIME_S)
+        return self.readings[now_s - self.readings[:, 5] <= READING_LIFETIME_S]
 
     def assessment(self, now_s: float) -> FloorAssessment | None:
         """Right if any recent viewpoint shows the floor at z = 0, wrong if enough agree on another
         plane, None otherwise."""
         recent = self.recent(now_s)
-        floors = [reading for reading in recent if reading.is_floor]
-        found = floors or _agreeing(recent)
-        if not found:
+        is_floor = np.abs(recent[:, 3]) <= HEIGHT_LIMIT_M
+        floors = recent[is_floor & (recent[:, 4] <= TILT_LIMIT_RAD)]
+        found = floors if len(floors) else _agreeing(recent)
+        if len(found) == 0:
             return None
-        height_m, tilt_rad = _medians(found)
-        return FloorAssessment(not floors, len(recent), height_m, tilt_rad)
+        height_m, tilt_rad = np.median(found[:, 3:5], axis=0).tolist()
+        return FloorAssessment(len(floors) == 0, len(recent), height_m, tilt_rad)
 
 
-def _medians(readings: Sequence[SurfaceReading]) -> tuple[float, float]:
-    """Height in metres and tilt in radians."""
-    surfaces = [reading.surface for reading in readings]
-    return (
-        statistics.median(surface.height_m for surface in surfaces),
-        statistics.median(surface.tilt_rad for surface in surfaces),
-    )
-
-
-def _agreeing(readings: Sequence[SurfaceReading]) -> list[SurfaceReading]:
+def _agreeing(readings: F64) -> F64:
     """Those near the median, if they are enough, and so far apart that no single object fills all
     views; else none.
 
     Tilted surfaces are compared by tilt alone: with a pitch error the height depends on the
     distance.
     """
-    if not readings:
-        return []
-    height_m, tilt_rad = _medians(readings)
-
-    def agrees(surface: LevelSurface) -> bool:
-        if tilt_rad > TILT_LIMIT_RAD:
-            return abs(surface.tilt_rad - tilt_rad) <= TILT_TOLERANCE_RAD
-        near = abs(surface.height_m - height_m) <= HEIGHT_TOLERANCE_M
-        return near and surface.tilt_rad <= TILT_LIMIT_RAD
-
-    agreed = [reading for reading in readings if agrees(reading.surface)]
-    gaps = [a.viewpoint.offset_to(b.viewpoint) for a, b in combinations(agreed, 2)]
-    spread = any(m >= MIN_SPREAD_M or rad >= MIN_SPREAD_RAD for m, rad in gaps)
-    return agreed if len(agreed) >= MIN_AGREEING and spread else []
+    if len(readings) < MIN_AGREEING:
+        return readings[:0]
+    heights_m, tilts_rad = readings[:, 3], readings[:, 4]
+    if np.median(tilts_rad) > TILT_LIMIT_RAD:
+        agrees = np.abs(tilts_rad - np.median(tilts_rad)) <= TILT_TOLERANCE_RAD
+    else:
+        agrees = np.abs(heights_m - np.median(heights_m)) <= HEIGHT_TOLERANCE_M
+        agrees &= tilts_rad <= TILT_LIMIT_RAD
+    agreed = readings[agrees]
+    moved_m, turned_rad = _apart(agreed[:, None, :3], agreed[:, :3])
+    spread = ((moved_m >= MIN_SPREAD_M) | (turned_rad >= MIN_SPREAD_RAD)).any()
+    return agreed if len(agreed) >= MIN_AGREEING and spread else readings[:0]
 
 
 @lru_cache(maxsize=8)  # not to be written
