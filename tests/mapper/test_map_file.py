@@ -165,25 +165,6 @@ def test_a_bomb_is_refused_before_it_is_unpacked(taken: MapSnapshot, tmp_path: P
         tracemalloc.stop()
 
 
-def test_features_that_are_read_stay_in_the_file(
-    taken: MapSnapshot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """So that loading a map takes the memory of one, not of two."""
-    monkeypatch.setattr(map_file, "PART", 16)
-    shape = (len(taken.cells), 8192)
-    features = np.random.default_rng(0).normal(size=shape).astype(np.float16)
-    header = dataclasses.replace(taken.header, dimension=shape[1])
-    wide = dataclasses.replace(taken, header=header, features=features)
-    map_file.write(wide, tmp_path / "wide.npz")
-    tracemalloc.start()
-    try:
-        found = map_file.read(tmp_path / "wide.npz")
-        assert tracemalloc.get_traced_memory()[1] < features.nbytes / 3
-    finally:
-        tracemalloc.stop()
-    np.testing.assert_array_equal(found.features, features)
-
-
 @pytest.mark.parametrize(
     "header",
     [

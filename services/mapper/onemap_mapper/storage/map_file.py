@@ -1,12 +1,10 @@
 """Maps on disk: one .npz file without pickle, described in docs/formats.md.
 
-A file that does not fit is rejected with one sentence, and nothing has changed: one of 13 MB can
-claim arrays of gigabytes, by compression, by shapes without data, or by numbers that no message
-holds, so that all it says is compared with its size and the largest map before an array is read.
+A file that does not fit is rejected with one sentence, and nothing has changed. Nothing in it is
+compressed, so that reading takes no more memory than the file has bytes.
 
 The map in use is written while frames are fused: features, nearly all of a map, go to the file part
-by part, so that writing takes the memory of one part, and fusing waits for one part only. Those of
-a file that is read stay there, as a memory map whose pages the system may drop.
+by part, so that writing takes the memory of one part, and fusing waits for one part only.
 """
 
 from __future__ import annotations
@@ -80,26 +78,8 @@ def _add(
 
 MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
 MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
-MAX_KEPT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
 MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
 MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves; more where an older release moved it
-
-
-@dataclass(frozen=True, slots=True)
-class Declared:
-    """An array as the file declares it, before its data are read.
-
-    stored_bytes: of data in the archive; compressed: whether they are packed there.
-    """
-
-    dtype: str
-    shape: tuple[int, ...]
-    stored_bytes: int
-    compressed: bool
-
-    @property
-    def nbytes(self) -> int:
-        return prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
 HEADERS = TypeAdapter(MapHeader)
@@ -146,33 +126,24 @@ def _checked(raw: object, name: str) -> MapHeader:
     return header
 
 
-def check_arrays(
-    declared: Mapping[str, Declared], header: MapHeader, name: str, max_cells: int
+def _check_arrays(
+    arrays: Mapping[str, NDArray], header: MapHeader, name: str, max_cells: int
 ) -> None:
-    """Raise ``MapFileError`` unless the arrays fit together, into the file and into a map."""
-    for part, array in declared.items():
-        if array.compressed:
-            raise MapFileError(f"{name} is damaged: {part} is compressed; maps are not compressed")
-        if array.nbytes > array.stored_bytes:
-            raise MapFileError(
-                f"{name} is damaged: {part} takes {array.nbytes} bytes, but the file holds "
-                f"{array.stored_bytes}"
-            )
-    n, m = (max(declared[name].shape[:1], default=0) for name in ("cells", "driving_cells"))
+    """Raise ``MapFileError`` unless the arrays fit together and into a map."""
+    n, m = len(arrays["cells"]), len(arrays["driving_cells"])
     if max(n, m) > max_cells:
         raise MapFileError(
             f"{name} has {max(n, m)} cells; max_extent_m and cell_size_m allow {max_cells}"
         )
-    levels = max(declared["evidence"].shape[1:], default=0)
+    levels = max(arrays["evidence"].shape[1:], default=0)
     if levels > MAX_LEVELS:
         raise MapFileError(f"{name} is damaged: columns of {levels} levels")
-    poses = declared.get("view_poses")
-    views = min(*poses.shape[:1], n) if poses else 0  # each is the best one of some cell
+    views = min(len(arrays.get("view_poses", ())), n)  # each is the best one of some cell
     sizes = {"n": n, "m": m, "D": header.dimension, "levels": levels, "views": views}
-    for part, array in declared.items():
+    for part, array in arrays.items():
         dtypes, axes = FORMS[part]
         shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
-        if array.dtype not in dtypes or array.shape != shape:
+        if str(array.dtype) not in dtypes or array.shape != shape:
             raise MapFileError(
                 f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected "
                 f"{' or '.join(dtypes)} {shape}"
@@ -180,7 +151,9 @@ def check_arrays(
 
 
 def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
-    """Which values of a map, besides features, no map can hold."""
+    """Which values no map can hold."""
+    if not np.isfinite(snapshot.features.sum(dtype=np.float64)):
+        yield NOT_FINITE
     amounts = {name: getattr(snapshot, name) for name in ("confidence", "searched", "explored")}
     seen = snapshot.seen
     if seen is not None:
@@ -210,7 +183,6 @@ def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
 SUFFIX = ".npz"
 NAME = re.compile(r"[A-Za-z0-9._-]+")
 HEADER, FEATURES, MEMBER = "header", "features", ".npy"
-LOCAL_HEADER = 30  # bytes before the name of an entry of a zip file
 MAX_REASON_CHARS = 200
 UNREADABLE = (  # what zipfile, NumPy, JSON and msgpack raise on files of any content
     ArithmeticError,
@@ -298,19 +270,19 @@ def _unreadable(problem: str) -> MapFileError:
 def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
     """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``.
 
-    Nothing is read that is larger than a map of ``max_cells`` or than the file.
+    max_cells: of the largest map.
     """
     require(path)
     with _opened(path) as archive:
         header = _header(archive, path)
-        declared = {name: _declared(archive, name) for name in _names(archive)}
-        check_arrays(declared, header, path.name, max_cells)
-        arrays = {name: archive[name] for name in _names(archive) if name != FEATURES}
-        arrays[FEATURES], finite = _features(archive, path)
-        objects = from_bytes(_bytes(archive, OBJECTS)) if OBJECTS in archive else NO_OBJECTS
-        places = memory.NO_PLACES
+        names = [*ARRAYS, *(name for name in ADDED if name in archive)]
+        arrays = {name: archive[name] for name in names}
+        _check_arrays(arrays, header, path.name, max_cells)
+        objects, places = NO_OBJECTS, memory.NO_PLACES
+        if OBJECTS in archive:
+            objects = from_bytes(archive[OBJECTS].tobytes())
         if PLACES in archive:
-            places = memory.from_bytes(_bytes(archive, PLACES))
+            places = memory.from_bytes(archive[PLACES].tobytes())
         seen = [arrays.pop(name) for name in SEEN if name in arrays]
         snapshot = MapSnapshot(
             header,
@@ -319,17 +291,16 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
             places=places.places,
             seen=SeenFrom(*seen) if seen else None,
         )
-        problem = next(_impossible(snapshot), "") if finite else NOT_FINITE
+        problem = next(_impossible(snapshot), "")
     if problem:
         raise MapFileError(f"{path.name} is damaged: it holds {problem}")
     return snapshot
 
 
 def read_header(path: Path) -> tuple[MapHeader, int]:
-    """The checked header of a file and the number of its cells; its arrays are not read."""
+    """The checked header of a file and the number of its cells; no other array is read."""
     with _opened(path) as archive:
-        header = _header(archive, path)
-        return header, _declared(archive, "cells").shape[0]
+        return _header(archive, path), len(archive["cells"])
 
 
 def require(path: Path) -> None:
@@ -346,7 +317,11 @@ def _opened(path: Path) -> Iterator[Any]:
     """The archive of a file; what goes wrong with it becomes a ``MapFileError``."""
     try:
         with path.open("rb") as file, NpzFile(file, allow_pickle=False) as archive:
-            yield archive  # np.load would read a single array at once, whatever its size
+            entries = archive.zip.infolist()
+            packed = any(entry.compress_type != zipfile.ZIP_STORED for entry in entries)
+            if packed or sum(entry.file_size for entry in entries) > path.stat().st_size:
+                raise MapFileError(f"{path.name} is damaged: maps are not compressed")
+            yield archive  # np.load would take a single array too
     except MapFileError:
         raise
     except UNREADABLE as problem:
@@ -355,63 +330,10 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _header(archive: Any, path: Path) -> MapHeader:
-    stored = archive.zip.getinfo(HEADER + MEMBER).file_size
-    declared = _declared(archive, HEADER)
-    if max(stored, declared.nbytes) > MAX_HEADER_BYTES:
-        raise MapFileError(f"{path.name} is damaged: its header has {stored} bytes")
-    return _checked(json.loads(str(archive[HEADER])), path.name)
-
-
-def _names(archive: Any) -> tuple[str, ...]:
-    return (*ARRAYS, *(name for name in ADDED if name in archive))
-
-
-def _features(archive: Any, path: Path) -> tuple[NDArray, bool]:
-    """The features (n, D) of a file, mapped into memory, and whether they are finite.
-
-    They are read once, part by part, which also compares their checksum.
-    """
-    entry, finite = archive.zip.getinfo(FEATURES + MEMBER), True
-    with archive.zip.open(entry) as file:
-        shape, by_columns, dtype = _start(file)
-        if by_columns or 0 in shape:
-            features: NDArray = archive[FEATURES]
-            return features, bool(np.isfinite(features).all())
-        first = file.tell()
-        while data := file.read(PART * shape[1] * dtype.itemsize):
-            finite = finite and bool(np.isfinite(np.frombuffer(data, dtype)).all())
-    with path.open("rb") as raw:
-        raw.seek(entry.header_offset + LOCAL_HEADER - 4)
-        name_and_extra = struct.unpack("<HH", raw.read(4))
-        first += raw.tell() + sum(name_and_extra)
-        # "c": what is written to them, as nothing does, would not reach the file.
-        return np.memmap(raw, dtype, "c", first, shape), finite
-
-
-def _start(file: Any) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether in Fortran's order, and dtype of an array, from its first bytes."""
-    version = np.lib.format.read_magic(file)
-    return {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }[version](file)
-
-
-def _declared(archive: Any, name: str) -> Declared:
-    """Type and shape of an array from the first bytes of its entry."""
-    entry = archive.zip.getinfo(name + MEMBER)
-    with archive.zip.open(entry) as file:
-        shape, _, dtype = _start(file)
-        compressed = entry.compress_type != zipfile.ZIP_STORED
-        return Declared(str(dtype), shape, entry.file_size - file.tell(), compressed)
-
-
-def _bytes(archive: Any, name: str) -> bytes:
-    declared = _declared(archive, name)
-    if declared.compressed or declared.nbytes > MAX_KEPT_BYTES:
-        raise ValueError(f"its {name} take {declared.nbytes} bytes")
-    data: bytes = archive[name].tobytes()
-    return data
+    header = archive[HEADER]
+    if header.nbytes > MAX_HEADER_BYTES:
+        raise MapFileError(f"{path.name} is damaged: its header has {header.nbytes} bytes")
+    return _checked(json.loads(str(header)), path.name)
 
 
 PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
