@@ -140,7 +140,7 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert reply.scores_grid.shape == reply.grid.shape
     view = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
-    assert rig.asked == ["sofa"]  # once
+    assert rig.asked.count("sofa") == 1
 
 
 def test_what_it_must_not_be_competes_in_a_query_and_on_the_planners_map_alike(rig: Rig) -> None:
