@@ -20,7 +20,7 @@ class FakeReader:
 class FakeWriter:
     def __init__(self) -> None:
         self.sent: list[bytes] = []
-        self.heard = True
+        self.has_subscribers = True
 
     def put(self, data: bytes) -> None:
         self.sent.append(data)

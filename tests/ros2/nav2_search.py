@@ -15,7 +15,7 @@ from onemap_planner.policy.outcome import Decision
 from onemap_planner.search.state_machine import EventStamp, status
 from onemap_ros2.cdr import decode, type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import GOAL_CHANGE_M, GoalPose, PlannerVoice, RobotNow
+from onemap_ros2.drive.driver import GOAL_CHANGE_M, GoalPose, PlannerInputs, RobotNow
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.network.interface import Endpoint
 from tests.planner.grid_world import CELL_M, STEP_S, SimulatedSearch
@@ -45,7 +45,7 @@ class Nav2Search(SimulatedSearch):
         self.driver = Nav2Driver(
             self.network, config, lambda text: self.said.append((self.now_s, text))
         )
-        self.voice = PlannerVoice()
+        self.inputs = PlannerInputs()
         self._spoken: Decision | None = None
 
     def _control(self) -> None:
@@ -54,18 +54,18 @@ class Nav2Search(SimulatedSearch):
         self.world.wanted = STOP
         search = self.state.search
         message = status(search, EventStamp(now_s, 0.0, None, 0.0), now_ns=0)
-        self.voice = self.voice.with_status(message).with_command(now_s)
+        self.inputs = self.inputs.with_status(message).with_command(now_s)
         if self.decision is not None and self.decision is not self._spoken:
             self._spoken = self.decision
             path = planned_path(search, self.decision, 1)
-            self.voice = self.voice.with_path(path, now_s)
+            self.inputs = self.inputs.with_path(path, now_s)
         if self.decision is not None and not self.stale_reason and search.active:
             plan = Plan("", self.decision.motion, self.decision.costmap, now_s)
             tracker = PathTracker(params, STEP_S)
             self.world.wanted, _ = tracker.velocity(plan, self.world.pose, self.world.velocity)
         pose = self.world.pose
         here = GoalPose(pose.x_m, pose.y_m, pose.yaw_rad)
-        self.driver.step(RobotNow(now_s, 7, True, here), None, self.voice)
+        self.driver.step(RobotNow(now_s, 7, True, here), None, self.inputs)
         self.problems.append(self.driver.problem())
         for call in sorted(self.network.calls, key=lambda call: call.service.endswith("result")):
             self._answer(call)

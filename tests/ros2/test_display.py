@@ -89,10 +89,10 @@ def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> N
 def test_who_listens_later_gets_the_view_though_nothing_changed() -> None:
     screen = Screen()
     similarity = screen.writer("similarity")
-    similarity.heard = False
+    similarity.has_subscribers = False
     screen.run(2, revise=False)
     assert (len(screen.writer("belief").sent), similarity.sent) == (1, [])
-    similarity.heard = True
+    similarity.has_subscribers = True
     screen.run(2, revise=False)
     assert (len(screen.writer("belief").sent), len(similarity.sent)) == (1, 1)
 
@@ -112,7 +112,7 @@ def test_a_word_is_shown_until_an_empty_one_and_an_unknown_one_hides_nothing() -
 def test_nothing_is_asked_while_nobody_listens() -> None:
     screen = Screen()
     for writer in screen.network.writers.values():
-        writer.heard = False
+        writer.has_subscribers = False
     screen.revise(1)
     screen.paths.put(path_to(2.0, 0.0))
     for step in range(30):
@@ -124,7 +124,7 @@ def test_nothing_is_asked_while_nobody_listens() -> None:
 def test_marks_follow_the_plan_and_the_objects_at_a_bounded_rate() -> None:
     screen = Screen()
     for name in VIEWS:
-        screen.writer(name).heard = False
+        screen.writer(name).has_subscribers = False
     screen.states.put(status("s1"))
     screen.revise(1)
     for step in range(20):

@@ -13,7 +13,7 @@ from onemap_ros2.drive.driver import (
     MAX_PLAN_AGE_S,
     TURN_RAD,
     GoalPose,
-    PlannerVoice,
+    PlannerInputs,
     RobotNow,
     goal_of,
 )
@@ -68,33 +68,33 @@ def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
 
 
 NOW = RobotNow(10.1, 7, True, ORIGIN)
-VOICE = (
-    PlannerVoice().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).with_command(10.0)
+INPUTS = (
+    PlannerInputs().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).with_command(10.0)
 )
 
 
 def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry() -> None:
-    assert VOICE.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
+    assert INPUTS.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
     late = replace(NOW, now_s=10.0 + MAX_PLAN_AGE_S + 0.01)
     ended = [
-        VOICE.with_status(status("s1", state)).goal(NOW)
+        INPUTS.with_status(status("s1", state)).goal(NOW)
         for state in (SearchState.CANCELLED, SearchState.FOUND, SearchState.FAILED)
     ]
     assert [
         *ended,
-        replace(VOICE, search="").goal(NOW),
-        replace(VOICE, path=None).goal(NOW),
-        PlannerVoice().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).goal(NOW),
-        VOICE.with_places(VOICE.places_version + 1).goal(NOW),
-        VOICE.goal(replace(NOW, now_s=10.0 + MAX_COMMAND_AGE_S + 0.01)),
-        VOICE.with_command(late.now_s).goal(late),
-        VOICE.goal(replace(NOW, fresh=False)),
-        VOICE.goal(replace(NOW, pose=None)),
+        replace(INPUTS, search="").goal(NOW),
+        replace(INPUTS, path=None).goal(NOW),
+        PlannerInputs().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).goal(NOW),
+        INPUTS.with_places(INPUTS.places_version + 1).goal(NOW),
+        INPUTS.goal(replace(NOW, now_s=10.0 + MAX_COMMAND_AGE_S + 0.01)),
+        INPUTS.with_command(late.now_s).goal(late),
+        INPUTS.goal(replace(NOW, fresh=False)),
+        INPUTS.goal(replace(NOW, pose=None)),
     ] == [None] * 11
 
 
 def test_one_step_of_rest_ends_no_goal() -> None:
-    rest, voice = path_to(0.0, 0.0, "rest"), VOICE.with_path(path_to(2.0, 0.0), 10.0)
-    resting = voice.with_path(rest, 10.25)
+    rest, inputs = path_to(0.0, 0.0, "rest"), INPUTS.with_path(path_to(2.0, 0.0), 10.0)
+    resting = inputs.with_path(rest, 10.25)
     assert resting.goal(NOW) == GoalPose(2.0, 0.0, 0.0)
     assert resting.with_path(rest, 10.5).goal(NOW) is None

@@ -13,7 +13,7 @@ from onemap_planner.motion.progress import RecoveryParams
 from onemap_ros2.cdr import TWIST, FormatError, decode, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive import nav2
-from onemap_ros2.drive.driver import GoalPose, PlannerVoice, RobotNow, goal_of
+from onemap_ros2.drive.driver import GoalPose, PlannerInputs, RobotNow, goal_of
 from onemap_ros2.drive.standstill import HELD_S, RELEASE_S
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import STANDS_MPS
@@ -62,13 +62,13 @@ def test_answers_of_several_releases_are_read() -> None:
 
 
 A, B = GoalPose(1.0, 0.0, 0.0), GoalPose(5.0, 0.0, 0.0)
-QUIET = nav2.Heard()
+QUIET = nav2.Replies()
 
 
 def driving(target: GoalPose = A) -> nav2.NavGoal:
     goal, order = nav2.NavGoal().step(0.0, target, QUIET)
     assert order is nav2.Order.SEND
-    goal, order = goal.step(0.1, target, nav2.Heard(accepted=True))
+    goal, order = goal.step(0.1, target, nav2.Replies(accepted=True))
     assert (goal.phase, order) == (nav2.GoalPhase.DRIVING, nav2.Order.NOTHING)
     return goal
 
@@ -76,7 +76,7 @@ def driving(target: GoalPose = A) -> nav2.NavGoal:
 def test_where_nav2_has_come_to_is_told_and_not_asked_for_again() -> None:
     """It ends a goal 0.25 m before; the same again would end at once, and bring nothing."""
     here = GoalPose(0.75, 0.0, 0.2)
-    goal, _ = driving().step(2.0, A, nav2.Heard(result=nav2.GoalResult(4)), here)
+    goal, _ = driving().step(2.0, A, nav2.Replies(result=nav2.GoalResult(4)), here)
     assert (goal.phase, goal.reached) == (nav2.GoalPhase.NONE, A)
     for wanted in (A, GoalPose(1.1, 0.0, 0.1)):
         assert goal.step(60.0, wanted, QUIET, here) == (goal, nav2.Order.NOTHING)
@@ -92,17 +92,17 @@ def test_where_nav2_has_come_to_is_told_and_not_asked_for_again() -> None:
 def test_a_look_around_is_one_goal_after_the_other() -> None:
     """The next turn is asked for when the one before ended, not while the robot turns."""
     yaw_rad, sent = 0.0, 0
-    goal, heard, turned_rad = nav2.NavGoal(), QUIET, 0.0
+    goal, replies, turned_rad = nav2.NavGoal(), QUIET, 0.0
     for step in range(200):
         wanted = goal_of(path_to(0.0, 0.0, "rotate"), GoalPose(0.0, 0.0, yaw_rad))
-        goal, order = goal.step(step * 0.05, wanted, heard)
-        heard = nav2.Heard(accepted=True) if order is nav2.Order.SEND else QUIET
+        goal, order = goal.step(step * 0.05, wanted, replies)
+        replies = nav2.Replies(accepted=True) if order is nav2.Order.SEND else QUIET
         sent += order is nav2.Order.SEND
         if goal.phase is nav2.GoalPhase.DRIVING and goal.target is not None:
             left_rad = wrap_angle(goal.target.yaw_rad - yaw_rad)
             assert left_rad > 0  # the shorter way is to the left
             yaw_rad, turned_rad = yaw_rad + 0.05, turned_rad + 0.05
-            heard = nav2.Heard(result=nav2.GoalResult(4)) if left_rad <= 0.3 else QUIET
+            replies = nav2.Replies(result=nav2.GoalResult(4)) if left_rad <= 0.3 else QUIET
         if turned_rad >= 2 * math.pi:
             break
     assert (sent, turned_rad >= 2 * math.pi) == (3, True)
@@ -112,20 +112,20 @@ def test_whatever_is_heard_a_goal_is_never_sent_while_another_may_drive() -> Non
     """All sequences of four events: before each goal the one before was accepted or ended."""
     events = [
         QUIET,
-        nav2.Heard(served=False),
-        nav2.Heard(accepted=True),
-        nav2.Heard(accepted=False),
-        nav2.Heard(result=nav2.GoalResult(4)),
-        nav2.Heard(lost=True),
-        nav2.Heard(cancel_code=0),
+        nav2.Replies(served=False),
+        nav2.Replies(accepted=True),
+        nav2.Replies(accepted=False),
+        nav2.Replies(result=nav2.GoalResult(4)),
+        nav2.Replies(lost=True),
+        nav2.Replies(cancel_code=0),
     ]
     states = {nav2.NavGoal(): 0}
     for _ in range(4):
         found = {}
         for goal, step in states.items():
-            for heard in events:
+            for replies in events:
                 for wanted in (A, B, None):
-                    after, order = goal.step(step * 10.0, wanted, heard)
+                    after, order = goal.step(step * 10.0, wanted, replies)
                     if order is nav2.Order.SEND:
                         assert goal.phase in (nav2.GoalPhase.NONE, nav2.GoalPhase.DRIVING)
                         assert wanted is not None
@@ -156,17 +156,17 @@ class Ride:
         self.driver = nav2.Nav2Driver(self.network, Ros2Config(drive="nav2"), self.said.append)
         self.now_s, self.period_s = 100.0, 0.1
         self.fresh, self.moving = True, True
-        self.voice = PlannerVoice().with_status(status("s1"))
+        self.inputs = PlannerInputs().with_status(status("s1"))
 
     def step(self, x_m: float | None = 4.0) -> None:
         """One step; without ``x_m`` the planner is silent."""
         self.now_s += self.period_s
         if x_m is not None:
-            self.voice = self.voice.with_path(path_to(x_m, 0.0), self.now_s)
-            self.voice = self.voice.with_command(self.now_s)
+            self.inputs = self.inputs.with_path(path_to(x_m, 0.0), self.now_s)
+            self.inputs = self.inputs.with_command(self.now_s)
         here = GoalPose(0.0, 0.0, 0.0)
         now = RobotNow(self.now_s, 7, self.fresh, here, moving=self.moving)
-        self.driver.step(now, None, self.voice)
+        self.driver.step(now, None, self.inputs)
 
     def calls(self, service: str) -> list[FakeCall]:
         return [call for call in self.network.calls if call.service.endswith(service)]
@@ -204,11 +204,11 @@ def test_a_goal_is_sent_accepted_and_reached(ride: Ride) -> None:
 def test_whatever_ends_the_permission_cancels_the_goal(ride: Ride, why: str) -> None:
     asked = ride.drive()
     if why == "search":
-        ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+        ride.inputs = ride.inputs.with_status(status("s1", SearchState.CANCELLED))
     elif why == "odometry":
         ride.fresh = False
     elif why == "rest":
-        ride.voice = replace(ride.voice, path=path_to(0.0, 0.0, "rest"))
+        ride.inputs = replace(ride.inputs, path=path_to(0.0, 0.0, "rest"))
     for _ in range(16 if why == "silence" else 1):
         ride.step(None)
     (cancel,) = ride.calls("cancel_goal")
@@ -328,7 +328,7 @@ def test_what_drives_on_after_a_goal_gets_zeros_as_long_as_it_does(
     ride.network.known = (SERVER, BASE)
     asked = ride.drive()
     base = ride.network.writers["/cmd_vel", TWIST]
-    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    ride.inputs = ride.inputs.with_status(status("s1", SearchState.CANCELLED))
     speed_mps, driven_m, ride.period_s = 0.5, 0.0, 0.01
     wanted_mps = 0.5
     for step in range(3000):  # 30 s, in which it would drive 15 m
@@ -352,7 +352,7 @@ def test_a_person_may_drive_once_nav2_has_ended_and_the_robot_stood(ride: Ride) 
     ride.network.known = (SERVER, BASE)
     asked = ride.drive()
     base = ride.network.writers["/cmd_vel", TWIST]
-    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    ride.inputs = ride.inputs.with_status(status("s1", SearchState.CANCELLED))
     ride.step(None)
     asked.answer(result(5))
     ride.moving = False
@@ -404,7 +404,7 @@ def test_a_failed_goal_is_no_problem_once_nobody_wants_it(ride: Ride) -> None:
     ride.drive().answer(result(6))
     ride.step()
     assert ride.driver.problem() == "/navigate_to_pose: aborted"
-    ride.voice = ride.voice.with_status(status("s1", SearchState.CANCELLED))
+    ride.inputs = ride.inputs.with_status(status("s1", SearchState.CANCELLED))
     ride.step(None)
     assert ride.driver.problem() == ""
 

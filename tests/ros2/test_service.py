@@ -320,7 +320,7 @@ def test_diagnostics_have_the_other_services_and_the_search(clock: Clock) -> Non
     assert found["onemap: search"][:2] == (0, "exploring: it looks")
     made.run(4.0)
     assert made.diagnoses()["onemap: mapper"][0] == 3
-    made.network.writers["/diagnostics", DIAGNOSTICS].heard = False
+    made.network.writers["/diagnostics", DIAGNOSTICS].has_subscribers = False
     sent = len(made.network.writers["/diagnostics", DIAGNOSTICS].sent)
     made.run(2.0)
     assert len(made.network.writers["/diagnostics", DIAGNOSTICS].sent) == sent

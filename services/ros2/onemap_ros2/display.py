@@ -106,13 +106,13 @@ class Display:
     def step(self, now_s: float) -> None:
         """Publish what is due; ``now_s`` of a monotonic clock."""
         self._take()
-        if self._heard("keepout_mask", "keepout_info"):
+        if self._has_subscribers("keepout_mask", "keepout_info"):
             self._publish_zones(now_s)
-        due = [name for name in VIEWS if self._heard(name) and self._outdated(name)]
+        due = [name for name in VIEWS if self._has_subscribers(name) and self._outdated(name)]
         if due and now_s >= self._next_map_s:
             self._next_map_s = now_s + MAP_PERIOD_S
             self._publish_views(due)
-        if now_s >= self._next_markers_s and self._heard("markers", "detections", "path"):
+        if now_s >= self._next_markers_s and self._has_subscribers("markers", "detections", "path"):
             self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
             if self._changed:
@@ -153,8 +153,8 @@ class Display:
     def _outdated(self, name: str) -> bool:
         return self._view_sent.get(name) != self._view_version
 
-    def _heard(self, *names: str) -> bool:
-        return any(self._writers[name].heard for name in names)
+    def _has_subscribers(self, *names: str) -> bool:
+        return any(self._writers[name].has_subscribers for name in names)
 
     def _take_objects(self) -> None:
         """Ask for the found objects when their list is another one."""

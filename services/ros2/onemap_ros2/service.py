@@ -19,7 +19,7 @@ from onemap_ros2.diagnostics import (
 )
 from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
-from onemap_ros2.drive.driver import Driver, GoalPose, PlannerVoice, RobotNow, Say, pose_of
+from onemap_ros2.drive.driver import Driver, GoalPose, Log, PlannerInputs, RobotNow, pose_of
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
 from onemap_ros2.frame_thread import FrameThread
@@ -43,7 +43,7 @@ DRIVEN_BY = ("command", "navigate")  # by setting, where the robot has such a no
 LACK_PERIOD_S = 0.5  # between two looks for it: odometry comes 50 times a second
 KEPT_BEATS = 20  # of all services, between two diagnostics
 KEPT = {"tf_static": 100, "tf": 100, "odometry": 5, "color": 5, "depth": 5}  # between two steps
-DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Say], Driver]] = {
+DRIVERS: dict[str, Callable[[RosNetwork, Ros2Config, Log], Driver]] = {
     "velocity": VelocityDriver,
     "nav2": Nav2Driver,
 }
@@ -75,7 +75,7 @@ class Ros2Worker:
         self._paths = bus.subscribe(keys.SEARCH_PATH)
         self._states = bus.subscribe(keys.SEARCH_STATE)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
-        self._voice = PlannerVoice()
+        self._planner_inputs = PlannerInputs()
         self._driver: Driver = DRIVERS[config.drive](network, config, LOG.info)
         self._control = SearchControl(bus, network, config)
         self._beats = bus.subscribe(keys.ALL_HEARTBEATS, KEPT_BEATS)
@@ -162,7 +162,7 @@ class Ros2Worker:
             self._input.body_frame,
             self._moving(now_s),
         )
-        self._driver.step(robot, self._command(robot), self._listen(now_s))
+        self._driver.step(robot, self._command(robot), self._take_inputs(now_s))
 
     def _command(self, robot: RobotNow) -> VelocityCommand | None:
         """The planner's newest velocity, if it is one that the robot follows."""
@@ -171,21 +171,21 @@ class Ros2Worker:
             return None
         self._gate, command = self._gate.receive(command, robot.now_s, robot.stamp_ns)
         if command is not None:
-            self._voice = self._voice.with_command(robot.now_s)
+            self._planner_inputs = self._planner_inputs.with_command(robot.now_s)
         return command
 
-    def _listen(self, now_s: float) -> PlannerVoice:
+    def _take_inputs(self, now_s: float) -> PlannerInputs:
         """What the planner says; the state of its search first."""
         status, path = self._states.take(0.0), self._paths.take(0.0)
         revision = self._revisions.take(0.0)
         if revision is not None:
-            self._voice = self._voice.with_places(revision.places_version)
+            self._planner_inputs = self._planner_inputs.with_places(revision.places_version)
         if status is not None:
-            self._voice = self._voice.with_status(status)
+            self._planner_inputs = self._planner_inputs.with_status(status)
         self._control.step(status, stands=self._driver.idle and not self._moving(now_s))
         if path is not None:
-            self._voice = self._voice.with_path(path, now_s)
-        return self._voice
+            self._planner_inputs = self._planner_inputs.with_path(path, now_s)
+        return self._planner_inputs
 
     def _fresh(self, now_s: float) -> bool:
         return self._last is not None and now_s - self._last[0] <= STALE_S
@@ -214,7 +214,7 @@ class Ros2Worker:
         """Publish how the adapter, the robot's topics, OneMap's services and the search stand."""
         while (beat := self._beats.take(0.0)) is not None:
             self._services[beat.service] = now_s, beat
-        if not self._diagnostics.heard:
+        if not self._diagnostics.has_subscribers:
             return
         services = sorted(self._services.items())
         parts: list[Diagnosis] = [

@@ -24,7 +24,7 @@ GOAL_CHANGE_M, GOAL_CHANGE_RAD = 0.4, 0.6
 ARRIVED_M, ARRIVED_RAD = 0.12, 0.15
 REST_S = 0.4  # one step of the planner, which takes 0.25 s, and not two
 NEVER = float("-inf")
-Say: TypeAlias = Callable[[str], None]  # what happened, for the log
+Log: TypeAlias = Callable[[str], None]  # what happened, for the log
 GOAL_PERIOD_S = 1.0  # least time between two goals: nav2's behaviour tree plans once a second
 # After so long without a plan, or a velocity, the goal ends: the planner plans four times a second,
 # not while its inputs are too old, and a velocity holds for half of that time.
@@ -92,7 +92,7 @@ def stamped_pose(goal: GoalPose, stamp_ns: int, frame: str) -> object:
 
 
 @dataclass(frozen=True, slots=True)
-class PlannerVoice:
+class PlannerInputs:
     """The planner's newest messages, with their times of arrival in seconds.
 
     path: of this search, and made with the newest places; None before the first. search: the id of
@@ -105,13 +105,13 @@ class PlannerVoice:
     search: str = ""
     places_version: int = 0
 
-    def with_places(self, version: int) -> PlannerVoice:
+    def with_places(self, version: int) -> PlannerInputs:
         """After the version of the places came: a plan does not know the zones of another one."""
         if version == self.places_version:
             return self
         return replace(self, places_version=version, path=None, path_s=NEVER)
 
-    def with_path(self, path: PlannedPath, now_s: float) -> PlannerVoice:
+    def with_path(self, path: PlannedPath, now_s: float) -> PlannerInputs:
         """After a plan came; one to rest counts from the second on.
 
         The planner rests for a step when it changes its mind, and mostly drives on to the same.
@@ -121,14 +121,14 @@ class PlannerVoice:
             return self
         return replace(self, path=path, path_s=now_s)
 
-    def with_status(self, status: SearchStatus) -> PlannerVoice:
+    def with_status(self, status: SearchStatus) -> PlannerInputs:
         """After the state of the search came; the plan of another search counts no more."""
         search = status.search_id if status.active else ""
         if search == self.search:
             return self
         return replace(self, search=search, path=None, path_s=NEVER)
 
-    def with_command(self, now_s: float) -> PlannerVoice:
+    def with_command(self, now_s: float) -> PlannerInputs:
         """After a velocity came."""
         return replace(self, command_s=now_s)
 
@@ -175,7 +175,7 @@ class GoalReport:
 class Driver(Protocol):
     """Moves the robot, and stops it. What happens is said in sentences, for the log."""
 
-    def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
+    def step(self, robot: RobotNow, command: VelocityCommand | None, inputs: PlannerInputs) -> None:
         """Send what is to be sent now; ``command``: a velocity that the planner sent just now."""
 
     def problem(self) -> str:

@@ -20,9 +20,9 @@ from onemap_ros2.drive.driver import (
     NEVER,
     GoalPose,
     GoalReport,
-    PlannerVoice,
+    Log,
+    PlannerInputs,
     RobotNow,
-    Say,
     stamped_pose,
 )
 from onemap_ros2.drive.standstill import StandstillWatch
@@ -146,7 +146,7 @@ class Order(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Replies:
     """What nav2 said since the last step; None where it has not answered.
 
     served: whether a node serves the action. lost: the question for the result ended without an
@@ -182,34 +182,38 @@ class NavGoal:
     cancel_code: int | None = None
 
     def step(
-        self, now_s: float, wanted: GoalPose | None, heard: Heard, here: GoalPose | None = None
+        self,
+        now_s: float,
+        wanted: GoalPose | None,
+        replies: Replies,
+        here: GoalPose | None = None,
     ) -> tuple[NavGoal, Order]:
         """The goal after this moment, and what to ask of nav2. ``wanted`` None: it must end."""
         if self.stood and here and here.away_m(self.stood) > GOAL_CHANGE_M:
-            return replace(self, reached=None, stood=None).step(now_s, wanted, heard, here)
+            return replace(self, reached=None, stood=None).step(now_s, wanted, replies, here)
         late = now_s - self.since_s > ANSWER_S
         outcome: tuple[NavGoal, Order] = self, Order.NOTHING
         if self.phase is GoalPhase.NONE:
-            if wanted is not None and heard.served and self._due(now_s, wanted):
+            if wanted is not None and replies.served and self._due(now_s, wanted):
                 outcome = self._sent(now_s, wanted)
         elif self.phase is GoalPhase.ASKING:
-            if heard.accepted:
+            if replies.accepted:
                 outcome = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
-            elif heard.accepted is False and not self.replaces:
+            elif replies.accepted is False and not self.replaces:
                 outcome = self._failed(now_s), Order.NOTHING
-            elif heard.accepted is False or late:
+            elif replies.accepted is False or late:
                 outcome = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
         elif self.phase is GoalPhase.DRIVING:
-            if heard.result is not None:
-                there = heard.result.status == SUCCEEDED
+            if replies.result is not None:
+                there = replies.result.status == SUCCEEDED
                 ended = self._arrived(here) if there else self._failed(now_s)
                 outcome = ended, Order.NOTHING
-            elif wanted is None or heard.lost:
+            elif wanted is None or replies.lost:
                 outcome = self._cancel(now_s)
             elif self._moved(wanted) and self._due(now_s, wanted):
                 outcome = self._sent(now_s, wanted)
         else:
-            outcome = self._ending(now_s, heard)
+            outcome = self._ending(now_s, replies)
         return outcome
 
     def overdue_s(self, now_s: float) -> float:
@@ -219,12 +223,12 @@ class NavGoal:
         cancelling = self.phase is GoalPhase.CANCELLING
         return waited_s if cancelling and waited_s > patience_s else 0.0
 
-    def _ending(self, now_s: float, heard: Heard) -> tuple[NavGoal, Order]:
-        if heard.result is not None or heard.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
+    def _ending(self, now_s: float, replies: Replies) -> tuple[NavGoal, Order]:
+        if replies.result is not None or replies.cancel_code in (GOAL_UNKNOWN, GOAL_ENDED):
             return replace(self, phase=GoalPhase.NONE, next_s=now_s), Order.NOTHING
         goal = self
-        if heard.cancel_code is not None:
-            goal = replace(self, cancel_code=heard.cancel_code)
+        if replies.cancel_code is not None:
+            goal = replace(self, cancel_code=replies.cancel_code)
         return goal._cancel(now_s) if now_s - self.since_s > CANCEL_S else (goal, Order.NOTHING)
 
     def _moved(self, wanted: GoalPose) -> bool:
@@ -271,8 +275,8 @@ class Nav2Driver:
     velocities beside nav2's own, as long as the robot moves: see ``StandstillWatch``.
     """
 
-    def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
-        self._network, self._config, self._say = network, config, say
+    def __init__(self, network: RosNetwork, config: Ros2Config, log: Log) -> None:
+        self._network, self._config, self._log = network, config, log
         self._action, self._base = config.names.navigate, Base(network, config)
         self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()[:MARK_BYTES]
         self._goal = NavGoal()
@@ -293,30 +297,30 @@ class Nav2Driver:
         self._watch, self._was_served = StandstillWatch(), False
         self._unanswered, self._silent_s = 0, NEVER  # goals in a row, and when the last one ended
 
-    def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
+    def step(self, robot: RobotNow, command: VelocityCommand | None, inputs: PlannerInputs) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
         self._robot = robot
         self._base.find()
-        self._hear_topics(robot.now_s)
-        served, heard = self._was_served, self._hear()
-        self._was_served = heard.served
+        self._take_topics(robot.now_s)
+        served, replies = self._was_served, self._take_replies()
+        self._was_served = replies.served
         before = self._goal
-        self._goal, order = before.step(robot.now_s, voice.goal(robot), heard, robot.pose)
+        self._goal, order = before.step(robot.now_s, inputs.goal(robot), replies, robot.pose)
         if order is Order.SEND and self._goal.target is not None:
             self._send(self._goal.target, robot.stamp_ns)
         elif order is Order.CANCEL:
-            if before.phase is GoalPhase.ASKING and heard.accepted is False:
+            if before.phase is GoalPhase.ASKING and replies.accepted is False:
                 self._return_to_replaced()
             self._ask_to_cancel()
-        if heard.accepted:
+        if replies.accepted:
             self._counts["replaced"] += before.replaces
             self._replaced = b"", None
             self._ask_result()
             if not self._is_retry():
                 self._problem = ""
-        self._count_silence(before, heard, robot.now_s, back=heard.served and not served)
-        if voice.goal(robot) is None and self._failed is not None and self.idle:
+        self._count_silence(before, replies, robot.now_s, back=replies.served and not served)
+        if inputs.goal(robot) is None and self._failed is not None and self.idle:
             self._problem = ""  # of a goal that nobody wants any more
         self._brake(robot, before)
 
@@ -393,9 +397,11 @@ class Nav2Driver:
         if zero:
             self._base.publish(STOPPED, robot)
 
-    def _count_silence(self, before: NavGoal, heard: Heard, now_s: float, *, back: bool) -> None:
+    def _count_silence(
+        self, before: NavGoal, replies: Replies, now_s: float, *, back: bool
+    ) -> None:
         """Count the goals that nav2 leaves without an answer; ``back``: it was started anew."""
-        if heard.accepted is not None or back:
+        if replies.accepted is not None or back:
             self._unanswered = 0
         elif before.phase is GoalPhase.ASKING and self._goal.phase is GoalPhase.CANCELLING:
             self._unanswered += now_s - before.since_s > ANSWER_S
@@ -418,7 +424,7 @@ class Nav2Driver:
         self._answer = self._call("send_goal", cdr.SEND_GOAL, request)
         self._counts["sent"] += 1
         self._remaining_m = 0.0
-        self._say(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
+        self._log(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
 
     def _ask_result(self) -> None:
         request = result_request(self._goal_id)
@@ -431,15 +437,15 @@ class Nav2Driver:
 
     def _ask_to_cancel(self) -> None:
         self._cancel = self._call("cancel_goal", cdr.CANCEL_GOAL, cancel_request(self._goal_id))
-        self._say(f"{self._action} was asked to cancel its goal")
+        self._log(f"{self._action} was asked to cancel its goal")
 
     def _call(self, service: str, ros_type: str, request: bytes) -> PendingCall:
         return self._network.call(f"{self._action}/_action/{service}", ros_type, request, ANSWER_S)
 
-    def _hear(self) -> Heard:
+    def _take_replies(self) -> Replies:
         """Take nav2's answers; what cannot be read counts as no answer."""
         try:
-            return Heard(
+            return Replies(
                 served=self._served(),
                 accepted=self._accepted(),
                 result=self._ended(),
@@ -448,9 +454,9 @@ class Nav2Driver:
             )
         except cdr.FormatError as problem:
             self._problem = f"{self._action} answers what cannot be read: {problem}"
-            return Heard(served=self._served())
+            return Replies(served=self._served())
 
-    def _hear_topics(self, now_s: float) -> None:
+    def _take_topics(self, now_s: float) -> None:
         try:
             for data in self._feedback.take():
                 goal_id, remaining_m = read_feedback(data)
@@ -468,7 +474,7 @@ class Nav2Driver:
         """
         others = goal_id not in (self._goal_id, self._replaced[0])
         if others and goal_id.startswith(self._mark) and self._goal.phase is GoalPhase.NONE:
-            self._say("a goal that an adapter before this one left behind is cancelled")
+            self._log("a goal that an adapter before this one left behind is cancelled")
             cancelling = GoalPhase.CANCELLING
             self._goal, self._goal_id = NavGoal(cancelling, since_s=now_s, ending_s=now_s), goal_id
             self._ask_to_cancel()
@@ -482,7 +488,7 @@ class Nav2Driver:
         if not accepted:
             self._counts["refused"] += 1
             self._fail(f"{self._action} refused the goal")
-            self._say(self._problem)
+            self._log(self._problem)
         return accepted
 
     def _ended(self) -> GoalResult | None:
@@ -496,7 +502,7 @@ class Nav2Driver:
             self._fail(f"{self._action}: {result.sentence}")
         else:
             self._problem, self._failed, self._failures = "", None, 0
-        self._say(f"goal of {self._action} was {result.sentence}")
+        self._log(f"goal of {self._action} was {result.sentence}")
         return result
 
     def _fail(self, problem: str) -> None:
@@ -523,7 +529,7 @@ class Nav2Driver:
         self._result = None
         self._counts["lost"] += 1
         self._problem = f"the link to {self._action} was lost while it drove"
-        self._say(self._problem)
+        self._log(self._problem)
         return True
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from onemap_ros2.cdr import TWIST, TWIST_STAMPED, encode, header, known, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.drive.driver import NEVER, GoalReport, PlannerVoice, RobotNow, Say
+from onemap_ros2.drive.driver import NEVER, GoalReport, Log, PlannerInputs, RobotNow
 from onemap_ros2.network.interface import SUBSCRIBER, RosNetwork, Writer
 from onemap_ros2.topic_list import missing
 from onemap_shared.geometry import Velocity2d
@@ -42,21 +42,21 @@ class Base:
 class VelocityDriver:
     """Implements ``Driver``: velocities while they hold, then zero, then silence."""
 
-    def __init__(self, network: RosNetwork, config: Ros2Config, say: Say) -> None:
-        self._network, self._config, self._say = network, config, say
+    def __init__(self, network: RosNetwork, config: Ros2Config, log: Log) -> None:
+        self._network, self._config, self._log = network, config, log
         self._relay, self._base = CommandRelay(), Base(network, config)
         self._found: str | None = None
         self._robot: RobotNow | None = None
         self._sent = 0
 
-    def step(self, robot: RobotNow, command: VelocityCommand | None, voice: PlannerVoice) -> None:
+    def step(self, robot: RobotNow, command: VelocityCommand | None, inputs: PlannerInputs) -> None:
         """See ``Driver``; the planner's goals count for nothing here."""
-        del voice
+        del inputs
         self._robot = robot
         found = self._base.find()
         if found != self._found:
             self._found = found
-            self._say(f"velocities go to {self._config.names.command} as {found}")
+            self._log(f"velocities go to {self._config.names.command} as {found}")
         self._relay, velocity = self._relay.step(robot.now_s, command, fresh=robot.fresh)
         if velocity is not None:
             self._sent += self._base.publish(velocity, robot)

@@ -113,8 +113,8 @@ class _BridgeWriter:
         self._network, self._publisher, self._topic = network, publisher, topic
 
     @property
-    def heard(self) -> bool:
-        return self._network.heard(self._topic)
+    def has_subscribers(self) -> bool:
+        return self._network.has_subscribers(self._topic)
 
     def put(self, data: bytes) -> None:
         self._publisher.put(data)

@@ -21,7 +21,7 @@ class Writer(Protocol):
         """Send one message, with what ROS 2 expects beside it."""
 
     @property
-    def heard(self) -> bool:
+    def has_subscribers(self) -> bool:
         """Whether anyone listens, as far as the network knows."""
 
 

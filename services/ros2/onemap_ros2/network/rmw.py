@@ -194,8 +194,8 @@ class _RmwWriter:
         self._sequence = 0
 
     @property
-    def heard(self) -> bool:
-        return self._network.heard(self._topic)
+    def has_subscribers(self) -> bool:
+        return self._network.has_subscribers(self._topic)
 
     def put(self, data: bytes) -> None:
         self._sequence += 1

@@ -109,7 +109,7 @@ class RobotSession:
         self.keep(made)
         return made
 
-    def heard(self, topic: str) -> bool:
+    def has_subscribers(self, topic: str) -> bool:
         """Whether a node subscribes to the topic."""
         return any(e.kind == SUBSCRIBER and e.topic == topic for e in self.endpoints())
 
