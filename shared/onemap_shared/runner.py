@@ -22,11 +22,11 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import Any, Generic, NoReturn, TypeVar
+from typing import Any, Generic, NoReturn, Protocol, TypeVar
 
 from pydantic import BaseModel
 
-from onemap_shared.bus import ZenohBus, open_bus
+from onemap_shared.bus import open_bus
 from onemap_shared.clock import Clock, Event, Future, SystemClock
 from onemap_shared.compression import CompressionError
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, Sections, read, section
@@ -133,40 +133,93 @@ def run_service(
 
 def _run(service: str, load: Callable[[StartReport], ServiceParts[Any]], sections: Sections) -> int:
     """Join the bus, import the service, work until a signal; returns the exit code."""
-    config = section(sections, "bus", BusConfig)
     set_up_logging(section(sections, "log", LogConfig), service)
     faulthandler.enable()  # systemd's watchdog sends SIGABRT: say where each thread stands
     sys.setswitchinterval(SWITCH_S)
     clock = SystemClock()
-    stop, imported = clock.event(), clock.event()
-    _stop_on_signals(stop, imported)
-    watch_parent(stop)
-    crashed = _stop_on_dead_threads(stop, clock)
-    progress = LoopProgress()
-    watch(service, progress, stop)  # to the end of the process: what follows may hang too
-    start = Start(service, config, clock, imported, stop)
-    try:
+    life = ProcessLife(service, clock)
+    _stop_on_signals(life)
+    watch_parent(life.stop)
+    watch(service, life.progress, life.stop)  # to the end of the process: what follows may hang too
+
+    def imported(start: StartReport) -> ServiceParts[Any]:
         gc.disable()  # imports leave no garbage, and looking for it is a tenth of them
-        parts = load(start.report)
+        parts = load(start)
         gc.freeze()  # what was imported stays: garbage is looked for among the rest only
         gc.enable()
-        settings = section(sections, parts.section or service, parts.model)
+        return parts
+
+    return serve(life, imported, sections, partial(open_bus, announce=False))
+
+
+class JoiningBus(Bus, Protocol):
+    """A bus on which nobody sees this process before it says so."""
+
+    def announce(self) -> None:
+        """Show this process to the others, as long as it is connected."""
+
+
+class Connect(Protocol):
+    """Connects to the router; see ``bus.open_bus``."""
+
+    def __call__(
+        self,
+        config: BusConfig,
+        service: str,
+        instance: str,
+        stop: Event,
+        *,
+        waiting: Callable[[str], None],
+    ) -> JoiningBus | None:
+        """The bus; None if ``stop`` was set before the router answered."""
+
+
+class ProcessLife:
+    """What ends the process of a service: ``stop``, and ``crashed`` when one of its threads died.
+
+    imported: set once the service is. progress: of its main loop.
+    """
+
+    def __init__(self, service: str, clock: Clock) -> None:
+        self.service, self.clock, self.progress = service, clock, LoopProgress()
+        self.stop, self.imported, self.crashed = clock.event(), clock.event(), clock.event()
+        clock.on_dead_thread(self._died)
+
+    def _died(self, name: str, problem: BaseException) -> None:
+        LOG.critical("%s died", name, exc_info=problem)
+        self.crashed.set()
+        self.stop.set()
+
+
+def serve(
+    life: ProcessLife,
+    load: Callable[[StartReport], ServiceParts[Any]],
+    sections: Sections,
+    connect: Connect,
+) -> int:
+    """Join the bus, import the service, work until ``life.stop``; returns the exit code."""
+    config = section(sections, "bus", BusConfig)
+    start = Start(life, config, connect)
+    try:
+        parts = load(start.report)
+        settings = section(sections, parts.section or life.service, parts.model)
         parts.check(settings)
-        imported.set()
+        life.imported.set()
         bus = start.joined()
         if bus is None:
-            return EXIT_OK if stop.is_set() and not crashed.is_set() else EXIT_CRASHED
+            stopped = life.stop.is_set() and not life.crashed.is_set()
+            return EXIT_OK if stopped else EXIT_CRASHED
         worker = parts.build(bus, settings)
         start.end()
-        code = _work(HeartbeatPublisher(service, bus, progress), worker, stop)
+        code = _work(HeartbeatPublisher(life.service, bus, life.progress), worker, life.stop)
     except UnreadableFile as problem:
         raise StartError(str(problem)) from problem
     except CompressionError as problem:  # of bus.link, by the first topic that needs it
         raise StartError(f"what it sends {problem}") from problem
     finally:
-        stop.set()
+        life.stop.set()
         start.close()
-    return EXIT_CRASHED if crashed.is_set() else code
+    return EXIT_CRASHED if life.crashed.is_set() else code
 
 
 class StartReport:
@@ -221,26 +274,19 @@ class StartReport:
 class Start:
     """Joins the bus in a thread, and reports there once a second that the process starts.
 
-    imported: set by the caller once the service is imported. From then on the process works,
-    though its router may come hours later: that is what systemd is told.
+    Once the service is imported the process works, though its router may come hours later: that is
+    what systemd is told.
     """
 
-    def __init__(
-        self,
-        service: str,
-        config: BusConfig,
-        clock: Clock,
-        imported: Event,
-        stop: Event,
-    ) -> None:
-        self.report = StartReport(service, clock)
-        self._service, self._config, self._clock = service, config, clock
-        self._imported, self._stop = imported, stop
+    def __init__(self, life: ProcessLife, config: BusConfig, connect: Connect) -> None:
+        clock = life.clock
+        self.report = StartReport(life.service, clock)
+        self._life, self._config, self._connect = life, config, connect
         self._joined, self._over = clock.event(), clock.event()
-        self._bus: Future[ZenohBus | None] = clock.future()
+        self._bus: Future[JoiningBus | None] = clock.future()
         self._thread = clock.thread("start", self._run)
 
-    def joined(self) -> ZenohBus | None:
+    def joined(self) -> JoiningBus | None:
         """Wait for the bus; None on stop, or if another process has this role.
 
         Raises UnreadableFile for a certificate or key that cannot be read.
@@ -272,34 +318,32 @@ class Start:
             self._bus.set_result(bus)
         finally:
             self._joined.set()
-        while bus is not None and not self._over.wait(HEARTBEAT_S) and not self._stop.is_set():
+        while bus is not None and not self._over.wait(HEARTBEAT_S) and not self._life.stop.is_set():
             self.report.publish()
 
-    def _join(self) -> ZenohBus | None:
-        instance = self._clock.random.randbytes(6).hex()
-        supervisor = Supervisor()
+    def _join(self) -> JoiningBus | None:
+        life, supervisor = self._life, Supervisor()
+        instance = life.clock.random.randbytes(6).hex()
 
         def waiting(what: str) -> None:
-            if self._imported.is_set():
+            if life.imported.is_set():
                 supervisor.alive(ready=False, status=what)
             else:
                 supervisor.starting(what)
 
-        bus = open_bus(
-            self._config, self._service, instance, self._stop, announce=False, waiting=waiting
-        )
-        if bus is not None and not _joined_alone(bus, self._stop):
+        bus = self._connect(self._config, life.service, instance, life.stop, waiting=waiting)
+        if bus is not None and not _joined_alone(bus, life.service, life.stop):
             bus.close()
             return None
         return bus
 
 
-def _joined_alone(bus: ZenohBus, stop: Event) -> bool:
+def _joined_alone(bus: JoiningBus, service: str, stop: Event) -> bool:
     """Announce the service; False if another process has its role for ``CLAIM_S``, or on stop.
 
     Exit code 1 then, not 2: a supervisor that tries again takes over when the other ends.
     """
-    if role_of(bus.service) not in SOLE:
+    if role_of(service) not in SOLE:
         bus.announce()
         return True
     clock = bus.clock
@@ -318,7 +362,7 @@ def _joined_alone(bus: ZenohBus, stop: Event) -> bool:
     LOG.error(
         "the %s is not started: %s runs on these keys; stop it first, or give this robot a "
         "bus.namespace of its own",
-        bus.service,
+        service,
         ", ".join(others),
     )
     return False
@@ -420,28 +464,15 @@ def watch_parent(stop: Event) -> None:
         SystemClock().thread("watch-parent", watch)
 
 
-def _stop_on_signals(stop: Event, imported: Event) -> None:
+def _stop_on_signals(life: ProcessLife) -> None:
     signals = itertools.count()
 
     def handle(signum: int, _frame: FrameType | None) -> None:
         if next(signals):  # the second signal: exit at once
             os._exit(128 + signum)
-        if not imported.is_set():  # nothing has begun that would have to be ended
+        if not life.imported.is_set():  # nothing has begun that would have to be ended
             os._exit(EXIT_OK)
-        stop.set()
+        life.stop.set()
 
     for signum in (signal.SIGTERM, signal.SIGINT):
         signal.signal(signum, handle)
-
-
-def _stop_on_dead_threads(stop: Event, clock: Clock) -> Event:
-    """A background thread that dies takes the process down; returns the event that says so."""
-    crashed = clock.event()
-
-    def handle(name: str, problem: BaseException) -> None:
-        LOG.critical("%s died", name, exc_info=problem)
-        crashed.set()
-        stop.set()
-
-    clock.on_dead_thread(handle)
-    return crashed
