@@ -29,7 +29,7 @@ from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import NOBODY, Bystanders
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import RgbdCamera
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera, SceneRenderer
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import Scene
 from onemap_simulator.scene.scene_file import SUFFIXES, check_file
@@ -134,10 +134,16 @@ class CameraThread:
 class SimulatorWorker:
     """Steps the physics, publishes odometry, offers poses to the camera."""
 
-    def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        scene: Scene,
+        config: SimulatorConfig,
+        renderer: SceneRenderer | None = None,
+    ) -> None:
         self._config, self._clock = config, bus.clock
         now_s = self._clock.monotonic_s()
-        parts = RobotParts.of(scene, config, Renderer(scene), now_s=now_s)
+        parts = RobotParts.of(scene, config, renderer or Renderer(scene), now_s=now_s)
         self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._gate = CommandGate(bus.instance)
