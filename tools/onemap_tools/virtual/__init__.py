@@ -1,0 +1,1 @@
+"""The services in virtual time: a scheduler, a network and processes, all functions of a seed."""
