@@ -1,0 +1,165 @@
+"""A robot's services in virtual time: the workers that a robot runs, each in a process of its own.
+
+The simulator, perception, the mapper and the planner start, join the bus and work through the same
+functions of ``runner`` as in an operating system, and end when they are killed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.robots import buses_of
+from onemap_mapper.service import Mapper
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.feature_field import VarianceParams
+from onemap_perception.service import Perception, PerceptionComponents
+from onemap_planner.config import PlannerConfig
+from onemap_planner.service import Planner
+from onemap_shared.clock import Event
+from onemap_shared.config import BusConfig, Sections
+from onemap_shared.runner import (
+    EXIT_CRASHED,
+    JoiningBus,
+    ProcessLife,
+    ServiceParts,
+    StartError,
+    serve,
+)
+from onemap_shared.transport import Bus, Worker
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.rendering.rgbd_camera import SceneRenderer
+from onemap_simulator.scene.scene import Scene
+from onemap_simulator.service import SimulatorWorker
+from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
+from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
+from onemap_tools.virtual.primitives import VirtualClock
+from onemap_tools.virtual.scheduler import Process, VirtualWorld
+
+SERVICES = ("simulator", "perception", "mapper", "planner")
+
+
+@dataclass(eq=False)
+class VirtualService:
+    """A service as its supervisor sees it: its process now, and how each one before ended."""
+
+    name: str
+    process: Process
+    life: ProcessLife
+    worker: Worker | None = None  # of the process, once it is built
+    codes: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Equipment:
+    """What the services of one robot work with; processes that are started anew share it.
+
+    folder: of the mapper's files and the planner's records. renderer: None for the usual one.
+    """
+
+    config: SystemConfig
+    scene: Scene
+    perception: PerceptionPipeline
+    folder: Path
+    renderer: SceneRenderer | None = None
+
+    def parts(self, service: str) -> ServiceParts[Any]:
+        """The model of a service's configuration, and what builds its worker."""
+        models: dict[str, type[BaseModel]] = {
+            "simulator": SimulatorConfig,
+            "perception": PerceptionConfig,
+            "mapper": MapperConfig,
+            "planner": PlannerConfig,
+        }
+        return ServiceParts(models[service], lambda bus, _: self.worker(service, bus))
+
+    def worker(self, service: str, bus: Bus) -> Worker:
+        """The service's worker on this bus."""
+        config = self.config
+        if service == "simulator":
+            return SimulatorWorker(bus, self.scene, config.simulator, self.renderer)
+        if service == "perception":
+            pipeline, variance = self.perception, VarianceParams(config.perception.variance)
+            encoder: Any = (
+                pipeline.encoder
+            )  # a simulated one embeds no images, which nobody asks for
+            return Perception(bus, PerceptionComponents(encoder, pipeline.detector, variance))
+        if service == "mapper":
+            mapper = config.mapper.model_copy(update={"map_folder": self.folder / "maps"})
+            return Mapper(buses_of(bus, mapper.robots), mapper)
+        planner = config.planner.model_copy(update={"state_dir": self.folder / "planner"})
+        return Planner(bus, planner)
+
+
+class VirtualSystem:
+    """The services of one robot, started by name, and a user's session."""
+
+    def __init__(self, world: VirtualWorld, equipment: Equipment) -> None:
+        self.world, self.router = world, VirtualRouter(world)
+        self._equipment = equipment
+        self.services: dict[str, VirtualService] = {}
+        self.user: VirtualBus = self.router.join(world.process("user"), "user", announce=False)
+
+    def start(self, name: str) -> VirtualService:
+        """Start a process of a service; the one before must have ended."""
+        process = self.world.process(name)
+        life = ProcessLife(name, VirtualClock(self.world, process))
+        before = self.services.get(name)
+        service = VirtualService(name, process, life, codes=before.codes if before else [])
+        self.services[name] = service
+        self.world.spawn(process, "main", partial(self._main, service))
+        return service
+
+    def start_all(self) -> None:
+        """Start every service."""
+        for name in SERVICES:
+            self.start(name)
+
+    def spawn_user(self, work: Callable[[VirtualBus], object]) -> None:
+        """Run what a user does, in a thread of its process."""
+        self.world.spawn(self.user.process, "user", partial(work, self.user))
+
+    def _main(self, service: VirtualService) -> None:
+        parts = self._equipment.parts(service.name)
+
+        def build(bus: Bus, settings: Any) -> Worker:
+            service.worker = parts.build(bus, settings)
+            return service.worker
+
+        made = ServiceParts(parts.model, build)
+        try:
+            connect = partial(self._connect, service.process)
+            code = serve(service.life, lambda _: made, Sections({}, ""), connect)
+        except StartError:
+            code = EXIT_CRASHED
+        service.codes.append(code)
+        self.world.kill(service.process)
+
+    def _connect(
+        self,
+        process: Process,
+        config: BusConfig,
+        service: str,
+        instance: str,
+        stop: Event,
+        *,
+        waiting: Callable[[str], None],
+    ) -> JoiningBus | None:
+        """As ``bus.open_bus``."""
+        bus = VirtualBus(self.router, process, service, instance, config.namespace)
+        pause_s = RETRY_S[0]
+        while not stop.is_set():
+            waiting("waiting for a router")
+            try:
+                bus.connect()
+                return bus
+            except ConnectionError:
+                stop.wait(pause_s)
+                pause_s = min(2 * pause_s, RETRY_S[1])
+        return None
