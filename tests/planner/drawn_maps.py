@@ -77,9 +77,17 @@ def costmap_of(
     trail_xy: F64 = NO_POINTS,
     obstacles_xy: F64 = NO_POINTS,
     appeared_xy: F64 = NO_POINTS,
+    looked_into_xy: F64 = NO_POINTS,
+    closed_xy: F64 = NO_POINTS,
 ) -> Costmap:
     """The costmap of the map alone unless more is given."""
-    beside = BesideMap(trail_xy, obstacles_xy, appeared_xy=appeared_xy)
+    beside = BesideMap(
+        trail_xy,
+        obstacles_xy,
+        appeared_xy=appeared_xy,
+        looked_into_xy=looked_into_xy,
+        closed_xy=closed_xy,
+    )
     return build_costmap(map_view, np.array(robot_xy), params, beside)
 
 

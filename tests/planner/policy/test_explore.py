@@ -10,22 +10,22 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
-from onemap_planner.policy import last_resorts as module
 from onemap_planner.policy.choose import select_candidate
-from onemap_planner.policy.context import PlanningContext, across_gaps
+from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.ledger import MAX_LOOKS
+from onemap_planner.policy.ledger import MAX_VISITS
 from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
-from onemap_planner.sentences import DOUBTED, ONWARD
-from onemap_planner.world.candidates import ViewpointTally
+from onemap_planner.sentences import DOUBTED, OBSTACLE, ONWARD
+from onemap_planner.world.candidates import ObjectCandidate, ViewpointTally
+from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
 from onemap_shared.places import NOWHERE
-from tests.planner.drawn_maps import drawn_map, search_view_of
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
     candidate,
@@ -34,7 +34,6 @@ from tests.planner.one_room import (
     explored,
     planner_state,
     rejecting,
-    visited,
     without,
 )
 
@@ -139,9 +138,11 @@ def facing(goal: Goal) -> float:
 def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     views: int, kind: GoalKind
 ) -> None:
-    cell = np.array([[20, 4]])
+    cell = HALF_KNOWN.cell_at((1.85, 0.25))[None]
     similarity = np.full(HALF_KNOWN.map_view.similarity.shape, 0.1, np.float32)
-    similarity[20, 4] = 0.9  # searched: features from afar are good before a detector sees it
+    similarity[tuple(cell.T)] = (
+        0.9  # searched: features from afar are good before a detector sees it
+    )
     here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
     seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
     state = replace(PlannerState(SEARCH), evidence=Evidence(undetected=seen))
@@ -164,7 +165,7 @@ def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
     assert goal.kind is GoalKind.FRONTIER
     assert goal.look_xy[0] > 3.0
     assert (goal.doing, goal.utility.score) == (ONWARD, 0.95)
-    assert goal.utility.travel_m == pytest.approx(math.hypot(3.25, 4.25), abs=0.8)
+    assert goal.utility.travel_m == pytest.approx(math.hypot(3.25, 4.25) - 1.0, abs=0.8)
 
 
 def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
@@ -183,48 +184,32 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
         since_s.append(goal.since_s)
     assert since_s[1] == 0.0
     assert len(set(since_s)) >= 3
-    assert not state.ledger.visited_frontiers
+    assert not state.ledger.attempts
 
 
-@pytest.mark.parametrize(("since_s", "again"), [(100.0, True), (0.0, False)])
-def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
-    since_s: float, again: bool
-) -> None:
-    """At 100 s nothing is left but what was given up for the objects before."""
-    state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
-    while state.active_goal is not None:
-        state = without(state, state.active_goal.goal)
+def exhausted(state: PlannerState) -> PlannerState:
+    """The state after all goals of the half-known room were given up."""
+    for _ in range(99):
         state, *_ = explored(state, HALF_KNOWN)
-    start = replace(SEARCH.target_start, since_active_time_s=since_s)
-    search = replace(SEARCH, target_start=start)
-    state = replace(state, search=search, idle_since_s=None, active_time_s=100.0)
-    state, *_ = explored(state, HALF_KNOWN)
-    late = replace(state, active_time_s=100.0 + GIVE_UP_S)
-    state, _, event, _ = explored(late, HALF_KNOWN)
-    assert (event is None) == again
-    assert (state.ledger.visited_frontiers == ()) == again
-    if again:
-        state, _, event, _ = explored(state, HALF_KNOWN)
-        assert state.active_goal is not None
+        if state.active_goal is None:
+            return state
+        state = without(state, state.active_goal.goal)
+    raise AssertionError("there was always another goal")
 
 
-def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    two_rooms = context_of(
-        search_view_of(
-            drawn_map("#####", "#...#", "#...#", "#####", *["#...#"] * 3, "#####", scale=5)
-        )
-    )
-    assert two_rooms.unreachable_m2() > 1.0
-    monkeypatch.setattr(module, "CUT_OFF_M2", 1.0)
-    state = replace(planner_state(), ledger=visited((1.9, 1.0)))
-    state, *_ = explored(state, two_rooms)
-    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), two_rooms)
+def test_before_an_object_counts_as_not_found_what_was_tried_is_offered_once_more() -> None:
+    state, event = given_up(exhausted(PlannerState(SEARCH)), HALF_KNOWN)
     assert event is None
-    assert state.ledger.visited_frontiers == ()
-    state, *_ = explored(state, two_rooms)
-    _, _, event, _ = explored(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms)
+    assert explored(state, HALF_KNOWN)[0].active_goal is not None
+    _, event = given_up(exhausted(state), HALF_KNOWN)
+    assert isinstance(event, Ending)
+
+
+def test_floor_that_no_way_leads_to_is_named() -> None:
+    rows = ["#####", "#...#", "#...#", "#####", *["#...#"] * 3, "#####"]
+    apart = context_of(search_view_of(drawn_map(*rows, scale=5)))
+    assert apart.unreachable_m2() > 1.0
+    _, event = given_up(planner_state(), apart)
     assert isinstance(event, Ending)
     assert "m² of floor seen but not reachable" in event.reason
 
@@ -237,44 +222,41 @@ def two_halves() -> PlanningContext:
     return context_of(search_view_of(view), Pose2d(0.9, 0.9, 0.0))
 
 
-def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
+def crossed(state: PlannerState, here: PlanningContext) -> PlanningContext:
+    """The context with what the state has looked into in vain."""
+    (x, y), view = here.pose.xy, search_view_of(here.map_view)
+    looked_xy, closed_xy = state.ledger.looked_xy, state.ledger.closed_xy
+    looked = BesideMap(looked_into_xy=looked_xy, closed_xy=closed_xy)
+    return build_context(Pose2d(x, y, 0.0), view, PARAMS.costmap, looked)
+
+
+@pytest.mark.parametrize("there", [(), (candidate(0.9, 5.0),)], ids=["floor", "an object"])
+def test_a_gap_too_narrow_for_a_frontier_is_looked_into_then_crossed(
+    there: tuple[ObjectCandidate, ...],
+) -> None:
     halves = two_halves()
     assert halves.unreachable_m2() > 1.0
-    state, motion, event, candidates = explored(planner_state(), halves)
+    state = planner_state(*there)
+    state, motion, event, candidates = explored(state, crossed(state, halves))
     assert candidates.frontiers == ()
     assert event is None
     assert isinstance(motion, Drive)
     goal = state.active_goal
     assert goal is not None
     assert goal.goal.look_xy[1] > 2.8
-    for _ in range(2):  # looked into from near and from farther away: it cannot be seen
-        state = without(state, goal.goal)
-    state, _, _, _ = explored(state, halves)
-    assert state.active_goal is None
-    assert not state.crosses_gaps
-    state, _, event, _ = explored(replace(state, active_time_s=GIVE_UP_S), halves)
-    assert event is None
-    assert state.crosses_gaps
+    state = without(state, goal.goal)  # it cannot be seen
+    across = crossed(state, halves)
+    assert across.unreachable_m2() < 0.1
+    assert select_candidate(state, across) == (CandidateSelected(there[0]) if there else None)
 
 
-@pytest.mark.parametrize(("sightings", "crosses"), [(3, True), (1, False)])
-def test_a_gap_before_an_object_that_the_map_agrees_on_is_crossed_at_once(
-    sightings: int, crosses: bool
-) -> None:
-    halves = two_halves()
-    there = candidate(0.9, 5.0, sightings)
-    state, *_ = explored(planner_state(there), halves)
-    assert not state.crosses_gaps  # the frontier on the way to it is looked at first
-    goal = state.active_goal
-    assert goal is not None
-    for _ in range(2):
-        state = without(state, goal.goal)
-    state, *_ = explored(state, halves)
-    assert state.crosses_gaps is crosses
-    if crosses:
-        across = across_gaps(halves)
-        assert select_candidate(state, across) == CandidateSelected(there)
-    assert across_gaps(halves).unreachable_m2() < 0.1
+def test_the_optimistic_way_leads_around_what_may_have_gone() -> None:
+    """Where there is no other way, through it."""
+    for door, opened in (("g", True), ("#", False)):
+        here = two_rooms(door)
+        reached = np.isfinite(here.optimistic.cost_to_go.cost_m[here.costmap.navigable])
+        assert reached.all() == opened
+        assert not np.isfinite(here.cost_to_go.cost_m[here.costmap.navigable]).all()
 
 
 def two_rooms(door: str, far: str = ".") -> PlanningContext:
@@ -294,13 +276,13 @@ def test_a_search_looks_there_before_it_gives_up() -> None:
     here = two_rooms("g")
     state, looks = PlannerState(SEARCH), []
     for step in range(200):
-        state, _, event, _ = explored(state, here)
-        goal = state.active_goal
+        state, _, event, _ = explored(state, crossed(state, here))
         if isinstance(event, Ending):
             break
-        if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:
-            looks.append(goal.goal.viewpoint_xy)
-            state = without(state, goal.goal)  # seen, and still closed
+        if (active := state.active_goal) is not None:
+            assert active.goal.doing == OBSTACLE
+            looks.append(active.goal.viewpoint_xy)
+            state = without(state, active.goal)  # seen, and still closed
         state = replace(state, active_time_s=float(step))
     assert isinstance(event, Ending)
-    assert len(set(looks)) == len(looks) == MAX_LOOKS
+    assert len(looks) == 2 * MAX_VISITS  # and once more before it gives up

@@ -67,7 +67,7 @@ def test_a_place_is_offered_again_a_few_times_only() -> None:
         ledger.give_up(there, reached=True)
         for view in (views[change % 2], views[(change + 1) % 2]):
             ledger.offer_changed(view)
-        offered += there.look_xy not in ledger.visited_frontiers
+        offered += list(there.look_xy) not in ledger.looked_xy.tolist()
     assert offered == MAX_RETURNS
 
 

@@ -9,6 +9,7 @@ import pytest
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.ledger import Ended
 from onemap_planner.policy.limits import handle_stuck, is_trapped, limit_reached
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import ActiveGoal, PlannerState
@@ -119,7 +120,8 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     state = replace(state, active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
     after, events = state, handle_stuck(state)
     assert events == ()
-    assert after.ledger.visited_frontiers == after.ledger.unreached_frontiers == (goal.look_xy,)
+    (tried,) = after.ledger.attempts
+    assert (tried.xy, tried.ended) == (goal.look_xy, Ended.ON_THE_WAY)
     assert after.active_goal is None
 
 

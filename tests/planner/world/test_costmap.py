@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.motion.path import cost_to_go_from
-from onemap_planner.world.costmap import with_gaps
+from onemap_planner.world.costmap import optimistic
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import (
@@ -136,18 +136,31 @@ def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:
         pytest.param("  #  ", False, id="something stands there"),
     ],
 )
-def test_a_narrow_gap_of_unknown_floor_can_be_opened(gap: str, crossed: bool) -> None:
-    rows = ["." * 15 + gap + "." * 15] * 15
-    costmap = costmap_of(drawn_map(*rows), (0.75, 0.75), PARAMS.costmap)
-    reached = np.isfinite(cost_to_go_from(costmap.cost, (7, 7), cell_size_m=0.1).cost_m)
-    assert not reached[7, 25]
-    opened = with_gaps(costmap, reached)
-    cost_to_go = cost_to_go_from(opened.cost, (7, 7), cell_size_m=0.1)
-    assert np.isfinite(cost_to_go.cost_m[7, 25]) == crossed
+def test_a_narrow_gap_of_unknown_floor_is_crossed_after_looks_into_it(
+    gap: str, crossed: bool
+) -> None:
+    map_view = drawn_map(*["." * 15 + gap + "." * 15] * 15)
+    looked = np.array([[x, 1.8] for x in (0.25, 0.75, 1.25)])
+    closed = costmap_of(map_view, (0.75, 0.75), PARAMS.costmap)
+    opened = costmap_of(map_view, (0.75, 0.75), PARAMS.costmap, looked_into_xy=looked)
+    for costmap, leads in ((closed, False), (opened, crossed)):
+        cost_to_go = cost_to_go_from(costmap.cost, (7, 7), cell_size_m=0.1)
+        assert np.isfinite(cost_to_go.cost_m[7, 25]) == leads
     np.testing.assert_array_equal(
-        crossable(opened) & ~crossable(costmap), opened.cost != costmap.cost
+        crossable(opened) & ~crossable(closed), opened.cost != closed.cost
     )
     assert opened.unseen[crossable(opened)].all()
+
+
+def test_the_optimistic_way_avoids_what_was_looked_into_in_vain() -> None:
+    map_view = drawn_map(*["." * 15 + " " * 12 + "." * 15] * 30)
+    closed = np.array([[0.75, 2.0]])
+    costmap = costmap_of(map_view, (0.75, 0.75), PARAMS.costmap, closed_xy=closed)
+    hopeful = optimistic(costmap, map_view.floor_seen)
+    cost_to_go = cost_to_go_from(hopeful.cost, (7, 7), cell_size_m=0.1)
+    path = cost_to_go.path_to((7, 35))
+    assert costmap.closed.any()
+    assert not costmap.closed[tuple(path.T)].any()
 
 
 def test_floor_that_no_camera_saw_beside_a_drop_is_a_drop_too() -> None:

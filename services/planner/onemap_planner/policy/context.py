@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import inf, isfinite, radians, tan
 
@@ -18,7 +19,7 @@ from onemap_planner.world.costmap import (
     Costmap,
     CostmapParams,
     build_costmap,
-    with_gaps,
+    optimistic,
 )
 from onemap_planner.world.description import Description
 from onemap_planner.world.distances import distance_cells
@@ -79,7 +80,7 @@ class Bands:
         return tuple(pairwise([*edges_m, APPROACH_LIMIT_M]))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlanningContext:
     """What the map offers from the pose of the robot; params: those of the costmap.
 
@@ -117,6 +118,12 @@ class PlanningContext:
         if len(points) > 1:
             points = np.vstack([[self.pose.xy], points[1:]])
         return Drive(points, look_xy)
+
+    @cached_property
+    def optimistic(self) -> PlanningContext:
+        """The context on the optimistic costmap, see there."""
+        costmap = optimistic(self.costmap, self.map_view.floor_seen)
+        return replace(self, costmap=costmap, cost_to_go=_cost_to_go(costmap, self.pose))
 
     @property
     def reachable(self) -> Bool:
@@ -179,12 +186,6 @@ def build_context(
         appeared=appeared,
         zones=beside.zones,
     )
-
-
-def across_gaps(context: PlanningContext) -> PlanningContext:
-    """The context in which paths also cross narrow gaps of unknown floor, see ``with_gaps``."""
-    costmap = with_gaps(context.costmap, np.isfinite(context.cost_to_go.cost_m))
-    return replace(context, costmap=costmap, cost_to_go=_cost_to_go(costmap, context.pose))
 
 
 def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:

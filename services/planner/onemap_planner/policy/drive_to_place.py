@@ -12,7 +12,8 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalKind
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.ledger import Ledger
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, ActiveGoal, PlannerState
 from onemap_planner.policy.tell import explain_goal
@@ -25,15 +26,9 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.policy.ways import (
-    PLACE_FARTHEST_M,
-    PLACE_TOLERANCE_M,
-    frontier_goal,
-    utility_at,
-    visit_counts,
-)
+from onemap_planner.policy.ways import FLOOR_FARTHEST_M, end_near, option_on_way
 from onemap_planner.search.state_machine import Destination, Ending, without_choice
-from onemap_planner.sentences import driving, no_way
+from onemap_planner.sentences import driving, no_way, onward
 from onemap_planner.world.distances import distance_cells
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FailureCode, SearchKind, SearchState, subject_of
@@ -41,6 +36,9 @@ from onemap_shared.messages import FailureCode, SearchKind, SearchState, subject
 # Metres from which a place is looked at, at least: nearer, the camera looks over low things.
 PLACE_NEAREST_M = 0.8
 INTO_M = 1.5  # from which a place inside an obstacle is looked at, at most
+# Metres from a place where the robot cannot stand that still count as there: from its centre to
+# what an arm or a voice reaches.
+PLACE_TOLERANCE_M = 0.5
 SAME_VIEWPOINT_M = 0.3  # a viewpoint that moves less between two maps, by three cells, is the same
 FACED_FROM_M = 0.25  # nearer to the place the robot stands on it and faces nothing
 
@@ -69,10 +67,8 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
 
 
 def _select(state: PlannerState, destination: Destination, context: PlanningContext) -> Goal | None:
-    """The best goal that was not given up; a frontier is given up by its visits."""
-    visits = visit_counts(context, state.ledger.visited_frontiers)
-    tried_xy = state.ledger.tried_xy(GoalKind.LOOK_AT)
-    goals = place_goals(destination, context, visits, tried_xy)
+    """The best goal that was not given up; on the way, a place is closed by looks at it."""
+    goals = place_goals(destination, context, state.ledger)
     fresh = (g for g in goals if g.kind is GoalKind.FRONTIER or not state.ledger.is_given_up(g))
     return next(fresh, None)
 
@@ -115,27 +111,29 @@ def _failure(destination: Destination, context: PlanningContext) -> Ending:
 
 
 def place_goals(
-    destination: Destination, context: PlanningContext, visits: I64, tried_xy: F64
+    destination: Destination, context: PlanningContext, ledger: Ledger
 ) -> Iterator[Goal]:
-    """The goals of a drive to a place, the best first; none near the views tried_xy (T, 2), metres.
+    """The goals of a drive to a place, the best first; none near the views of the ledger.
 
     A place that the map knows is reached or seen from known floor; otherwise the way to it is
-    explored. visits (nx, ny): how often the robot looked beyond a frontier near each cell without
-    result. A place that stays unknown, such as the inside of a cupboard, is reached or seen as
+    explored. A place that stays unknown, such as the inside of a cupboard, is reached or seen as
     well as possible.
     """
-    look = destination.kind is SearchKind.LOOK_AT
-    final = _seeing(destination.xy, context, tried_xy) if look else None
-    if not look and _known(destination.xy, context):
-        final = _standing(destination.xy, context)
+    look, tried_xy = destination.kind is SearchKind.LOOK_AT, ledger.tried_xy(GoalKind.LOOK_AT)
+    final: I64 | None = None
+    if _known(destination.xy, context):
+        seen = _seeing(destination.xy, context, tried_xy) if look else None
+        final = seen if look else _standing(destination.xy, context)
     if final is not None:
         yield _goal(destination, final, context)
-    frontier = frontier_goal(destination, context, visits)
-    if frontier is not None:
-        yield frontier
+    end_xy = end_near(destination.xy, context, FLOOR_FARTHEST_M if look else PLACE_TOLERANCE_M)
+    if end_xy is not None:
+        doing = onward(subject_of("", destination.xy))
+        option = option_on_way(end_xy, context, ledger.looked_xy, doing=doing)
+        if option is not None:
+            yield option
     if final is None:
-        find = _seeing_into if look else _standing
-        final = find(destination.xy, context)
+        final = (_seeing_into if look else _standing)(destination.xy, context)
         if final is not None:
             yield _goal(destination, final, context)
 
@@ -179,7 +177,7 @@ def _seeing(xy: tuple[float, float], context: PlanningContext, tried_xy: F64) ->
     if not _known(xy, context):
         return None
     tried = context.costmap.grid.cells(tried_xy)
-    return first_visible(_around(xy, context, (PLACE_NEAREST_M, PLACE_FARTHEST_M), tried))
+    return first_visible(_around(xy, context, (PLACE_NEAREST_M, FLOOR_FARTHEST_M), tried))
 
 
 def _seeing_into(xy: tuple[float, float], context: PlanningContext) -> I64 | None:
@@ -209,7 +207,8 @@ def _around(
 
 def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal:
     viewpoint_xy = context.xy_of(cell)
-    utility = utility_at(viewpoint_xy, context)
+    x, y = cell.tolist()
+    utility = GoalUtility.of_place(context.cost_to_go.length_m((x, y)))
     look = destination.kind is SearchKind.LOOK_AT
     doing = driving(subject_of("", destination.xy), look=look, where="{where}")
     kind = GoalKind.LOOK_AT if look else GoalKind.GO_TO

@@ -1,13 +1,12 @@
-"""What a search tries that has no goal left, before its object counts as not found."""
+"""What a search does that has no goal left: look around, try once more, or end."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import pi
 
 from onemap_planner.motion.motions import Rotate
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
-from onemap_planner.policy.context import PlanningContext, across_gaps
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import doubtful
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, PlannerState
@@ -15,84 +14,42 @@ from onemap_planner.policy.tell import not_found
 from onemap_planner.search.state_machine import without_choice
 from onemap_shared.messages import NO_DETAIL
 
-# Square metres of free floor that no path leads to, from which on all frontiers are visited once
-# more before the object counts as not found: a small room.
-CUT_OFF_M2 = 2.0
-LEAST_BEYOND_M2 = 0.3  # of floor beyond gaps that are worth crossing them: a doorway
+TURNED_S = SETTLE_S + 2 * pi / LOOK_AROUND_RADPS  # of standing and turning once
 MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
 
 
-def wait(state: PlannerState, _: PlanningContext) -> Move | None:
-    """Stand for ``SETTLE_S``: the next view of the map may show a goal."""
-    return Move() if state.idle_s() < SETTLE_S else None
+def without_goal(state: PlannerState, context: PlanningContext) -> Move:
+    """Stand for ``SETTLE_S``: the next view of the map may show a goal. Then turn once: whoever
+    stood in a doorway may have left. Then offer once more what was tried. Then it is not found."""
+    state.active_goal, state.search = None, without_choice(state.search)
+    idle_s = state.idle_s()
+    if idle_s < SETTLE_S:
+        return Move()
+    if idle_s < TURNED_S:
+        return Move(Rotate())
+    if reconsider(state, context) or settle(state):
+        return Move()
+    return not_found(state, context)
 
 
-def look_around(state: PlannerState, _: PlanningContext) -> Move | None:
-    """Turn once: whoever stood in a doorway may have left."""
-    turned_s = SETTLE_S + 2 * pi / LOOK_AROUND_RADPS
-    return Move(Rotate()) if state.idle_s() < turned_s else None
-
-
-def cross_gaps(state: PlannerState, context: PlanningContext) -> Move | None:
-    """Let paths cross narrow gaps of unknown floor, if there is floor beyond them."""
-    if state.crosses_gaps:
-        return None
-    beyond_m2 = context.unreachable_m2() - across_gaps(context).unreachable_m2()
-    if beyond_m2 < LEAST_BEYOND_M2:
-        return None
-    state.idle_since_s = None
-    state.crosses_gaps = True
-    return Move()
-
-
-def reconsider(state: PlannerState, context: PlanningContext) -> Move | None:
-    """Look once more at what was rejected, given up on the way, cut off or is doubtful."""
-    if state.reconsidered:
-        return None
-    cut_off = context.unreachable_m2() >= CUT_OFF_M2
-    began_s = state.search.target_start.since_active_time_s
-    # No goal since the object's turn came.
-    untried = state.active_time_s - state.idle_s() - began_s < SETTLE_S
-    again = (
-        state.evidence.rejected
-        or state.ledger.may_reconsider
-        or ((cut_off or untried) and state.ledger.visited_frontiers)
-    )
+def reconsider(state: PlannerState, context: PlanningContext) -> bool:
+    """Offer once more, for each object, what was tried in vain, and what is doubtful."""
     doubted = doubtful(state, context)
-    if not again and not doubted:
-        return None
-    looks = tuple(candidate for candidate, _ in doubted[:MAX_LAST_LOOKS])
-    state.reconsider(frontiers=cut_off or untried, doubtful=looks)
-    return Move()
+    if state.reconsidered or not (doubted or state.evidence.rejected or state.ledger.attempts):
+        return False
+    state.reconsider(tuple(candidate for candidate, _ in doubted[:MAX_LAST_LOOKS]))
+    return True
 
 
-def settle(state: PlannerState, _: PlanningContext) -> Move | None:
-    """Walk up to an object of the name that is not as described, to say that it is there."""
+def settle(state: PlannerState) -> bool:
+    """Take any object of the name, to say that it is there, though not as described."""
     evidence = state.evidence
     known = evidence.supported
     if evidence.takes_any or evidence.other_finds or state.search.detail == NO_DETAIL:
-        return None
+        return False
     if not (known or evidence.unsupported):
-        return None
+        return False
     evidence.takes_any, state.idle_since_s = True, None
     evidence.candidates, evidence.unclear, evidence.mismatched = known, (), ()
     state.ledger.forget_looks()
-    return Move()
-
-
-# What a search without a goal tries, in this order.
-LAST_RESORTS: tuple[Callable[[PlannerState, PlanningContext], Move | None], ...] = (
-    wait,
-    look_around,
-    cross_gaps,
-    reconsider,
-    settle,
-)
-
-
-def last_resort(state: PlannerState, context: PlanningContext) -> Move:
-    """The first of ``LAST_RESORTS`` that has something to do; else the object is not found."""
-    state.active_goal, state.search = None, without_choice(state.search)
-    tried = (resort(state, context) for resort in LAST_RESORTS)
-    move = next((move for move in tried if move is not None), None)
-    return move if move is not None else not_found(state, context)
+    return True

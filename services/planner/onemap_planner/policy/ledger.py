@@ -20,6 +20,7 @@ from onemap_shared.geometry import F64, U8
 from onemap_shared.messages import Occupancy
 
 MAX_LOOKS = 3  # views of one region or uncertain candidate, from different viewpoints
+MAX_VISITS = 2  # of a place whose floor is not seen: then no way leads there
 MAX_LEFT = 8  # goals that were left; more do not take turns
 AROUND_M = 1.0  # metres around a place, on all sides, in which changes count: a door
 # Square metres that have become free or occupied: half a person; noise at the rims of furniture
@@ -118,15 +119,18 @@ class Ledger:
         return np.array(tried, np.float64).reshape(-1, 2)
 
     @property
-    def visited_frontiers(self) -> tuple[Xy, ...]:
-        """Places, metres, of the frontiers that were given up, once for each time."""
-        return tuple(each.xy for each in self._given_up(GoalKind.FRONTIER))
+    def looked_xy(self) -> F64:
+        """Places (L, 2), metres, of the frontiers that were given up, once for each time."""
+        places = [each.xy for each in self._given_up(GoalKind.FRONTIER)]
+        return np.array(places, np.float64).reshape(-1, 2)
 
     @property
-    def unreached_frontiers(self) -> tuple[Xy, ...]:
-        """Those of them that were given up on the way."""
-        given_up = self._given_up(GoalKind.FRONTIER)
-        return tuple(each.xy for each in given_up if each.ended is Ended.ON_THE_WAY)
+    def closed_xy(self) -> F64:
+        """Those of them that were given up ``MAX_VISITS`` times."""
+        places = self.looked_xy
+        away_m = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+        often: F64 = places[(away_m <= GIVEN_UP_RADIUS_M).sum(axis=1) >= MAX_VISITS]
+        return often
 
     def doubt(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
         """A candidate could not be confirmed from a place, metres: seen from there in vain, or
@@ -178,23 +182,6 @@ class Ledger:
         """Active time that was spent on a goal before it was left; None if it was not."""
         left = (e for e in self.attempts if e.ended is Ended.LEFT and e.is_about(goal))
         return next((each.spent_s for each in left), None)
-
-    @property
-    def may_reconsider(self) -> bool:
-        """Whether something was not reached, which may be tried once more."""
-        closed = any(each.ended is Ended.NO_WAY for each in self.attempts)
-        return closed or bool(self.unreached_frontiers)
-
-    def reconsider(self, *, frontiers: bool) -> None:
-        """Forget all but the frontiers that were seen in vain; frontiers: them too."""
-        unreached = set(self.unreached_frontiers)
-        seen = set() if frontiers else set(self.visited_frontiers) - unreached
-        self.attempts = tuple(
-            each
-            for each in self.attempts
-            if each.offered
-            or (each.kind is GoalKind.FRONTIER and each.given_up and each.xy in seen)
-        )
 
     def forget_looks(self) -> None:
         """Forget regions and candidates that were given up."""

@@ -14,17 +14,15 @@ from onemap_planner.policy.choose import activated, choose, select_candidate
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.displaced import stand
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.evidence import agreed
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
-from onemap_planner.policy.last_resorts import last_resort
+from onemap_planner.policy.last_resorts import without_goal
 from onemap_planner.policy.limits import is_trapped, stuck_failure
-from onemap_planner.policy.offer import borders_and_regions, offer, ways_to_candidates
+from onemap_planner.policy.offer import borders_and_regions, offer
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import ActiveGoal, PlannerState
 from onemap_planner.policy.take_in import TakenIn
 from onemap_planner.policy.tell import explain_goal
 from onemap_planner.policy.verify import approach, confirm
-from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import leaving_zone
 from onemap_planner.world.candidates import MERGE_M
@@ -77,16 +75,13 @@ def _move_of_phase(  # noqa: PLR0911
 
 
 def explore(state: PlannerState, context: PlanningContext) -> Move:
-    """Drive to the best goal; without one, the last resorts."""
+    """Drive to the best goal; without one, look around, try once more, or end."""
     state.give_up_finished()
     candidates = borders_and_regions(state, context)
-    ways = ways_to_candidates(state, context)
-    if not ways and not state.crosses_gaps:
-        state.crosses_gaps = lies_across_gap(agreed(state), context)
-    options = offer(state, context, candidates, ways)
+    options = offer(state, context, candidates)
     goal = choose(options, state.active_goal.goal if state.active_goal else None)
     if goal is None:
-        return replace(last_resort(state, context), candidates=candidates)
+        return replace(without_goal(state, context), candidates=candidates)
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
     if at is ArrivalState.NO_VIEW:
         return _without_view(state, goal, candidates)

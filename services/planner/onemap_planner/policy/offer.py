@@ -22,21 +22,16 @@ from onemap_planner.policy.goals import (
     region_goal,
 )
 from onemap_planner.policy.state import Evidence, PlannerState
-from onemap_planner.policy.ways import (
-    UnreachedPlace,
-    frontier_goal,
-    looks_at_closed_ways,
-    visit_counts,
-    ways_to_unreached,
-)
-from onemap_planner.search.state_machine import Destination
+from onemap_planner.policy.ways import option_on_way
+from onemap_planner.sentences import ONWARD, onward
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
-from onemap_shared.messages import MAX_GOAL_OPTIONS, Holds, SearchKind, all_hold
+from onemap_shared.messages import MAX_GOAL_OPTIONS, Holds, all_hold
 
-LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
+CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the way: a doorway
+MAX_UNREACHED = 2  # candidates to which ways are planned, the most similar ones
 
 
 def borders_and_regions(state: PlannerState, context: PlanningContext) -> GoalCandidates:
@@ -48,24 +43,18 @@ def borders_and_regions(state: PlannerState, context: PlanningContext) -> GoalCa
     )
 
 
-def offer(
-    state: PlannerState, context: PlanningContext, candidates: GoalCandidates, ways: list[Goal]
-) -> list[Goal]:
+def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandidates) -> list[Goal]:
     """The goals to choose from: ways to candidates without a viewpoint, frontiers, candidates
     that are not sure yet, regions.
 
-    Without any, one alone: a look at what closes a way, then at a gap before the largest part of
-    the floor that no path leads to; else at what looks a little like the object.
+    Without any: the way to floor that no path leads to; else what looks a little like the object.
     """
     goals = frontier_goals(candidates.frontiers, context)
     goals += _detection_goals(_unconfirmed(state, context), state, context)
-    worthwhile = ways + _not_given_up(state, goals)
+    worthwhile = _ways_to_candidates(state, context) + _not_given_up(state, goals)
     worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
     if worthwhile:
         return worthwhile
-    for look in looks_at_closed_ways(context, state.ledger.tried_xy(GoalKind.LOOK_AT)):
-        if not state.ledger.is_given_up(look):
-            return [look]
     way_out = _way_to_cut_off(state, context)
     if way_out is not None:
         return [way_out]
@@ -73,18 +62,23 @@ def offer(
     return _region_goals(state, context, left, [])
 
 
-def ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[Goal]:
-    """The ways to candidates without a viewpoint: seen through a door, or over a table."""
+def _ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[Goal]:
+    """The ways to the most similar candidates without a viewpoint: seen through a door, or over a
+    table."""
     often = [(candidate, candidate.similarity) for candidate in agreed(state)]
-    places = [
-        UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
+    unreached = [
+        (candidate, score)
         for candidate, score in often + _unconfirmed(state, context)
         if state.ledger.next_viewpoint(candidate, context) is None
     ]
-    if not places:
-        return []
-    visits = visit_counts(context, state.ledger.visited_frontiers)
-    return _not_given_up(state, ways_to_unreached(places, context, visits))
+    options = []
+    for candidate, score in sorted(unreached, key=lambda pair: -pair[1])[:MAX_UNREACHED]:
+        viewpoint_xy = state.ledger.next_viewpoint(candidate, context.optimistic)
+        if viewpoint_xy is not None:
+            looked_xy = state.ledger.looked_xy
+            option = option_on_way(viewpoint_xy, context, looked_xy, doing=ONWARD, score=score)
+            options += [option] if option else []
+    return options
 
 
 def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:
@@ -127,16 +121,16 @@ def _detection_goals(
 
 
 def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | None:
-    """A look into the unknown gap before the largest part of the floor that no path leads to.
-
-    The gap may be too narrow for a frontier, such as floor that the camera missed in a doorway.
-    """
-    largest = max(components(context.cut_off()), key=len, default=None)
-    if largest is None or len(largest) * context.map_view.cell_area_m2 < LEAST_CUT_OFF_M2:
+    """The way to the nearest part of the floor that no path leads to: what closes it may be a gap
+    too narrow for a frontier, or somebody who has left by now."""
+    parts = components(context.cut_off() & np.isfinite(context.optimistic.cost_to_go.cost_m))
+    large = [part for part in parts if len(part) * context.map_view.cell_area_m2 >= CUT_OFF_M2]
+    if not large:
         return None
-    away = np.hypot(*(largest - context.cell_at(context.pose.xy)).T)
-    there = Destination(SearchKind.GO_TO, context.xy_of(largest[away.argmin()]))
-    return frontier_goal(there, context, visit_counts(context, state.ledger.visited_frontiers))
+    cells = np.concatenate(large)
+    nearest = cells[np.argmin(context.optimistic.cost_to_go.cost_m[tuple(cells.T)])]
+    there = context.xy_of(nearest)
+    return option_on_way(there, context, state.ledger.looked_xy, doing=onward("floor behind it"))
 
 
 def _unconfirmed(

@@ -170,9 +170,8 @@ class PlannerState:
     evidence: about the present object. ledger: what was tried. active_goal: where the robot
     drives. idle_since_s: active time since when there has been no goal, or no viewpoint of the
     candidate; None: there is one. reconsidered: whether what was rejected got its second chance for
-    this object. crosses_gaps: paths may cross narrow gaps of unknown floor, because nothing else
-    was left. found_objects: of this search and those before on the same map; synonyms: of all these
-    names. map_id and known_m2: of the map at the last step, the latter its known area.
+    this object. found_objects: of this search and those before on the same map; synonyms: of all
+    these names. map_id and known_m2: of the map at the last step, the latter its known area.
     active_time_s: seconds with fresh inputs; last_step_s: time of the last step; stale_since_s:
     since when the inputs are stale, None while they are fresh; both of the planner's monotonic
     clock. pose and pose_ns: of the last step with fresh inputs, the time on the robot's clock, 0 if
@@ -188,7 +187,6 @@ class PlannerState:
     active_goal: ActiveGoal | None = None
     idle_since_s: float | None = None
     reconsidered: bool = False
-    crosses_gaps: bool = False
     found_objects: tuple[FoundObject, ...] = ()
     synonyms: Synonyms = NO_SYNONYMS
     map_id: str = ""
@@ -239,7 +237,6 @@ class PlannerState:
         """The map was begun again: forget what came from it."""
         self.begin_object()
         self.ledger = Ledger()
-        self.crosses_gaps = False
         self.found_objects = ()
 
     def find(self, candidate: ObjectCandidate) -> None:
@@ -313,22 +310,16 @@ class PlannerState:
         if visited or now_s - active.since_s > active.budget_s:
             self.give_up(active.goal, reached=visited)
 
-    def reconsider(self, *, frontiers: bool, doubtful: tuple[ObjectCandidate, ...] = ()) -> None:
-        """Consider rejected candidates once more, because no goal is left.
+    def reconsider(self, doubtful: tuple[ObjectCandidate, ...] = ()) -> None:
+        """Offer once more what was tried, because no goal is left.
 
-        doubtful: those that the map does not support and that are worth a look from another side;
-        what was seen of them counts on. All others are forgotten until they are detected again.
-        Frontiers that were given up on the way are offered again. frontiers: also those that stayed
-        after their visit, since one of them may be the way to a part of the flat that noise cut
-        off.
+        doubtful: candidates that the map does not support and that are worth a look from another
+        side; what was seen of them counts on. Other rejected ones are forgotten until they are
+        detected again.
         """
-        before = self.evidence
-        self.evidence = Evidence(
-            unsupported=doubtful,
-            unclear=before.unclear,
-            mismatched=before.mismatched,
-            other_finds=before.other_finds,
-            anchors=before.anchors,
+        self.evidence = replace(
+            self.evidence, candidates=(), unsupported=doubtful, rejected=(), takes_any=False
         )
-        self.ledger.reconsider(frontiers=frontiers)
+        self.evidence.undetected = UndetectedViews()
+        self.ledger = Ledger()
         self.active_goal, self.idle_since_s, self.reconsidered = None, None, True

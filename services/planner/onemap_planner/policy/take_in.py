@@ -8,7 +8,7 @@ import numpy as np
 
 from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.policy.choose import can_follow, follow_window
-from onemap_planner.policy.context import Bands, PlanningContext, across_gaps, build_context
+from onemap_planner.policy.context import Bands, PlanningContext, build_context
 from onemap_planner.policy.displaced import notice
 from onemap_planner.policy.evidence import update_evidence
 from onemap_planner.policy.names import found_under_other_names
@@ -118,11 +118,13 @@ def _context(
     assert view is not None
     zones = Zones(observation.places, state.search.stay_out)
     trail_xy = np.array(state.trail, np.float64).reshape(-1, 2)
-    beside = BesideMap(trail_xy, state.obstacles_xy, zones)
+    looked_xy, closed_xy = state.ledger.looked_xy, state.ledger.closed_xy
+    beside = BesideMap(
+        trail_xy, state.obstacles_xy, zones, looked_into_xy=looked_xy, closed_xy=closed_xy
+    )
     context = build_context(
         pose, view, params.costmap, beside, before=state.appeared, window_xy=window_xy
     )
-    context = across_gaps(context) if state.crosses_gaps else context
     return replace(context, cost_to_go=context.cost_to_go.or_same(state.cost_to_go))
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import lengths_over
-from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext, across_gaps
+from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext
 from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8
@@ -138,15 +138,6 @@ def find_viewpoint(
         if viewpoint is None:
             viewpoint = _where_detected(target, context, APPROACH_LIMIT_M, tried)
     return None if viewpoint is None else context.xy_of(viewpoint)
-
-
-def lies_across_gap(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> bool:
-    """Whether one of the candidates can be looked at only if paths cross narrow unknown gaps."""
-    unreached = [c for c in candidates if find_viewpoint(c, context) is None]
-    if not unreached:
-        return False
-    across = across_gaps(context)
-    return any(find_viewpoint(c, across) is not None for c in unreached)
 
 
 def _in_bands(

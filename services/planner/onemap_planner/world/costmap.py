@@ -24,6 +24,11 @@ LEAVE_FACTOR = 200.0  # out of a keep-out zone: the shortest way, wherever else 
 HERE: I64 = np.zeros((1, 2), np.int64)
 NEIGHBOURHOOD: I64 = np.argwhere(CONNECTIVITY_8) - 1
 CLEAR_M = 0.5  # metres of clearance from which on a robot need not slow down
+# Cost of a metre of unknown floor, in metres of known floor, when a way is planned as if it were
+# free: a known way is preferred if it is at most half as long again.
+UNKNOWN_COST = 1.5
+BLOCKED_COST = 20.0  # where something stands that was not there once: dearer than any way around
+LOOKED_INTO_M = 0.5  # around a place that was looked into, whose floor was not seen
 # Metres around the robot's way within which unknown floor tells nothing: a camera at 1 m sees the
 # floor from 1.1 m on, but what stands there it saw above it.
 BLIND_RADIUS_M = 1.2
@@ -63,8 +68,8 @@ class CostmapParams(Params):
     # Metres around a drop in which floor that no camera saw counts as missing too: wider than what
     # the footprint may reach over unknown cells.
     beside_drop_m: ClassVar[float] = 0.4
-    # Widest gap of unknown floor, metres, that a search crosses, creeping, when nothing else is
-    # left and floor was seen beyond it: narrower than a stair. 0: none.
+    # Widest gap of unknown floor, metres, that is crossed, creeping, after it was looked into in
+    # vain and floor was seen beyond it: narrower than a stair. 0: none.
     gap_m: ClassVar[float] = 0.7
     # Square metres: a navigable pocket smaller than this is left by escaping; nothing worth finding
     # fits in it.
@@ -99,7 +104,8 @@ class Costmap:
     camera saw or the robot's disc covered, and not blind; blind bool: assumed floor around the
     place where the search began, below the camera's image, until the robot ran into something
     there; creeping bool: the robot's disc there comes over unseen floor, so that it creeps;
-    appeared bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's
+    appeared bool: occupied since a moment ago, by somebody who may come nearer; closed bool:
+    around places that were looked into in vain again and again. params: the robot's
     size. keep_out: zones that no path enters and that hide nothing; None without any. drops bool:
     of the occupied, where there is no floor, or beside that none that was seen: no part of the
     robot comes over them, however slowly.
@@ -118,6 +124,7 @@ class Costmap:
     blind: Bool
     creeping: Bool
     appeared: Bool
+    closed: Bool
     params: CostmapParams
     keep_out: KeepOut | None = None
 
@@ -140,13 +147,17 @@ class BesideMap:
     trail_xy (K, 2): where the robot's centre has been, so that the floor there is free even if no
     camera saw it, but for the last metre: else the robot's own steps would make way into the
     unknown; obstacles_xy (B, 2): virtual obstacles, which the robot ran into and no map shows;
-    zones: that it keeps out of; appeared_xy (N, 2): where somebody has just appeared.
+    zones: that it keeps out of; appeared_xy (N, 2): where somebody has just appeared;
+    looked_into_xy (L, 2): where the robot looked for floor and saw none; closed_xy (C, 2): where it
+    did so too often.
     """
 
     trail_xy: F64 = field(default_factory=no_points)
     obstacles_xy: F64 = field(default_factory=no_points)
     zones: Zones = NO_ZONES
     appeared_xy: F64 = field(default_factory=no_points)
+    looked_into_xy: F64 = field(default_factory=no_points)
+    closed_xy: F64 = field(default_factory=no_points)
 
 
 MAP_ALONE = BesideMap()
@@ -161,19 +172,17 @@ def build_costmap(
     earlier_xy = trail_xy[:-RECENT_POINTS]
     # What is known: obstacles, floor, floor that was assumed, and what is missing of it.
     seen_free = map_view.occupancy == Occupancy.FREE
-    driven_m = distances_m(_mark(grid, earlier_xy), size)
-    covered = driven_m <= radius_m - size  # as a whole, wherever in its cell it drove
+    driven = _around(grid, earlier_xy, radius_m)
+    covered = _around(grid, earlier_xy, radius_m - size)  # as a whole, wherever in its cell it was
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, beside.obstacles_xy)
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
-    drops = map_view.drops
-    if drops.any():
-        drops = drops | (unseen & (distances_m(drops, size) <= params.beside_drop_m))
+    beside_m = distances_m(map_view.drops, size, params.beside_drop_m)
+    drops = map_view.drops | (unseen & (beside_m <= params.beside_drop_m))
     occupied |= drops
-    free = (seen_free | (driven_m <= radius_m)) & ~occupied
-    blind = _blind_spot(
-        unseen & seen_free & map_view.assumed & ~drops, beside, robot_xy, grid, params
-    )
-    unseen &= ~(drops | blind)
+    free = (seen_free | driven) & ~occupied
+    unseen &= ~drops
+    blind = _blind_spot(unseen & seen_free & map_view.assumed, beside, robot_xy, grid, params)
+    unseen &= ~blind
     # Inflation: N, and what a metre through it costs.
     clearance_m = distances_to_edge_m(occupied, size)
     unseen_m = distances_to_edge_m(unseen, size)
@@ -182,15 +191,19 @@ def build_costmap(
     cost = np.full(grid.shape, IMPASSABLE)
     cost[navigable] = _effort(clearance_m[navigable], unseen_m[navigable], params)
     # Besides N: the way that the robot came, and out of a pocket that it is in.
-    on_floor = np.ones(grid.shape, bool)
-    if drops.any():
-        drop_m = distances_to_edge_m(drops, size)
-        on_floor = drop_m >= min(radius_m, float(drop_m[tuple(robot)]))
+    drop_m = distances_m(drops, size, radius_m + size) - size / 2
+    on_floor = drop_m >= min(radius_m, float(drop_m[tuple(robot)]))
     wide_enough = (clearance_m >= radius_m / 2) & on_floor
     cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0) & on_floor
         cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
+    # Narrow gaps whose floor no look showed.
+    hidden = _around(grid, beside.looked_into_xy, LOOKED_INTO_M) & ~(free | occupied) & (cost < 0)
+    hidden &= clearance_m >= params.min_clearance_m
+    if hidden.any():
+        gaps = _gaps(hidden, cost > 0, navigable, robot, params.gap_m / size)
+        cost[gaps] = RETURN_FACTOR * params.dearest
     # Keep-out zones.
     keep_out = KeepOut.of(beside.zones, grid, cost > 0, params.min_clearance_m)
     if keep_out is not None:
@@ -208,12 +221,13 @@ def build_costmap(
         navigable=navigable,
         cost=cost,
         clearance_m=clearance_m.astype(np.float32),
-        near_trail=distances_m(_mark(grid, here_xy), size) <= BLIND_RADIUS_M + ROUNDING_M,
+        near_trail=_around(grid, here_xy, BLIND_RADIUS_M),
         returning=_beside(grid, earlier_xy) & wide_enough,
         unseen=unseen,
         blind=blind,
         creeping=unseen_m < radius_m,
         appeared=occupied & _mark(grid, beside.appeared_xy),
+        closed=_around(grid, beside.closed_xy, LOOKED_INTO_M),
         params=params,
         keep_out=keep_out,
     )
@@ -232,18 +246,30 @@ def _blind_spot(
     return assumed & near
 
 
-def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
-    """The costmap with narrow gaps of unknown floor opened, before parts of N without a way.
+def _gaps(hidden: Bool, passable: Bool, navigable: Bool, robot: I64, gap_cells: float) -> Bool:
+    """Which of the hidden cells (nx, ny) lie in a gap of at most so many cells, between what the
+    robot in the cell (2,) can reach and a part of N that it cannot."""
+    parts, _ = ndimage.label(passable, CONNECTIVITY_8)
+    reached = passable & (parts == parts[tuple(robot)])
+    across = distances_m(reached, 1.0) + distances_m(navigable & ~reached, 1.0) - 1.0
+    gaps: Bool = hidden & (across <= gap_cells + ROUNDING_M)
+    return gaps
 
-    reached (nx, ny): what a path leads to. A gap is at most ``gap_m`` wide between it
-    and another part of N, and nothing that was seen stands in it. It is as dear as the own trail.
-    """
+
+def optimistic(costmap: Costmap, floor_seen: Bool) -> Costmap:
+    """The costmap as if unknown floor were free, and as if what stands where floor was seen once
+    (nx, ny) would go: dear. What was looked into in vain stays closed."""
     params, size = costmap.params, costmap.grid.cell_size_m
-    across = distances_m(reached, 1.0) + distances_m(costmap.navigable & ~reached, 1.0)
-    gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
-    gap &= (across - 1.0) * size <= params.gap_m + 1e-6
-    cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
-    return replace(costmap, cost=cost)
+    room_m = distances_to_edge_m(costmap.occupied & ~floor_seen, size)
+    once = (floor_seen | costmap.free) & (room_m >= params.min_clearance_m)
+    unknown = ~costmap.occupied & (costmap.clearance_m >= params.min_clearance_m)
+    cost = np.where(unknown, UNKNOWN_COST, np.where(once, BLOCKED_COST, IMPASSABLE))
+    cost[costmap.closed] = IMPASSABLE
+    if costmap.keep_out is not None:
+        cost[costmap.keep_out.closed] = IMPASSABLE
+    cost = np.where(costmap.passable, costmap.cost, cost)
+    free = costmap.free | ~costmap.occupied
+    return replace(costmap, free=free, navigable=cost > 0, cost=cost)
 
 
 def _escape_cells(
@@ -300,6 +326,13 @@ def _mark(grid: GridSpec, points_xy: F64, around: I64 = HERE) -> Bool:
     cells = cells[grid.contains(cells)]
     mask[cells[:, 0], cells[:, 1]] = True
     return mask
+
+
+def _around(grid: GridSpec, points_xy: F64, within_m: float) -> Bool:
+    """Mask (nx, ny) of the cells within a distance of the cell of a point."""
+    away_m = distances_m(_mark(grid, points_xy), grid.cell_size_m, within_m)
+    near: Bool = away_m <= within_m + ROUNDING_M
+    return near
 
 
 def _beside(grid: GridSpec, points_xy: F64) -> Bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil, inf
+
 import cv2
 import numpy as np
 
@@ -9,13 +11,18 @@ from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.grid import GridSpec
 
 
-def distances_m(mask: Bool, cell_size_m: float) -> F64:
-    """(nx, ny): metres to the centre of the nearest true cell, infinity without any."""
-    if not mask.any():
-        return np.full(mask.shape, np.inf)
-    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    squares = np.rint(np.square(away, dtype=np.float64))  # whole numbers, of float32 roots
-    metres: F64 = np.sqrt(squares) * cell_size_m
+def distances_m(mask: Bool, cell_size_m: float, within_m: float = inf) -> F64:
+    """(nx, ny): metres to the centre of the nearest true cell; infinity without any, and where that
+    may be farther than ``within_m``, beyond which nobody asks."""
+    metres = np.full(mask.shape, np.inf)
+    y, x, height, width = cv2.boundingRect(mask.astype(np.uint8))
+    reach = ceil(min(within_m / cell_size_m, max(mask.shape)))
+    box = np.s_[max(x - reach, 0) : x + width + reach, max(y - reach, 0) : y + height + reach]
+    if width:
+        free = (~mask[box]).astype(np.uint8)
+        away = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        squares = np.rint(np.square(away, dtype=np.float64))  # whole numbers, of float32 roots
+        metres[box] = np.sqrt(squares) * cell_size_m
     return metres
 
 

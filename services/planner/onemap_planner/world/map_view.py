@@ -144,7 +144,8 @@ def _holds(grid: GridSpec, smaller: GridSpec) -> bool:
 # Cells counted from the origin of the map frame: they mean the same place in every window.
 WorldCells: TypeAlias = frozenset[tuple[int, int]]
 
-BORDER_CELLS = 2  # unknown cells kept around the window, so that its rim can be a frontier
+# Unknown cells kept around the window, so that its rim can be a frontier, and a way lead around it.
+BORDER_CELLS = 10
 
 # The robot sees 10 m far, so it is in the map or near it. Further out its pose is wrong, and the
 # window around both would fill the memory.

@@ -197,7 +197,7 @@ def _idle(state: PlannerState) -> Event | None:
     if state.idle_s() < SETTLE_S:
         return None
     if not state.reconsidered:
-        state.reconsider(frontiers=True)
+        state.reconsider()
         return None
     return Ending(SearchState.NOT_FOUND, f"no frontier is left on {state.known_m2:.0f} m²")
 
