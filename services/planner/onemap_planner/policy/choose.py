@@ -7,16 +7,19 @@ takes about the same share of a processor in a hall as in a flat.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from onemap_planner.motion.motions import Drive
+from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import MAX_CANDIDATES_TRIED
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, successor
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import ActiveGoal, GoalComparison, PlannerState
+from onemap_planner.policy.tell import explain_goal
 from onemap_planner.search.state_machine import CandidateSelected, Exploring
 from onemap_planner.world.candidates import MIN_SIGHTINGS
 from onemap_shared.geometry import F64
@@ -68,6 +71,29 @@ def activated(state: PlannerState, goal: Goal) -> ActiveGoal:
     ):
         return replace(active, goal=goal)
     return state.new_goal(goal)
+
+
+def head_for(
+    state: PlannerState,
+    goal: Goal,
+    options: Sequence[Goal],
+    context: PlanningContext,
+    look_xy: tuple[float, float],
+) -> tuple[ArrivalState, Drive]:
+    """Drive to the goal chosen among the options, face ``look_xy`` (metres) there, and say why.
+
+    A goal that the robot comes no nearer to, without the view, is given up: the next step takes
+    another.
+    """
+    at, motion = arrive(context.drive_to(goal.viewpoint_xy, look_xy), context)
+    if at is ArrivalState.NO_VIEW:
+        state.give_up(goal, reached=False)
+        return at, motion
+    active, around = activated(state, goal), state.landmarks(context)
+    state.search = explain_goal(state.search, goal, options, around, new=state.is_new(active))
+    state.active_goal = active.at(state.active_time_s, arrived=at is ArrivalState.THERE)
+    state.idle_since_s = None
+    return at, motion
 
 
 def follow_window(state: PlannerState, observation: Observation) -> F64 | None:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import cos, hypot, sin
+from math import cos, sin
 
 import numpy as np
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.path import line_is_clear
-from onemap_planner.policy.arrival import ArrivalState, arrive
+from onemap_planner.policy.arrival import ArrivalState
+from onemap_planner.policy.choose import head_for
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.ledger import Ledger
 from onemap_planner.policy.outcome import Move
-from onemap_planner.policy.state import SETTLE_S, ActiveGoal, PlannerState
-from onemap_planner.policy.tell import explain_goal
+from onemap_planner.policy.state import SETTLE_S, PlannerState
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     NO_CELLS,
@@ -39,7 +39,6 @@ INTO_M = 1.5  # from which a place inside an obstacle is looked at, at most
 # Metres from a place where the robot cannot stand that still count as there: from its centre to
 # what an arm or a voice reaches.
 PLACE_TOLERANCE_M = 0.5
-SAME_VIEWPOINT_M = 0.3  # a viewpoint that moves less between two maps, by three cells, is the same
 FACED_FROM_M = 0.25  # nearer to the place the robot stands on it and faces nothing
 
 
@@ -51,19 +50,11 @@ def drive_to_place(state: PlannerState, destination: Destination, context: Plann
         state.active_goal, state.search = None, without_choice(state.search)
         waits = state.idle_s() < SETTLE_S
         return Move(event=None if waits else _failure(destination, context))
-    at, motion = arrive(context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose)), context)
+    at, motion = head_for(state, goal, [goal], context, _look_xy(goal, context.pose))
     if at is ArrivalState.NO_VIEW:
-        state.give_up(goal, reached=False)
         return Move()
-    active = _activated(state, goal)
-    around, new = state.landmarks(context), state.is_new(active)
-    state.search = explain_goal(state.search, goal, [goal], around, new=new)
-    there = at is ArrivalState.THERE
-    final = there and goal.kind is not GoalKind.FRONTIER
-    state.active_goal = active.at(state.active_time_s, arrived=there and not final)
-    state.idle_since_s = None
-    event = _arrival(destination, context.pose) if final else None
-    return Move(motion, event)
+    there = at is ArrivalState.THERE and goal.kind is not GoalKind.FRONTIER
+    return Move(motion, _arrival(destination, context.pose) if there else None)
 
 
 def _select(state: PlannerState, destination: Destination, context: PlanningContext) -> Goal | None:
@@ -78,16 +69,6 @@ def _look_xy(goal: Goal, pose: Pose2d) -> tuple[float, float]:
     if goal.kind is GoalKind.GO_TO and goal.looks_at(goal.viewpoint_xy, FACED_FROM_M):
         return pose.x_m + cos(pose.yaw_rad), pose.y_m + sin(pose.yaw_rad)
     return goal.look_xy
-
-
-def _activated(state: PlannerState, goal: Goal) -> ActiveGoal:
-    """The active goal: the present one while its viewpoint stays, else a new one."""
-    active = state.active_goal
-    if active is not None and active.goal.kind is goal.kind:
-        (x, y), (old_x, old_y) = goal.viewpoint_xy, active.goal.viewpoint_xy
-        if hypot(x - old_x, y - old_y) <= SAME_VIEWPOINT_M:
-            return active
-    return state.new_goal(goal)
 
 
 def _arrival(destination: Destination, pose: Pose2d) -> Ending:

@@ -10,18 +10,17 @@ import numpy as np
 
 from onemap_planner.motion.motions import Rotate
 from onemap_planner.policy.arrival import ArrivalState, arrive
-from onemap_planner.policy.choose import activated, choose, select_candidate
+from onemap_planner.policy.choose import choose, head_for, select_candidate
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.displaced import stand
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
+from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.last_resorts import without_goal
 from onemap_planner.policy.limits import is_trapped, stuck_failure
 from onemap_planner.policy.offer import borders_and_regions, offer
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import ActiveGoal, PlannerState
 from onemap_planner.policy.take_in import TakenIn
-from onemap_planner.policy.tell import explain_goal
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import leaving_zone
@@ -82,19 +81,11 @@ def explore(state: PlannerState, context: PlanningContext) -> Move:
     goal = choose(options, state.active_goal.goal if state.active_goal else None)
     if goal is None:
         return replace(without_goal(state, context), candidates=candidates)
-    at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
-    if at is ArrivalState.NO_VIEW:
-        return _without_view(state, goal, candidates)
-    active = activated(state, goal)
-    state.leave_for(goal)
-    state.search = explain_goal(
-        state.search, goal, options, state.landmarks(context), new=state.is_new(active)
-    )
-    now_s = state.active_time_s
-    active = active.at(now_s, arrived=at is ArrivalState.THERE)
-    state.active_goal = active.compared(motion, candidates, now_s)
-    state.idle_since_s = None
-    return Move(motion, _unsupported_reached(state, active), candidates)
+    at, motion = head_for(state, goal, options, context, goal.look_xy)
+    if at is ArrivalState.NO_VIEW or state.active_goal is None:
+        return Move(candidates=candidates)
+    state.active_goal = state.active_goal.compared(motion, candidates, state.active_time_s)
+    return Move(motion, _unsupported_reached(state, state.active_goal), candidates)
 
 
 def _unsupported_reached(state: PlannerState, active: ActiveGoal) -> sm.CandidateSelected | None:
@@ -113,16 +104,11 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     candidates, goal = active.comparison.candidates, active.goal
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
     if at is ArrivalState.NO_VIEW:
-        return _without_view(state, goal, candidates)
+        state.give_up(goal, reached=False)
+        return Move(candidates=candidates)
     there = at is ArrivalState.THERE
     state.active_goal = active.at(state.active_time_s, arrived=there)
     return Move(motion, candidates=candidates)
-
-
-def _without_view(state: PlannerState, goal: Goal, candidates: GoalCandidates) -> Move:
-    """Give up a goal that the robot comes no nearer to: the next step takes another view."""
-    state.give_up(goal, reached=False)
-    return Move(candidates=candidates)
 
 
 WITHIN_M = 0.005  # a robot that reaches less far into a zone has not entered it: rounding
