@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.ledger import MAX_LEFT, MAX_RETURNS, Ledger, surroundings
-from onemap_planner.policy.state import GOAL_BASE_S, RETURN_PART, ActiveGoal, PlannerState
+from onemap_planner.policy.ledger import MAX_RETURNS, Ledger, surroundings
 from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import drawn_map
-from tests.planner.one_room import SEARCH
 
 ROOM = drawn_map(*["." * 30] * 40)  # 4 x 3 m
 PLACE = (1.5, 1.5)
@@ -75,7 +73,6 @@ def test_the_next_object_begins_with_the_frontiers_that_were_seen() -> None:
     ledger = known()
     for kind in (GoalKind.REGION, GoalKind.DETECTION):
         ledger.give_up(goal(1.5, kind=kind), reached=True)
-    ledger.leave(goal(0.5), 3.0)
     ledger.begin_object()
     assert [each.kind for each in ledger.attempts] == [GoalKind.FRONTIER]
 
@@ -89,32 +86,3 @@ def test_beyond_the_view_nothing_is_known(xy: tuple[float, float]) -> None:
         cell = centre + (i - 10, j - 10)
         inside = bool(ROOM.grid.contains(cell))
         assert patch[i, j] == (Occupancy.FREE if inside else Occupancy.UNKNOWN)
-
-
-def test_a_goal_that_another_is_preferred_to_is_kept_once_with_its_seconds() -> None:
-    active = ActiveGoal(goal(0.2), 4.0, 20.0, (0.2, 1.5))
-    state = PlannerState(SEARCH, active_goal=active, active_time_s=10.0)
-    state.leave_for(goal(0.3))  # the same, elsewhere
-    assert state.ledger.spent_s(goal(0.2)) is None
-    for _ in range(2):
-        state.leave_for(goal(5.0))
-    assert state.ledger.spent_s(goal(0.3)) == 6.0
-    assert len(state.ledger.attempts) == 1
-    for number in range(MAX_LEFT):
-        state.ledger.leave(goal(10.0 + 2 * number), 1.0)
-    assert state.ledger.spent_s(goal(0.2)) is None
-    assert len(state.ledger.attempts) == MAX_LEFT
-
-
-@pytest.mark.parametrize(
-    ("wanted", "spent_s"),
-    [
-        (goal(0.3), 6.0 + RETURN_PART * GOAL_BASE_S),
-        (goal(3.0), 0.0),
-        (goal(0.2, kind=GoalKind.REGION), 0.0),
-    ],
-)
-def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
-    state = PlannerState(SEARCH, active_time_s=50.0)
-    state.ledger.leave(goal(0.2), 6.0)
-    assert 50.0 - state.new_goal(wanted).since_s == pytest.approx(spent_s)

@@ -12,7 +12,7 @@ from math import dist
 import numpy as np
 
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, SAME_GOAL_M, Goal, GoalKind
+from onemap_planner.policy.goals import GIVEN_UP_RADIUS_M, Goal, GoalKind
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
 from onemap_planner.world.map_view import MapView
@@ -21,7 +21,6 @@ from onemap_shared.messages import Occupancy
 
 MAX_LOOKS = 3  # views of one region or uncertain candidate, from different viewpoints
 MAX_VISITS = 2  # of a place whose floor is not seen: then no way leads there
-MAX_LEFT = 8  # goals that were left; more do not take turns
 AROUND_M = 1.0  # metres around a place, on all sides, in which changes count: a door
 # Square metres that have become free or occupied: half a person; noise at the rims of furniture
 # changes less.
@@ -40,7 +39,6 @@ class Ended(Enum):
     ON_THE_WAY = "given up on the way"
     NOT_CONFIRMED = "seen, and not confirmed as the object"
     NO_WAY = "no way led there"
-    LEFT = "another goal was preferred"
 
 
 GIVEN_UP = (Ended.SEEN, Ended.ON_THE_WAY)
@@ -50,16 +48,15 @@ GIVEN_UP = (Ended.SEEN, Ended.ON_THE_WAY)
 class Attempt:
     """What was tried: a place xy, from a viewpoint from_xy, metres.
 
-    spent_s: active time that was spent on a goal that was left. around: of what was given up, the
-    occupancy uint8 of its surroundings then, row by row; empty until the next view of the map.
-    returns: how often it was offered again before; offered: whether it is offered again now.
+    around: of what was given up, the occupancy uint8 of its surroundings then, row by row; empty
+    until the next view of the map. returns: how often it was offered again before; offered:
+    whether it is offered again now.
     """
 
     kind: GoalKind
     xy: Xy
     from_xy: Xy
     ended: Ended
-    spent_s: float = 0.0
     around: bytes = b""
     returns: int = 0
     offered: bool = False
@@ -72,10 +69,6 @@ class Attempt:
     def is_near(self, xy: Xy, within_m: float) -> bool:
         """Whether its place is within ``within_m`` of another one, metres."""
         return dist(self.xy, xy) <= within_m
-
-    def is_about(self, goal: Goal) -> bool:
-        """Whether a goal is about the same, on a map that may have changed."""
-        return self.kind is goal.kind and self.is_near(goal.look_xy, SAME_GOAL_M)
 
 
 @dataclass(slots=True)
@@ -166,22 +159,6 @@ class Ledger:
             return False
         self._add(Attempt(GoalKind.DETECTION, place, place, Ended.NO_WAY))
         return True
-
-    def leave(self, goal: Goal, spent_s: float) -> None:
-        """Another goal is preferred to one that took this much active time.
-
-        Two goals may take turns for ever: one that is seen only from some places is preferred there
-        and gone elsewhere.
-        """
-        left = [each for each in self.attempts if each.ended is Ended.LEFT]
-        kept = [each for each in left if not each.is_about(goal)][1 - MAX_LEFT :]
-        self.attempts = tuple(e for e in self.attempts if e.ended is not Ended.LEFT or e in kept)
-        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, Ended.LEFT, spent_s))
-
-    def spent_s(self, goal: Goal) -> float | None:
-        """Active time that was spent on a goal before it was left; None if it was not."""
-        left = (e for e in self.attempts if e.ended is Ended.LEFT and e.is_about(goal))
-        return next((each.spent_s for each in left), None)
 
     def forget_looks(self) -> None:
         """Forget regions and candidates that were given up."""

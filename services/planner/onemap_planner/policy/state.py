@@ -14,7 +14,7 @@ from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalCandidates, successor
+from onemap_planner.policy.goals import Goal, GoalCandidates
 from onemap_planner.policy.ledger import Ledger, Xy
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import Landmarks
@@ -31,7 +31,6 @@ LINGER_S = 1.0  # seconds at a goal, so that the map fuses it; it is given up af
 SETTLE_S = 2.0
 GOAL_BASE_S = 15.0  # seconds allowed for any goal, turning included
 GOAL_S_PER_M = 5.0  # seconds allowed per metre of path: three times a slow drive
-RETURN_PART = 1 / 3  # of a goal's base time: one that comes and goes has three visits
 TRAIL_STEP_M = 0.1  # points closer together than this cover the same floor
 TRAIL_LENGTH = 5000  # points, 500 m
 MAX_FOUND_OBJECTS = 64  # the newest are kept
@@ -271,21 +270,13 @@ class PlannerState:
         self.idle_since_s = None
 
     def new_goal(self, goal: Goal) -> ActiveGoal:
-        """A goal that is taken up now; one that the robot comes back to gets what is left."""
+        """A goal that is taken up now."""
         budget_s = GOAL_BASE_S + GOAL_S_PER_M * goal.utility.travel_m
-        spent_s = self.ledger.spent_s(goal)
-        before_s = 0.0 if spent_s is None else spent_s + RETURN_PART * GOAL_BASE_S
-        return ActiveGoal(goal, self.active_time_s - before_s, budget_s, goal.look_xy)
+        return ActiveGoal(goal, self.active_time_s, budget_s, goal.look_xy)
 
     def is_new(self, goal: ActiveGoal) -> bool:
         """Whether a goal was chosen anew: not the active one, as the map shows it now."""
         return self.active_goal is None or self.active_goal.since_s != goal.since_s
-
-    def leave_for(self, chosen: Goal) -> None:
-        """Keep what was spent on the active goal if ``chosen`` replaces it."""
-        before = self.active_goal
-        if before is not None and successor([chosen], before.goal) is None:
-            self.ledger.leave(before.goal, self.active_time_s - before.since_s)
 
     def give_more_time(self, more_s: float) -> None:
         """Add to the time of the active goal, if there is one."""
