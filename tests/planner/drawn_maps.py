@@ -40,10 +40,9 @@ POINT_ROBOT = CostmapParams().model_copy(
 def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapView:
     """A map view from rows of characters; rows run along x, characters along y.
 
-    ``#`` occupied, ``.`` free and explored and searched, ``,`` free and observed only, ``o``
-    free, explored, not searched, ``a`` as ``.`` but assumed, not seen, ``g`` occupied where the
-    floor was seen once, ``v`` a drop, blank unknown. Each
-    character is ``scale`` cells square.
+    ``#`` occupied, ``.`` free and explored, ``,`` free and observed only, ``a`` as ``.`` but
+    assumed, not seen, ``g`` occupied where the floor was seen once, ``v`` a drop, blank unknown.
+    Each character is ``scale`` cells square.
     """
     letters = np.array([list(row) for row in rows]).repeat(scale, axis=0).repeat(scale, axis=1)
     occupancy = np.full(letters.shape, Occupancy.FREE, np.uint8)
@@ -56,9 +55,8 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
         observed=observed,
         explored=observed & (letters != ","),
         assumed=letters == "a",
-        floor_seen=np.isin(letters, list(".,og")),
+        floor_seen=np.isin(letters, list(".,g")),
         drops=letters == "v",
-        searched=observed & ~np.isin(letters, [",", "o"]),
         similarity=(
             np.where(observed, np.float32(0.1), np.float32(np.nan)).astype(np.float32)
             if similarity is None
@@ -133,7 +131,6 @@ def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:
     layers = (
         map_view.observed * Layer.OBSERVED
         + map_view.explored * Layer.EXPLORED
-        + map_view.searched * Layer.SEARCHED
         + map_view.assumed * Layer.ASSUMED
         + map_view.floor_seen * Layer.FLOOR_SEEN
         + map_view.drops * Layer.DROP

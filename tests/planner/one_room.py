@@ -84,7 +84,7 @@ def decided(
 
 def visited(*places: tuple[float, float]) -> Ledger:
     """A ledger with frontiers at these places, metres, that were seen in vain."""
-    return Ledger(tuple(Attempt(GoalKind.FRONTIER, xy, xy, Ended.SEEN) for xy in places))
+    return Ledger(tuple(Attempt(GoalKind.FRONTIER, xy, xy, Ended.GIVEN_UP) for xy in places))
 
 
 def doubted(candidate: ObjectCandidate, *from_xy: tuple[float, float]) -> Ledger:

@@ -84,4 +84,4 @@ def test_a_goal_without_the_view_is_left_for_another() -> None:
     move = explore(after, replace(context_of(halls, wrong), reached=asked))
     assert (move.event, after.active_goal) == (None, None)
     (tried,) = after.ledger.attempts
-    assert (tried.xy, tried.ended) == (goal.look_xy, Ended.ON_THE_WAY)
+    assert (tried.xy, tried.ended) == (goal.look_xy, Ended.GIVEN_UP)

@@ -31,7 +31,7 @@ def with_cells(cells: int, occupancy: Occupancy, x: int = 10) -> MapView:
 def known(map_view: MapView = ROOM) -> Ledger:
     """A goal that was given up on this map."""
     ledger = Ledger()
-    ledger.give_up(goal(*PLACE), reached=True)
+    ledger.give_up(goal(*PLACE))
     ledger.offer_changed(map_view)
     return ledger
 
@@ -62,7 +62,7 @@ def test_a_place_is_offered_again_a_few_times_only() -> None:
     ledger, offered = known(), 0
     for change in range(1, 9):
         there = goal(PLACE[0] + 0.05 * change)  # the border lies a little elsewhere each time
-        ledger.give_up(there, reached=True)
+        ledger.give_up(there)
         for view in (views[change % 2], views[(change + 1) % 2]):
             ledger.offer_changed(view)
         offered += list(there.look_xy) not in ledger.looked_xy.tolist()
@@ -72,7 +72,7 @@ def test_a_place_is_offered_again_a_few_times_only() -> None:
 def test_the_next_object_begins_with_the_frontiers_that_were_seen() -> None:
     ledger = known()
     for kind in (GoalKind.REGION, GoalKind.DETECTION):
-        ledger.give_up(goal(1.5, kind=kind), reached=True)
+        ledger.give_up(goal(1.5, kind=kind))
     ledger.begin_object()
     assert [each.kind for each in ledger.attempts] == [GoalKind.FRONTIER]
 

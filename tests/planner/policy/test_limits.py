@@ -121,7 +121,7 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     after, events = state, handle_stuck(state)
     assert events == ()
     (tried,) = after.ledger.attempts
-    assert (tried.xy, tried.ended) == (goal.look_xy, Ended.ON_THE_WAY)
+    assert (tried.xy, tried.ended) == (goal.look_xy, Ended.GIVEN_UP)
     assert after.active_goal is None
 
 

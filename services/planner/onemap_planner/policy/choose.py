@@ -87,7 +87,7 @@ def head_for(
     """
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, look_xy), context)
     if at is ArrivalState.NO_VIEW:
-        state.give_up(goal, reached=False)
+        state.give_up(goal)
         return at, motion
     active, around = activated(state, goal), state.landmarks(context)
     state.search = explain_goal(state.search, goal, options, around, new=state.is_new(active))

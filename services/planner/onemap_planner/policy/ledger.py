@@ -35,13 +35,9 @@ Xy = tuple[float, float]
 class Ended(Enum):
     """How an attempt ended."""
 
-    SEEN = "seen in vain"
-    ON_THE_WAY = "given up on the way"
+    GIVEN_UP = "seen in vain, or not reached in time"
     NOT_CONFIRMED = "seen, and not confirmed as the object"
     NO_WAY = "no way led there"
-
-
-GIVEN_UP = (Ended.SEEN, Ended.ON_THE_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +60,7 @@ class Attempt:
     @property
     def given_up(self) -> bool:
         """Whether it is a goal that was given up, and is not offered again."""
-        return self.ended in GIVEN_UP and not self.offered
+        return self.ended is Ended.GIVEN_UP and not self.offered
 
     def is_near(self, xy: Xy, within_m: float) -> bool:
         """Whether its place is within ``within_m`` of another one, metres."""
@@ -89,10 +85,9 @@ class Ledger:
             if each.offered or (each.given_up and each.kind is GoalKind.FRONTIER)
         )
 
-    def give_up(self, goal: Goal, *, reached: bool) -> None:
-        """A goal was given up; reached: after the robot was there, or on its way."""
-        ended = Ended.SEEN if reached else Ended.ON_THE_WAY
-        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, ended))
+    def give_up(self, goal: Goal) -> None:
+        """A goal was given up, when the robot had been there or on its way."""
+        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, Ended.GIVEN_UP))
 
     def is_given_up(self, goal: Goal) -> bool:
         """Whether enough goals of its kind were given up near it.

@@ -78,7 +78,7 @@ def leave_goal(state: PlannerState, why: str = "") -> tuple[sm.Event, ...]:
         case sm.Driving() if why:
             return (_failed(why, FailureCode.UNREACHABLE),)
         case _ if state.active_goal is not None:
-            state.give_up(state.active_goal.goal, reached=False)
+            state.give_up(state.active_goal.goal)
     return ()
 
 

@@ -104,7 +104,7 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     candidates, goal = active.comparison.candidates, active.goal
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
     if at is ArrivalState.NO_VIEW:
-        state.give_up(goal, reached=False)
+        state.give_up(goal)
         return Move(candidates=candidates)
     there = at is ArrivalState.THERE
     state.active_goal = active.at(state.active_time_s, arrived=there)

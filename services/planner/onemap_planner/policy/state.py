@@ -284,13 +284,10 @@ class PlannerState:
         if goal is not None:
             self.active_goal = replace(goal, since_s=goal.since_s + more_s)
 
-    def give_up(self, goal: Goal, *, reached: bool = True) -> None:
-        """Do not take this goal, active or not, again; no goal is active.
-
-        reached: whether the robot was there, or gave it up on its way.
-        """
+    def give_up(self, goal: Goal) -> None:
+        """Do not take this goal, active or not, again; no goal is active."""
         self.active_goal = None
-        self.ledger.give_up(goal, reached=reached)
+        self.ledger.give_up(goal)
 
     def give_up_finished(self) -> None:
         """Give up the active goal if it was viewed for ``LINGER_S`` or its time is over."""
@@ -299,7 +296,7 @@ class PlannerState:
             return
         visited = active.arrived_s is not None and now_s - active.arrived_s >= LINGER_S
         if visited or now_s - active.since_s > active.budget_s:
-            self.give_up(active.goal, reached=visited)
+            self.give_up(active.goal)
 
     def reconsider(self, doubtful: tuple[ObjectCandidate, ...] = ()) -> None:
         """Offer once more what was tried, because no goal is left.

@@ -85,11 +85,6 @@ class CostmapParams(Params):
         """Least distance from the robot's centre to an obstacle, metres."""
         return self.radius_m + self.margin_m
 
-    @property
-    def clear_m(self) -> float:
-        """Metres of clearance from which on more changes neither cost nor speed."""
-        return max(self.min_clearance_m + self.inflation_m, CLEAR_M)
-
 
 @dataclass(frozen=True, slots=True)
 class Costmap:

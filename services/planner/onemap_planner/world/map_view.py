@@ -159,7 +159,7 @@ PlanningView: TypeAlias = SearchView | AssembledView
 class MapView:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
-    occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool; assumed
+    occupancy uint8, values of ``Occupancy``; observed O, explored E bool; assumed
     bool: counts as free, but no camera saw it; floor_seen bool: the camera saw the floor there
     once, whatever stands there now; drops bool: occupied, because there is no floor;
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
@@ -175,7 +175,6 @@ class MapView:
     occupancy: U8
     observed: Bool
     explored: Bool
-    searched: Bool
     assumed: Bool
     floor_seen: Bool
     drops: Bool
@@ -269,7 +268,6 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         occupancy=layer(part.occupancy, Occupancy.UNKNOWN),
         observed=(layers & Layer.OBSERVED) > 0,
         explored=(layers & Layer.EXPLORED) > 0,
-        searched=(layers & Layer.SEARCHED) > 0,
         assumed=(layers & Layer.ASSUMED) > 0,
         floor_seen=(layers & Layer.FLOOR_SEEN) > 0,
         drops=(layers & Layer.DROP) > 0,
