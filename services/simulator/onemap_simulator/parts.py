@@ -36,7 +36,7 @@ class RobotParts:
         Each part has random numbers of its own, drawn by ``config.seed``: what one takes changes
         nothing for the others.
         """
-        # The second one is unused: without it the others would be other numbers than before.
+        # The second is for nobody: the published figures are drawn with this order.
         rngs = np.random.default_rng(config.seed).spawn(5)
         camera_rng, _, drift_rng, link_rng, people_rng = rngs
         robot, errors = config.robot, ERRORS[config.errors]
