@@ -137,6 +137,15 @@ EXPLORING = """{
 }"""
 
 
+class Passed(Reply):
+    """A thing of the object's name that the search leaves aside."""
+
+    position_m: Point = Field(description="x, y of it.")
+    reason: str = Field(
+        description="Why, in words, as 'not in the living room: it is in the bedroom'."
+    )
+
+
 class SearchSnapshot(Reply):
     """Progress of a search; ``state`` is that of the object now sought, or the final one."""
 
@@ -173,6 +182,11 @@ class SearchSnapshot(Reply):
     )
     choice: Choice | None = Field(
         default=None, description="Where the robot drives, and why; null while it has no goal."
+    )
+    passed: tuple[Passed, ...] = Field(
+        default=(),
+        description="Things of the name of the object now sought that are left aside, the newest "
+        "last; at most 10.",
     )
     elapsed_s: float = 0.0
     path_length_m: Rounded = 0.0

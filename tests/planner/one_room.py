@@ -105,7 +105,7 @@ def without(state: PlannerState, goal: Goal) -> PlannerState:
 def rejecting(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
     """A copy of the state that has rejected this candidate."""
     after = state.copy()
-    after.reject(candidate)
+    after.reject(candidate, "it is another thing")
     return after
 
 

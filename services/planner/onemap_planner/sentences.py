@@ -179,6 +179,12 @@ def not_navigable(xy: Xy) -> str:
     return f"the robot's own navigation found no way to ({xy[0]:.1f}, {xy[1]:.1f})"
 
 
+# Why the robot leaves a thing aside.
+NOT_CONFIRMED = "the camera did not confirm it from near"
+NO_WAY_TO = "no way leads to it"
+STUCK_ON_WAY = "the robot got stuck on the way to it"
+
+
 CREEPS_CLOSE_BY = "driving slowly, because obstacles are near"
 
 

@@ -262,6 +262,7 @@ class Planner:
             bool(waiting),
             search.choice.chosen_xy,
             search.slow,
+            search.passed,
         )
         if shown == self._published and now_s < self._next_status_s:
             return

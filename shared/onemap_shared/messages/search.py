@@ -259,6 +259,22 @@ class ObjectResult:
 
 
 @dataclass(frozen=True, slots=True)
+class PassedThing(Message):
+    """A thing of the object's name that a search leaves aside.
+
+    Attributes:
+        position_m: x, y of it.
+        reason: why, in words: "not in the living room: it is in the bedroom".
+    """
+
+    position_m: Annotated[tuple[float, float], numbers(2)]
+    reason: str
+
+
+MAX_PASSED = 10  # of one object, the newest
+
+
+@dataclass(frozen=True, slots=True)
 class SearchStatus(Message):
     """Status of a search.
 
@@ -280,6 +296,7 @@ class SearchStatus(Message):
         max_time_s: as requested.
         elapsed_s: seconds that it has run, by the planner's monotonic clock.
         continues: id of the ended search whose rest it is, as requested.
+        passed: things of the present object's name that are left aside.
     """
 
     search_id: str
@@ -300,6 +317,7 @@ class SearchStatus(Message):
     max_time_s: Limit = 0.0
     elapsed_s: Limit = 0.0
     continues: str = ""
+    passed: Annotated[tuple[PassedThing, ...], items(MAX_PASSED)] = ()
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)

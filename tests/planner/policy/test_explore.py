@@ -24,7 +24,7 @@ from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
-from onemap_shared.places import NOWHERE
+from onemap_shared.places import NOWHERE, polygon_mask
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import (
     SEARCH,
@@ -104,6 +104,31 @@ def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_el
     assert event is None
     assert state.evidence.takes_any
     assert isinstance(motion, Drive)
+
+
+@pytest.mark.parametrize(
+    ("low_m", "high_m", "looks"),
+    [
+        pytest.param((4.3, 0.9), (5.3, 2.9), (4.5, 5.3), id="its border"),
+        pytest.param((1.0, 1.0), (2.0, 2.0), None, id="all of it is seen"),
+        pytest.param((9.0, 9.0), (9.5, 9.5), (-0.3, 2.0), id="no way leads there"),
+    ],
+)
+def test_what_is_in_a_place_is_looked_for_there(
+    low_m: tuple[float, float], high_m: tuple[float, float], looks: tuple[float, float] | None
+) -> None:
+    """looks: least and largest x of where the robot looks, which is at the left."""
+    (x0, y0), (x1, y1) = low_m, high_m
+    corners_m = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    shown = {"den": polygon_mask(corners_m, HALF_KNOWN.map_view.grid)}
+    description = Description(Detail(inside=("den",)), {}, None, NOWHERE, shown)
+    state, _, event, _ = explored(planner_state(), replace(HALF_KNOWN, description=description))
+    assert event is None
+    if looks is None:
+        assert state.active_goal is None
+    else:
+        assert state.active_goal is not None
+        assert looks[0] <= state.active_goal.goal.look_xy[0] <= looks[1]
 
 
 def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, Event | None]:

@@ -150,3 +150,6 @@ def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
     (result,) = search.results
     assert result.outcome is SearchState.FOUND_OTHER
     assert result.reason == "found a lamp, but not next to a bed: the nearest is 3.0 m away"
+    (passed,) = search.passed
+    assert passed.reason.startswith("not next to a bed: the nearest is")
+    assert passed.position_m == pytest.approx(result.position_m[:2], abs=0.3)

@@ -11,7 +11,7 @@ from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.take_in import TakenIn
 from onemap_planner.search import state_machine as sm
-from onemap_planner.sentences import not_navigable
+from onemap_planner.sentences import STUCK_ON_WAY, not_navigable
 from onemap_shared.messages import FailureCode, SearchState
 
 # With stale or missing inputs before the search fails: a restarted stage is back in half of it.
@@ -73,7 +73,7 @@ def leave_goal(state: PlannerState, why: str = "") -> tuple[sm.Event, ...]:
             latest = state.evidence.latest(candidate)
             if state.progress is not None:
                 state.ledger.doubt(latest, state.progress.moved_at.xy)
-            state.reject(latest)
+            state.reject(latest, why or STUCK_ON_WAY)
             return (sm.Rejected(),)
         case sm.Driving() if why:
             return (_failed(why, FailureCode.UNREACHABLE),)

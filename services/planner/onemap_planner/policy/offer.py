@@ -25,7 +25,7 @@ from onemap_planner.policy.state import Evidence, PlannerState
 from onemap_planner.policy.ways import option_on_way
 from onemap_planner.sentences import ONWARD, onward
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
-from onemap_planner.world.frontiers import find_frontiers
+from onemap_planner.world.frontiers import MIN_LENGTH_M, find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
 from onemap_shared.messages import MAX_GOAL_OPTIONS, Holds, all_hold
@@ -49,7 +49,7 @@ def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandida
 
     Without any: the way to floor that no path leads to; else what looks a little like the object.
     """
-    goals = frontier_goals(candidates.frontiers, context)
+    goals = _in_place(frontier_goals(candidates.frontiers, context), context)
     goals += _detection_goals(_unconfirmed(state, context), state, context)
     worthwhile = _ways_to_candidates(state, context) + _not_given_up(state, goals)
     worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
@@ -79,6 +79,25 @@ def _ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[G
             option = option_on_way(viewpoint_xy, context, looked_xy, doing=ONWARD, score=score)
             options += [option] if option else []
     return options
+
+
+def _in_place(borders: list[Goal], context: PlanningContext) -> list[Goal]:
+    """The borders of the places in one of which the object is, if the map shows them.
+
+    Where the robot can go there and none is left, there is nothing to look for elsewhere; until
+    then the way to the place may be anywhere.
+    """
+    place = context.place
+    if place is None:
+        return borders
+    least = MIN_LENGTH_M / context.map_view.grid.cell_size_m
+    cells = [context.map_view.indices_of(goal.cells).T for goal in borders]
+    inside = [
+        goal
+        for goal, (x, y) in zip(borders, cells, strict=True)
+        if np.count_nonzero(place[x, y]) >= least
+    ]
+    return inside if inside or (place & context.reachable).any() else borders
 
 
 def _not_given_up(state: PlannerState, goals: list[Goal]) -> list[Goal]:

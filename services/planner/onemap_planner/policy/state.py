@@ -264,10 +264,15 @@ class PlannerState:
             self.idle_since_s = self.active_time_s
         return self.active_time_s - self.idle_since_s
 
-    def reject(self, candidate: ObjectCandidate) -> None:
-        """It is not the object, or cannot be reached."""
+    def reject(self, candidate: ObjectCandidate, why: str) -> None:
+        """It is not the object, or cannot be reached; why: in words, for those who wait."""
         self.evidence.reject(candidate)
         self.idle_since_s = None
+        self.pass_by(candidate, why)
+
+    def pass_by(self, candidate: ObjectCandidate, why: str = "") -> None:
+        """Tell why a candidate is left aside; without a reason, that it is not."""
+        self.search = sm.passed_by(self.search, candidate.xyz[:2], why)
 
     def new_goal(self, goal: Goal) -> ActiveGoal:
         """A goal that is taken up now."""

@@ -174,7 +174,10 @@ def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) 
     """How much was explored, and where the similarity to the object is highest."""
     map_view = context.map_view
     area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
+    detail, place = state.search.detail, context.place
     text = "searched everything reachable"
+    if place is not None and (place & context.reachable).any():
+        text += f" in {' and '.join(map(the, detail.inside))}"
     if context.costmap.keep_out is not None:
         text += f" without entering {' or '.join(map(repr, context.zones.names))}"
     text += f": {area_m2:.0f} m² explored"

@@ -19,9 +19,15 @@ from onemap_planner.policy.state import SETTLE_S, PlannerState
 from onemap_planner.policy.tell import explain_candidate, other_object
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search import state_machine as sm
-from onemap_planner.world.candidates import CERTAIN, VIEWS_PER_VIEWPOINT, ObjectCandidate
+from onemap_planner.sentences import NO_WAY_TO, NOT_CONFIRMED
+from onemap_planner.world.candidates import (
+    CERTAIN,
+    MIN_SIGHTINGS,
+    VIEWS_PER_VIEWPOINT,
+    ObjectCandidate,
+)
 from onemap_planner.world.regions import SIMILAR
-from onemap_shared.conditions import told
+from onemap_shared.conditions import told, wrong
 from onemap_shared.messages import Holds, all_hold
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
@@ -77,11 +83,13 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
     if evidence.takes_any or holds is Holds.NOT_KNOWN:
         return other_object(state, candidate, conditions)
     evidence.other_finds = (*evidence.other_finds, candidate)
+    why = "; ".join(wrong(conditions))
     if candidate.supported:
         evidence.mismatched = (*evidence.mismatched, candidate)
         evidence.candidates = tuple(c for c in evidence.candidates if c is not candidate)
+        state.pass_by(candidate, why)
     else:
-        state.reject(candidate)
+        state.reject(candidate, why)
     return sm.Rejected()
 
 
@@ -96,7 +104,10 @@ def sort_out(state: PlannerState, context: PlanningContext) -> None:
     sorted_out: dict[Holds, list[ObjectCandidate]] = {each: [] for each in Holds}
     sorted_out[Holds.NOT_KNOWN] = sorted_out[Holds.YES]  # nothing will tell: it is walked up to
     for candidate in evidence.candidates:
-        holds = all_hold(check_find(candidate, context, evidence, state.found_objects))
+        conditions = check_find(candidate, context, evidence, state.found_objects)
+        holds = all_hold(conditions)
+        if candidate.sightings >= MIN_SIGHTINGS:
+            state.pass_by(candidate, "; ".join(wrong(conditions)) if holds is Holds.NO else "")
         tried = any(not other.cells.isdisjoint(candidate.cells) for other in evidence.other_finds)
         sorted_out[Holds.NO if holds is Holds.NOT_CHECKED and tried else holds].append(candidate)
     evidence.candidates = tuple(sorted_out[Holds.YES])
@@ -132,7 +143,7 @@ def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningCon
     worth_it = candidate.similarity >= SIMILAR and len(tried) < MAX_LOOKS
     if worth_it and find_viewpoint(candidate, context, tried) is not None:
         return sm.CandidateSelected(candidate)
-    state.reject(candidate)
+    state.reject(candidate, NOT_CONFIRMED)
     return sm.Rejected()
 
 
@@ -174,7 +185,7 @@ def _weigh(
         seen = _telling(candidate) > _telling(before)
         if seen and find_viewpoint(candidate, context, tried) is not None:
             return sm.CandidateSelected(candidate)
-    state.reject(candidate)
+    state.reject(candidate, NOT_CONFIRMED)
     return sm.Rejected()
 
 
@@ -189,4 +200,4 @@ def _leave(state: PlannerState, candidate: ObjectCandidate, context: PlanningCon
     if closed and state.ledger.close_off(candidate):
         state.idle_since_s = None
     else:
-        state.reject(candidate)
+        state.reject(candidate, NO_WAY_TO)

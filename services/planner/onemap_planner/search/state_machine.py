@@ -19,8 +19,9 @@ from onemap_planner.sentences import (
     looking_around,
     looking_for,
 )
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
 from onemap_shared.messages import (
+    MAX_PASSED,
     NO_CHOICE,
     NO_COVERAGE,
     NO_DETAIL,
@@ -29,6 +30,7 @@ from onemap_shared.messages import (
     FailureCode,
     GoalChoice,
     ObjectResult,
+    PassedThing,
     SearchKind,
     SearchRequest,
     SearchState,
@@ -142,7 +144,8 @@ class Search:
     stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
     that it was accepted for, as ``DriverLife`` counts them. continues: id of the ended search whose
     rest it is, or empty. began_s: of the planner's monotonic
-    clock; took_s: seconds until its end, None before.
+    clock; took_s: seconds until its end, None before. passed: things of the present object's name
+    that are left aside.
     """
 
     search_id: str
@@ -164,6 +167,7 @@ class Search:
     continues: str = ""
     began_s: float = 0.0
     took_s: float | None = None
+    passed: tuple[PassedThing, ...] = ()
 
     @property
     def active(self) -> bool:
@@ -385,6 +389,7 @@ def status(
         max_time_s=search.budget.max_time_s,
         elapsed_s=elapsed_s(search, stamp.now_s),
         continues=search.continues,
+        passed=search.passed,
     )
 
 
@@ -407,6 +412,20 @@ def elapsed_s(search: Search, now_s: float) -> float:
 def without_choice(search: Search) -> Search:
     """The search without a goal."""
     return replace(search, choice=GoalChoice(search.choice.number))
+
+
+def passed_by(search: Search, xy: tuple[float, float], reason: str = "") -> Search:
+    """The search that leaves a thing at a place (metres) aside; without a reason, no longer.
+
+    What is said first of a thing stays: distances change with every view of it.
+    """
+    near = [each for each in search.passed if math.dist(each.position_m, xy) <= MERGE_M]
+    kinds = [each.reason.partition(":")[0] for each in near]
+    if kinds == ([reason.partition(":")[0]] if reason else []):
+        return search
+    others = tuple(each for each in search.passed if each not in near)
+    now = (PassedThing(xy, reason),) if reason else ()
+    return replace(search, passed=(*others, *now)[-MAX_PASSED:])
 
 
 def _start(stamp: EventStamp) -> TargetStart:
@@ -467,7 +486,7 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     search = without_choice(search)
     if not ending.whole and len(results) < len(search.objects):
         search = replace(search, results=results, index=search.index + 1)
-        search = replace(search, phase=Starting(), target_start=_start(stamp))
+        search = replace(search, phase=Starting(), target_start=_start(stamp), passed=())
         return replace(search, reason=_starting(search))
     outcome, reason = ending.outcome, ending.reason
     if not ending.whole and search.destination is None:

@@ -35,6 +35,15 @@ class Description:
     places: MapPlaces
     shown: Mapping[str, Bool]
 
+    @property
+    def place(self) -> Bool | None:
+        """Cells (nx, ny) of the places in one of which it is; None while one is not shown."""
+        names = self.detail.inside
+        if not names or not all(name in self.shown for name in names):
+            return None
+        mask: Bool = np.logical_or.reduce([self.shown[name] for name in names])
+        return mask
+
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
         """The map view with the joint belief as similarity and guidance.
 
