@@ -23,7 +23,7 @@ from onemap.replies import (
 FINAL_STATES = (
     *("found", "not_found", "failed", "cancelled", "arrived", "interrupted", "found_other"),
 )
-STATES = ("exploring", "approaching", "confirming", *FINAL_STATES)
+STATES = ("exploring", "approaching", "confirming", "returning", *FINAL_STATES)
 REASONS = {  # why a search fails: its code and what that means
     "time_limit": "The time limit of the search, or of one object, was reached.",
     "distance_limit": "The robot drove as far as the search allows.",

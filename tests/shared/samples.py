@@ -40,7 +40,7 @@ DETAIL = m.Detail("red", (NEXT_TO,), ("kitchen",), ("hall",))
 STATUS = m.SearchStatus(
     "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5,
     choice=CHOICE, details=(DETAIL, m.NO_DETAIL), stay_out=("nursery",),
-    passed=(m.PassedThing((1.0, 2.0), "not red"),),
+    passed=(m.PassedThing((1.0, 2.0), "not red"),), after=m.After.RETURN, start_m=(0.5, 0.0),
 )  # fmt: skip
 STEP = m.SearchStep(
     2.5, m.SearchState.EXPLORING, "sofa", "on its way", (1.0, 2.0), "frontier", (3.0, 2.0)

@@ -181,7 +181,8 @@ def planned_path(search: sm.Search, decision: Decision | None, stamp_ns: int) ->
         if isinstance(search.phase, sm.Approaching | sm.Confirming):
             kind = str(GoalKind.DETECTION)
         elif goal is not None and isinstance(search.phase, sm.Exploring | sm.Driving):
-            kind = str(search.kind if isinstance(search.phase, sm.Driving) else goal.kind)
+            phase = search.phase
+            kind = str(phase.destination.kind if isinstance(phase, sm.Driving) else goal.kind)
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,

@@ -203,6 +203,7 @@ class SearchCommands:
             details=request.details,
             stay_out=request.stay_out,
             continues=request.continues,
+            after=request.after,
             driver=max(self._inputs().driver.count, 1),  # the first, if none was heard yet
         )
         return self._status_of(self._registry.start(search, synonyms))

@@ -124,6 +124,15 @@ def driving(place: str, *, look: bool, where: str = "") -> str:
     return f"going to where {place} can be seen{there}" if look else f"driving to {place}{there}"
 
 
+RETURNING = "going back to where it set out"
+RETURNED = "back where it set out"
+
+
+def not_returned(why: str) -> str:
+    """That the robot did not get back to where it set out."""
+    return f"it did not get back to where it set out: {why}"
+
+
 def onward(place: str) -> str:
     """That the robot explores on the way to a place."""
     return f"{UNEXPLORED}, on the way to {place}"

@@ -118,9 +118,17 @@ class SearchKind(Word):
     LOOK_AT = "look_at"
 
 
+class After(Word):
+    """What the robot does when a search is done: stay, or return to where it set out."""
+
+    STAY = "stay"
+    RETURN = "return"
+
+
 class SearchState(Word):
     """States of a search; the last seven are final.
 
+    ``returning``: all objects are done, and the robot drives back to where it set out;
     ``arrived``: only of a drive to a place; ``interrupted``: the planner that accepted it, or the
     driver that it was accepted for, has ended;
     ``found_other``: not what was described, but another object of its name.
@@ -129,6 +137,7 @@ class SearchState(Word):
     EXPLORING = "exploring"
     APPROACHING = "approaching"
     CONFIRMING = "confirming"
+    RETURNING = "returning"
     FOUND = "found"
     NOT_FOUND = "not_found"
     FAILED = "failed"
@@ -138,7 +147,7 @@ class SearchState(Word):
     FOUND_OTHER = "found_other"
 
 
-FINAL_STATES = frozenset(tuple(SearchState)[3:])
+FINAL_STATES = frozenset(tuple(SearchState)[4:])
 ObjectNames: TypeAlias = Annotated[tuple[str, ...], cleaned("object name")]
 Limit: TypeAlias = Annotated[float, within(0)]
 Details: TypeAlias = Annotated[tuple[Detail, ...], items(MAX_OBJECTS)]
@@ -159,6 +168,7 @@ class SearchRequest(Message):
         details: what is said of each of the objects beside its name; empty: nothing of any.
         stay_out: names of places that the robot does not enter during this search.
         continues: id of the ended search whose rest this is; empty: of none.
+        after: what the robot does when all objects are done, found or not; of objects only.
     """
 
     objects: ObjectNames
@@ -170,10 +180,13 @@ class SearchRequest(Message):
     details: Details = ()
     stay_out: StayOut = ()
     continues: str = ""
+    after: After = After.STAY
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
         _check_details(self.objects, self.details)
+        if self.after is not After.STAY and self.kind is not SearchKind.FIND:
+            raise ValueError(f"a search of kind {self.kind} has after {self.after}; it only stays")
         if self.kind is not SearchKind.FIND:
             if self.objects:
                 raise ValueError(f"a search of kind {self.kind} has objects; it has only a place")
@@ -297,6 +310,8 @@ class SearchStatus(Message):
         elapsed_s: seconds that it has run, by the planner's monotonic clock.
         continues: id of the ended search whose rest it is, as requested.
         passed: things of the present object's name that are left aside.
+        after: as requested.
+        start_m: x, y of the robot when it was accepted; empty: not known then.
     """
 
     search_id: str
@@ -318,6 +333,8 @@ class SearchStatus(Message):
     elapsed_s: Limit = 0.0
     continues: str = ""
     passed: Annotated[tuple[PassedThing, ...], items(MAX_PASSED)] = ()
+    after: After = After.STAY
+    start_m: Annotated[tuple[float, ...], numbers(2, optional=True)] = ()
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)
@@ -330,8 +347,9 @@ class SearchStatus(Message):
 
     @property
     def target(self) -> str:
-        """The object now searched for, empty when the search is over or for a place."""
-        return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
+        """The object now searched for, empty when all are done, or of a place."""
+        seeks = self.active and self.state is not SearchState.RETURNING
+        return self.objects[self.index] if seeks and self.index < len(self.objects) else ""
 
     @property
     def left(self) -> tuple[int, ...]:
@@ -358,6 +376,7 @@ class SearchStatus(Message):
             details=tuple(self.details[index] for index in self.left) if self.details else (),
             stay_out=self.stay_out,
             continues=self.search_id,
+            after=self.after,
         )
 
     @property
@@ -379,7 +398,7 @@ class SearchStatus(Message):
     @property
     def subject(self) -> str:
         """What the search is for, in words: the present object as described, or the place."""
-        return subject_of(self.detail.of(self.target), self.place_m)
+        return subject_of(self.detail.of(self.target) or ", ".join(self.objects), self.place_m)
 
 
 @dataclass(frozen=True, slots=True)

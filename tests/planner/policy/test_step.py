@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
-from onemap_shared.messages import Detail, Occupancy, Relation, RelationKind, SearchState
+from onemap_shared.messages import After, Detail, Occupancy, Relation, RelationKind, SearchState
 from tests.planner import grid_world
 from tests.planner.grid_world import in_plan, one_room, start, two_rooms
 
@@ -119,6 +121,18 @@ def test_the_time_limit_of_an_object() -> None:
     run.until_over(60.0)
     assert results(run)[0] is SearchState.FAILED
     assert "limit" in run.state.search.results[0].reason
+
+
+def test_it_drives_back_to_where_it_set_out() -> None:
+    world = in_plan(two_rooms())
+    began = world.pose.xy
+    run = start(world, "bed")
+    run.state = replace(run.state, search=replace(run.state.search, after=After.RETURN))
+    search = run.until_over(400.0)
+    assert search.phase == Finished(SearchState.FOUND)
+    assert search.reason == "found 1 of 1; back where it set out"
+    assert world.pose.distance_to(began) < 0.4
+    assert search.returned_m > 2.0
 
 
 RIGHT = (2.1, 7.0)  # 0.4 m from the bed in the other room; from the plan's corner

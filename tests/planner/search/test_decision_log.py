@@ -16,7 +16,9 @@ from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 from tests.shared.samples import sample
 
-STATUS = replace(sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 9, elapsed_s=2.5)
+STATUS = replace(
+    sample(SearchStatus), started_ns=10**18, updated_ns=10**18 + 9, elapsed_s=2.5, passed=()
+)
 ENDED = replace(STATUS, state=SearchState.FOUND)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from onemap_planner.search import state_machine as sm
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
-from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
+from onemap_shared.messages import After, Coverage, FailureCode, SearchKind, SearchState
 
 CUP = ObjectCandidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
 THEN = sm.EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
@@ -36,6 +36,31 @@ def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
         SearchState.FOUND,
         SearchState.FOUND,
     ]
+
+
+@pytest.mark.parametrize(
+    ("ends", "state", "reason"),
+    [
+        (sm.Ending(SearchState.ARRIVED, "there"), SearchState.FOUND, "back where it set out"),
+        (sm.Ending(SearchState.FAILED, "no way"), SearchState.FOUND, "set out: no way"),
+        (sm.CANCELLED, SearchState.CANCELLED, "cancelled"),
+    ],
+)
+def test_a_search_returns_when_its_last_object_is_done(
+    ends: sm.Ending, state: SearchState, reason: str
+) -> None:
+    search = replace(at(sm.Confirming(CUP, 0.0)), after=After.RETURN)
+    returning = sm.transition(search, sm.Confirmed(CUP), NOW)
+    assert returning.phase == sm.Driving(sm.Destination(SearchKind.GO_TO, (0.0, 0.0)))
+    told = sm.status(returning, replace(NOW, odometer_m=15.0), now_ns=1)
+    assert (told.state, told.target, told.start_m) == (SearchState.RETURNING, "", (0.0, 0.0))
+    assert (told.active, told.path_length_m, told.left) == (True, 5.0, ())
+    over = sm.transition(returning, ends, replace(NOW, odometer_m=17.0))
+    told = sm.status(over, NOW, now_ns=1)
+    assert (told.state, told.path_length_m, len(told.results)) == (state, 7.0, 1)
+    assert told.reason.endswith(reason)
+    stopped = sm.transition(search, sm.CANCELLED, NOW)
+    assert stopped.phase == sm.Finished(SearchState.CANCELLED)
 
 
 def test_every_end_has_its_code_coverage_and_evidence() -> None:

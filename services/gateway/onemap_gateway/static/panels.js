@@ -111,7 +111,8 @@ export function showSearch(search, moves, where) {
 }
 
 // What a search is about.
-export function searchTitle({ kind, active, index, requests, place_m: goal }) {
+export function searchTitle({ kind, active, state, index, requests, place_m: goal }) {
+  if (state === "returning") return "Returning to where it set out";
   if (kind === "go_to") return `${active ? "Driving" : "Drive"} to (${place(goal)})`;
   if (kind === "look_at") return `${active ? "Going to look" : "Look"} at (${place(goal)})`;
   return active ? `Looking for ${thing(requests[index])}` : `Search for ${requests.join("; ")}`;

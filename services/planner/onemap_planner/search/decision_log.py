@@ -104,6 +104,7 @@ def step_document(
     """The line of a step, as a dict."""
     values = asdict(status)
     choice = values.pop("choice")
+    del values["passed"]  # of now; the reasons of the steps tell the rest
     return {
         "schema": SCHEMA,
         "id": values.pop("search_id"),
@@ -206,6 +207,8 @@ def _status(document: Mapping[str, Any]) -> SearchStatus:
     if not status.active:
         return status
     reason = interrupted(PLANNER_ENDED, status.updated_ns, status.results)
+    if status.state is SearchState.RETURNING:  # all objects are done
+        return replace(status, state=SearchState.INTERRUPTED, reason=reason)
     spent_s = status.elapsed_s - sum(each.duration_s for each in status.results)
     driven_m = status.path_length_m - sum(each.path_length_m for each in status.results)
     at = tuple(document["robot_xy_m"] or ())

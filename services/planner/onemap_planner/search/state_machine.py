@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from onemap_planner.sentences import (
     MAP_ANEW,
     MOVED,
+    RETURNED,
+    RETURNING,
     approaching,
     asking,
     confirmed,
@@ -18,6 +20,7 @@ from onemap_planner.sentences import (
     driving,
     looking_around,
     looking_for,
+    not_returned,
 )
 from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
 from onemap_shared.messages import (
@@ -25,6 +28,7 @@ from onemap_shared.messages import (
     NO_CHOICE,
     NO_COVERAGE,
     NO_DETAIL,
+    After,
     Coverage,
     Detail,
     FailureCode,
@@ -134,6 +138,15 @@ NO_BUDGET = Budget()
 
 
 @dataclass(frozen=True, slots=True)
+class WayBack:
+    """The robot returns to where it set out; outcome and reason: of the objects, which are done."""
+
+    destination: Destination
+    outcome: SearchState
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class Search:
     """One search: its objects, the index and phase of the present one, the results so far.
 
@@ -145,7 +158,8 @@ class Search:
     that it was accepted for, as ``DriverLife`` counts them. continues: id of the ended search whose
     rest it is, or empty. began_s: of the planner's monotonic
     clock; took_s: seconds until its end, None before. passed: things of the present object's name
-    that are left aside.
+    that are left aside. start_xy: where the robot stood when it was accepted, None without
+    odometry; way_back: once it returns there, by ``after``; returned_m: metres driven for that.
     """
 
     search_id: str
@@ -168,6 +182,10 @@ class Search:
     began_s: float = 0.0
     took_s: float | None = None
     passed: tuple[PassedThing, ...] = ()
+    after: After = After.STAY
+    start_xy: tuple[float, float] | None = None
+    way_back: WayBack | None = None
+    returned_m: float = 0.0
 
     @property
     def active(self) -> bool:
@@ -177,12 +195,16 @@ class Search:
     @property
     def target(self) -> str:
         """The object now searched for, empty when the search is over or for a place."""
-        return self.objects[self.index] if self.active and self.objects else ""
+        return self.objects[self.index] if self._seeks else ""
 
     @property
     def detail(self) -> Detail:
         """What is said of the object now searched for beside its name."""
-        return self.details[self.index] if self.active and self.details else NO_DETAIL
+        return self.details[self.index] if self._seeks and self.details else NO_DETAIL
+
+    @property
+    def _seeks(self) -> bool:
+        return self.active and self.index < len(self.objects)
 
     @property
     def kind(self) -> SearchKind:
@@ -192,7 +214,8 @@ class Search:
     @property
     def subject(self) -> str:
         """What the search is for, in words: the present object as described, or the place."""
-        return subject_of(self.described, self.destination.xy if self.destination else ())
+        place = self.destination.xy if self.destination else ()
+        return subject_of(self.described or ", ".join(self.objects), place)
 
     @property
     def described(self) -> str:
@@ -313,6 +336,7 @@ def new_search(
     search = Search(
         search_id, objects, 0, Starting(), start, (), "", started_ns, destination=destination
     )
+    search = replace(search, start_xy=stamp.xy)
     return replace(search, reason=_starting(search), began_s=stamp.now_s)
 
 
@@ -321,12 +345,15 @@ def transition(search: Search, event: Event, stamp: EventStamp) -> Search:  # no
     match search.phase, event:
         case (Finished(), _):
             return search
+        case (_, Ending()) if search.way_back is not None:
+            return _returned(search, search.way_back, event, stamp)
         case (_, Ending()):
             return _ended(search, event, stamp)
         case (Starting(), MapReady(look_around, seen_rad)):
             start = search.target_start
             if start.xy is None:
                 search = replace(search, target_start=replace(start, xy=stamp.xy))
+            search = replace(search, start_xy=search.start_xy or stamp.xy)
             looks = _look_around(search, seen_rad=seen_rad)
             return looks if look_around else _set_out(search)
         case (LookingAround(turned_rad), Rotated(by_rad)):
@@ -372,9 +399,9 @@ def status(
     reason = f"{told(search)}; {also}" if also else told(search)
     return SearchStatus(
         search_id=search.search_id,
-        state=_wire_state(search.phase),
+        state=_wire_state(search),
         objects=search.objects,
-        index=search.index,
+        index=min(search.index, max(len(search.objects) - 1, 0)),
         reason=waiting if waiting and search.active else reason,
         results=search.results,
         started_ns=search.started_ns,
@@ -390,6 +417,8 @@ def status(
         elapsed_s=elapsed_s(search, stamp.now_s),
         continues=search.continues,
         passed=search.passed,
+        after=search.after,
+        start_m=search.start_xy or (),
     )
 
 
@@ -401,6 +430,7 @@ def told(search: Search) -> str:
 def driven_m(search: Search, odometer_m: float) -> float:
     """Metres driven in a search."""
     done = sum(result.path_length_m for result in search.results)
+    done += search.returned_m
     return done + (odometer_m - search.target_start.odometer_m if search.active else 0.0)
 
 
@@ -436,10 +466,12 @@ def _starting(search: Search) -> str:
     return asking(search.described or search.subject)
 
 
-def _wire_state(phase: Phase) -> SearchState:
-    match phase:
+def _wire_state(search: Search) -> SearchState:
+    match search.phase:
         case Finished(state):
             return state
+        case _ if search.way_back is not None:
+            return SearchState.RETURNING
         case Approaching() | Driving():
             return SearchState.APPROACHING
         case Confirming():
@@ -492,8 +524,29 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     if not ending.whole and search.destination is None:
         outcomes = {result.outcome for result in results}
         outcome, reason = next(s for s in WORST_FIRST if s in outcomes), _summary(results)
+    search = replace(search, results=results)
+    if search.after is After.RETURN and not ending.whole and search.start_xy is not None:
+        back = WayBack(Destination(SearchKind.GO_TO, search.start_xy), outcome, reason)
+        begun = replace(search, way_back=back, index=len(search.objects))
+        return _set_out(replace(begun, target_start=_start(stamp)))
+    return _finished(search, outcome, reason, stamp)
+
+
+def _returned(search: Search, back: WayBack, ending: Ending, stamp: EventStamp) -> Search:
+    """The robot is back, or comes no further: what the search found stays its outcome."""
+    search = replace(
+        without_choice(search), returned_m=stamp.odometer_m - search.target_start.odometer_m
+    )
+    if ending.outcome in (SearchState.CANCELLED, SearchState.INTERRUPTED):
+        return _finished(search, ending.outcome, ending.reason, stamp)
+    arrived = ending.outcome is SearchState.ARRIVED
+    reason = f"{back.reason}; {RETURNED if arrived else not_returned(ending.reason)}"
+    return _finished(search, back.outcome, reason, stamp)
+
+
+def _finished(search: Search, outcome: SearchState, reason: str, stamp: EventStamp) -> Search:
     took_s = elapsed_s(search, stamp.now_s)
-    return replace(search, phase=Finished(outcome), results=results, reason=reason, took_s=took_s)
+    return replace(search, phase=Finished(outcome), reason=reason, took_s=took_s)
 
 
 def _summary(results: tuple[ObjectResult, ...]) -> str:
@@ -509,6 +562,8 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
 
 def _set_out(search: Search) -> Search:
     search, destination = without_choice(search), search.destination
+    if search.way_back is not None:
+        return replace(search, phase=Driving(search.way_back.destination), reason=RETURNING)
     if destination is None:
         return replace(search, phase=Exploring(), reason=looking_for(search.described))
     look = destination.kind is SearchKind.LOOK_AT
