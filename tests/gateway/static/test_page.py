@@ -83,6 +83,30 @@ def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     assert page.errors == []
 
 
+def test_an_answer_is_told_by_room_landmark_and_photograph(page: Page, robot: Robot) -> None:
+    near = m.CheckedCondition("next to a desk", m.Holds.YES, "0.4 m from the desk")
+    where = m.Whereabouts("study", landmark="desk", object_id="o0", conditions=(near,))
+    robot.keep("sofa", 0.4, 1.1)
+    robot.mapper.bus.serve(
+        keys.MAP_SIMILARITY,
+        lambda request: replace(
+            robot.mapper.similarity(request), whereabouts=(where, m.Whereabouts())
+        ),
+    )
+    page.open(robot.address)
+    page.type("#text", "sofa next to the desk")
+    page.click("#where")
+    page.wait_for("document.querySelector('#regions-card canvas')")
+    page.wait_for("document.querySelector('#finds button')")
+    first, second = page.evaluate("""[...document.querySelectorAll("#regions-card li")].map(
+      (row) => row.innerText.split("\\n"))""")
+    assert first[1:3] == ["In the study, next to the desk", "✓ next to a desk: 0.4 m from the desk"]
+    assert second[1].startswith("1.0, 1.0 m")
+    page.click("#regions-card li button")
+    page.wait_for("document.getElementById('find-card').open")
+    assert page.errors == []
+
+
 @pytest.mark.parametrize(("typed", "count", "searching"), [("sofa", 2, True), ("kite", 1, False)])
 def test_an_answer_is_in_sight_on_a_phone(
     page: Page, robot: Robot, typed: str, count: int, searching: bool

@@ -185,7 +185,7 @@ function regionRow(region, onRegion, find) {
     element("span", { className: "rank", text: String(region.rank) }),
     words,
   ]);
-  if (find) button.append(photograph(find));
+  if (region.picture) button.append(photograph(find ?? { name: "what was found", picture: region.picture }));
   button.type = "button";
   button.addEventListener("click", () => onRegion(region));
   return element("li", {}, [button]);
