@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 from pydantic import SecretStr
 
 from onemap_gateway.config import GatewayConfig
 from onemap_shared.messages import SearchState
+from tests.gateway import fakes
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import (
     MIDDLE,
@@ -78,6 +80,19 @@ def test_an_interrupted_search_can_be_started_again(page: Page, robot: Robot) ->
     assert robot.planner.status is not None
     assert robot.planner.status.objects == ("sofa", "kettle")
     assert page.evaluate("document.getElementById('again').hidden")
+    assert page.errors == []
+
+
+def test_the_robot_is_sent_back_to_where_a_search_began(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    start_search(page)
+    assert robot.planner.status is not None
+    found = replace(fakes.find_result("sofa", 1.0, 1.0), start_xy_m=(0.5, 0.25))
+    robot.planner.status = replace(robot.planner.status, results=(found,))
+    robot.planner.move(SearchState.FOUND)
+    page.click("#back")
+    page.wait_for("document.getElementById('search-title').innerText.startsWith('Driving to')")
+    assert robot.drive() == ("go_to", (0.5, 0.25))
     assert page.errors == []
 
 

@@ -11,7 +11,7 @@ import { History } from "./history.js";
 import { MapView } from "./map.js";
 import { Notifier } from "./notifier.js";
 import { Maps } from "./maps.js";
-import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
+import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices, startOf } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
 import { Places } from "./places.js";
@@ -359,6 +359,7 @@ by("stop").addEventListener("click", () =>
   }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
+by("back").addEventListener("click", () => act(by("back"), () => beginSearch({ go_to_m: startOf(state.search) })));
 by("heat").addEventListener("click", () => {
   if (!queried && !pictured) dismissed = state.search?.target ?? "";
   clearResult();

@@ -97,6 +97,8 @@ export function showSearch(search, moves, where) {
   by("search-understood").hidden = !search.understood;
   by("search-understood").textContent = `Understood as: ${search.understood}.`;
   by("search-reason").textContent = capital(search.reason);
+  by("back").hidden = !startOf(search);
+  showPassed(search.passed);
   by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
     `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
@@ -108,6 +110,18 @@ export function showSearch(search, moves, where) {
       return element("li", { className: kind }, [words]);
     }),
   );
+}
+
+const PASSED = 3; // things left aside that are shown, the newest
+
+function showPassed(passed = []) {
+  const rows = passed.slice(-PASSED).reverse().map(({ position_m: at, reason }) => `Not the one at ${place(at)} m: ${reason}.`);
+  refill(by("passed"), rows, () => rows.map((text) => element("li", { text })));
+}
+
+// Where the robot stood when an ended search for objects began; undefined if it is not known.
+export function startOf(search) {
+  return search && !search.active && search.kind === "find" ? search.results[0]?.start_xy_m : undefined;
 }
 
 // What a search is about.
