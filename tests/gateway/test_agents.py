@@ -212,7 +212,7 @@ def test_the_example_of_the_documents_runs(
     example = page.split("```python\n")[1].split("```")[0]
     example = example.replace("127.0.0.1:8080", f"127.0.0.1:{worker.port}")
     exec(compile(example.replace("<token>", "look"), "agents.md", "exec"), {})
-    assert "look like 'sofa'" in capsys.readouterr().out
+    assert "no search confirmed it" in capsys.readouterr().out
 
 
 @pytest.fixture
@@ -246,8 +246,9 @@ def test_what_a_search_confirmed_comes_before_what_looks_like_it(
 ) -> None:
     mapper.objects.append(kept_object(name="Sofa"))
     summary = said(gateway, "where_is", object="sofa", max_places=1)
-    assert summary.startswith("'Sofa' (3f9a12c4) at x 3.42 m, y -1.15 m was found")
-    assert "look like 'sofa'" in summary
+    found = "'Sofa' (3f9a12c4) at x 3.42 m, y -1.15 m was found there by a search."
+    told = "'sofa' is at (0.35, 1.15) m."
+    assert summary == f"Understood as: sofa, anywhere. {found} {told}"
     assert "Nothing on the map" in said(gateway, "where_is", object="kite")
     assert "does not know 'flurb'" in refusal(gateway, "where_is", object="flurb")
 

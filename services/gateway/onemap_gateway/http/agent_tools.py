@@ -161,15 +161,11 @@ async def where_is(
     plain = named.detail == m.NO_DETAIL
     objects = await _found(gateway) if plain else ()
     confirmed = tuple(item for item in objects if _is_called(item, named.name))
-    parts = [] if plain and not reply.stands_for else [f"Understood as: {reply.understood}."]
+    parts = [f"Understood as: {reply.understood}."]
     parts += [f"{_place(item)} was found there by a search." for item in confirmed]
-    if reply.regions:
-        parts.append(
-            f"{len(reply.regions)} regions of the map look like {reply.text!r}, the best at "
-            f"{_xy(reply.regions[0].centre_m)}; no search confirmed that."
-        )
-    elif reply.message:
-        parts += [reply.message, reply.sentence]
+    parts += [reply.sentence, *([reply.message] if reply.message else [])]
+    if reply.regions and not confirmed:
+        parts.append("The map looks like it there; no search confirmed it.")
     return Answer(" ".join(parts), reply_of(PlacesReply, reply, confirmed=confirmed))
 
 

@@ -55,14 +55,19 @@ def with_scores(view: SearchView, reply: SimilarityReply) -> SearchView:
 def differ(a: replies.QueryResult, b: replies.QueryResult) -> bool:
     """Whether two answers to a text differ by more than the map's noise.
 
-    Another verdict, another number of regions, or one that moved or scores otherwise.
+    Another verdict, another number of regions, or one that moved, scores or is told otherwise.
     """
-    if (a.verdict, len(a.regions)) != (b.verdict, len(b.regions)):
+    if (a.verdict, _words(a)) != (b.verdict, _words(b)):
         return True
     return any(
         dist(one.centre_m, other.centre_m) > MOVED_M or abs(one.score - other.score) > CHANGED_SCORE
         for one, other in zip(a.regions, b.regions, strict=True)
     )
+
+
+def _words(answer: replies.QueryResult) -> list[Any]:
+    """Of each region where it is in words, and which conditions hold."""
+    return [(each.where, [c.holds for c in each.conditions]) for each in answer.regions]
 
 
 def _region(reply: SimilarityReply, index: int) -> replies.Region:
