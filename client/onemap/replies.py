@@ -343,13 +343,16 @@ class LookedArea(Reply):
 
 
 FOUND = """{
-    "text": "sofa", "verdict": "found", "sentence": "'sofa' is at (2.35, -1.10) m.",
+    "text": "where is the sofa?", "request": "sofa", "understood": "sofa, anywhere",
+    "verdict": "found",
+    "sentence": "'sofa' is in the living room, next to the desk, at (2.35, -1.10) m.",
     "regions": [{
         "rank": 1, "centre_m": [2.35, -1.1], "extent_m": [1.5, -1.6, 3.2, -0.6],
         "outline_m": [[1.5, -1.6], [3.2, -1.6], [3.2, -0.6], [1.5, -0.6]],
         "score": 0.91, "variance": 0.04, "height_m": [0.1, 0.9],
         "last_seen_at": "2026-01-01T00:00:12.400Z",
-        "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38}
+        "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38},
+        "where": "in the living room, next to the desk", "picture": "/v1/objects/3f9a12c4.jpg"
     }],
     "looked": {"share": 0.62, "looked_m2": 31.5, "not_looked_m2": 19.3, "frontiers": 4,
         "frontier_m": [5.15, 0.45]},

@@ -117,9 +117,9 @@ WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
 @pytest.mark.parametrize(
     ("command", "request_line", "reply", "code", "printed"),
     [
-        ("query sofa", "POST /v1/queries", FOUND, EXIT_OK, "'sofa' is at"),
+        ("query sofa", "POST /v1/queries", FOUND, EXIT_OK, "'sofa' is in"),
         ("query sofa", "POST /v1/queries", ABSENT, EXIT_FAILED, "was not seen"),
-        ("query sofa, bed", "POST /v1/queries", BOTH, EXIT_FAILED, "'sofa' is at"),
+        ("query sofa, bed", "POST /v1/queries", BOTH, EXIT_FAILED, "'sofa' is in"),
         ("search sofa", "POST /v1/searches", SEARCH, EXIT_OK, "7.5 m confirmed"),
         ("search sofa", "POST /v1/searches", MISSED, EXIT_FAILED, "searched all rooms\n"),
         ("go -1.2 -3", "POST /v1/searches", ARRIVED, EXIT_OK, f"Arrived: {WENT}"),
@@ -454,16 +454,16 @@ def test_only_an_interrupted_search_is_offered_again() -> None:
     assert remote.again(report("cancelled", RESULT)) == ""
 
 
-def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:
+def test_a_query_says_its_verdict_and_where_it_is(console: Console) -> None:
     remote.describe_query(FOUND, console)
     remote.describe_query(ABSENT, console)
     said = " ".join(text_of(console).split())
     for part in (
-        "'sofa' is at (2.35, -1.10) m.",
-        "(0.60, -0.40) m, -22",
+        "Understood as: sofa, anywhere.",
+        "'sofa' is in the living room, next to the desk, at (2.35, -1.10) m.",
+        "Its photograph: GET /v1/objects/3f9a12c4.jpg",
         "00:00:12",
         "0.1 to 0.9 m",
-        "1.7 x 1.0 m",
         "was not seen, but only 62 % of the reachable area was looked at",
     ):
         assert part in said
@@ -483,10 +483,13 @@ def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str])
     away = QueryInterrupted("The mapper is away.")
     remote.follow_query([results[0], away, results[1]], as_json=True)
     said = capsys.readouterr()
-    assert [json.loads(line)["text"] for line in said.out.splitlines()] == ["piano", "sofa"]
+    assert [json.loads(line)["text"] for line in said.out.splitlines()] == [
+        "piano",
+        "where is the sofa?",
+    ]
     assert "The mapper is away." in said.err
     remote.follow_query(results, as_json=False)
-    assert "'sofa' is at (2.35, -1.10) m" in capsys.readouterr().out
+    assert "'sofa' is in the living room" in capsys.readouterr().out
 
 
 def test_a_crop_is_a_png_or_jpeg(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
-from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -172,26 +171,18 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
     if not reply["regions"]:
         console.print(reply["message"], soft_wrap=True)
         return
-    names = ("", "where", "centre", "size", "height", "score", "best seen from", "last seen (UTC)")
-    table = Table(*names, title=reply["text"])
+    names = ("", "where", "last seen (UTC)", "centre", "height", "score")
+    table = Table(*names, title=reply.get("request") or reply["text"])
     for region in reply["regions"]:
-        x_min, y_min, x_max, y_max = region["extent_m"]
-        band, view = region.get("height_m"), region.get("best_view")
-        seen_from = ""
-        if view:
-            place = _place([view["x_m"], view["y_m"]])
-            seen_from = f"{place}, {degrees(view['yaw_rad']):.0f}°"
+        band = region.get("height_m")
+        told = [region.get("where", ""), *map(_checked, region.get("conditions", ()))]
         table.add_row(
             str(region["rank"]),
-            "\n".join(
-                [region.get("where", ""), *map(_checked, region.get("conditions", ()))]
-            ).strip(),
+            "\n".join(filter(None, told)),
+            (region.get("last_seen_at") or "")[11:19],
             _place(region["centre_m"][:2]),
-            f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m",
             f"{band[0]:.1f} to {band[1]:.1f} m" if band else "",
             f"{region['score']:.2f}",
-            seen_from,
-            (region.get("last_seen_at") or "")[11:19],
         )
     console.print(table)
     if picture := reply["regions"][0].get("picture"):
