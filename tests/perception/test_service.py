@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.encoders.protocol import ImageEncoder
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_perception.feature_field import VarianceParams
@@ -48,7 +48,7 @@ class SlowDetector:
         assert image.features is None
         assert self.finish.wait(60)
         if self.broken:
-            raise DetectorError("the weights are damaged")
+            raise BackendError("the weights are damaged")
         return (Detection(names.texts[0], 0.9, (0, 0, 8, 8), np.ones((1, 1), bool)),)
 
 

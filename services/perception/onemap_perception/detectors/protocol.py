@@ -5,13 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, U8, Bool
 from onemap_shared.messages import TextEmbeddings
-
-
-class DetectorError(BackendError):
-    """The detector cannot be loaded or failed on an image; one sentence for the user."""
 
 
 @dataclass(frozen=True, slots=True)
