@@ -8,14 +8,12 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from datetime import datetime, timezone
 from enum import Enum
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import numpy as np
 from rich.console import Console
 from rich.text import Text
 
@@ -25,10 +23,9 @@ from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import DOWN, OK, assess_service, assess_services
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.geometry import U16
-from onemap_shared.messages import MapRevision, TextRequest
+from onemap_shared.messages import MapRevision
 from onemap_shared.tls_files import IN_ENDPOINT
-from onemap_shared.transport import Bus, CallError, Counters
+from onemap_shared.transport import Bus, Counters
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK
 from onemap_tools.processes.session import temporary_session
 
@@ -39,9 +36,6 @@ LISTEN_S = 3.5  # three heartbeats of every service
 ALONE_S = 6.0  # the same without a gateway: longer than a loop may stand still
 POLL_S = 0.02
 QUEUE = 64  # messages held between two polls
-NEAR_M = 0.1  # below the range of depth cameras: nearer values are a wrong depth scale
-FAR_M = 20.0  # larger than any room: a greater median is a wrong depth scale
-NO_RETURN_FRACTION = 0.9  # above, too few pixels have depth to map anything
 CLOCK_TOLERANCE_S = 0.3  # above the latency of transport and processing; NTP holds 0.05 s
 OLD_S = 2.0  # the robot has driven a metre or more since
 FEW_DISORDERED = 3  # one or two: the publisher was started again
@@ -62,21 +56,17 @@ class ObservedStream:
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """What was seen in ``duration_s`` seconds.
+    """What was seen.
 
     services: as ``/v1/status`` has them. clocks_s: of services and robot, minus the local one, less
-    the transport's latency. depth_mm: (H, W) of the newest frame. revisions: the first and the
-    last. encoders: of features, map and texts, each its id and text space. commanded, driven: the
-    largest of speeds (m/s) and turns (rad/s).
+    the transport's latency. revision: of the map, the newest. commanded, driven: the largest of
+    speeds (m/s) and turns (rad/s).
     """
 
-    duration_s: float
     services: tuple[ServiceHealth, ...] = ()
     streams: tuple[ObservedStream, ...] = ()
     clocks_s: Mapping[str, float] = field(default_factory=dict)
-    depth_mm: U16 | None = None
-    revisions: tuple[MapRevision, MapRevision] | None = None
-    encoders: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    revision: MapRevision | None = None
     commanded: float = 0.0
     driven: float = 0.0
     collided: bool = False
@@ -155,22 +145,16 @@ class BusObserver:
             found.append(assess_service("gateway", self._state, now_s))
         return tuple(found)
 
-    def observations(
-        self, duration_s: float, services: tuple[ServiceHealth, ...] | None = None
-    ) -> Observations:
-        """The observations so far, made in ``duration_s`` seconds, with the gateway's services."""
+    def observations(self, services: tuple[ServiceHealth, ...] | None = None) -> Observations:
+        """The observations so far, with the gateway's services."""
         driven, revisions = self._odometry.messages, self._revisions.messages
         speeds = [(o.linear_mps, o.lateral_mps, o.angular_radps) for o in driven]
         wanted = [(c.velocity.speed_mps, c.angular_radps) for c in self._commands.messages]
-        rgbd = self._rgbd.messages
         return Observations(
-            duration_s=duration_s,
             services=self.services() if services is None else services,
             streams=tuple(inbox.stream for inbox in self._streams),
             clocks_s=self._clocks_s(),
-            depth_mm=rgbd[-1].depth_mm if rgbd else None,
-            revisions=(revisions[0], revisions[-1]) if revisions else None,
-            encoders=self._encoders(),
+            revision=revisions[-1] if revisions else None,
             commanded=max((abs(v) for each in wanted for v in each), default=0.0),
             driven=max((abs(v) for each in speeds for v in each), default=0.0),
             collided=any(odometry.collided for odometry in driven),
@@ -188,13 +172,6 @@ class BusObserver:
                 clocks_s[whose] = max(clocks_s.get(whose, -age_s), -age_s)
         return clocks_s
 
-    def _encoders(self) -> dict[str, tuple[str, str]]:
-        found: dict[str, Any] = {"camera features": self._field, "the map": self._revisions}
-        newest = {what: inbox.messages[-1] for what, inbox in found.items() if inbox.messages}
-        with suppress(CallError):
-            newest["texts"] = self._bus.call(keys.EMBED_TEXT, TextRequest(("sofa",)))
-        return {what: (each.encoder_id, each.text_space) for what, each in newest.items()}
-
 
 def observe(
     bus: Bus, duration_s: float, services: tuple[ServiceHealth, ...] | None = None
@@ -205,7 +182,7 @@ def observe(
     while time.monotonic() < end_s:
         observer.poll()
         time.sleep(POLL_S)
-    return observer.observations(duration_s, services)
+    return observer.observations(services)
 
 
 class Severity(str, Enum):
@@ -285,79 +262,13 @@ def _clocks(observed: Observations) -> Iterator[Finding]:
         )
 
 
-def _depth(observed: Observations) -> Iterator[Finding]:
-    """A depth image without returns or in another unit than millimetres."""
-    if observed.depth_mm is None:
-        return
-    returns_m = observed.depth_mm[observed.depth_mm > 0] / 1000
-    valid = returns_m.size / observed.depth_mm.size
-    if valid < 1 - NO_RETURN_FRACTION:
-        yield _error(
-            f"Only {valid:.0%} of the depth pixels hold a return. Check that the depth "
-            "stream is on, aligned to colour, and not covered."
-        )
-    elif np.mean(returns_m < NEAR_M) > 0.5:
-        yield _error(
-            f"Most depth is nearer than {NEAR_M * 100:.0f} cm. Depth must be in "
-            "millimetres: metres or raw units were sent, or the lens is covered."
-        )
-    elif (median_m := np.median(returns_m)) > FAR_M:
-        yield _error(
-            f"The median depth is {median_m:.0f} m, more than any room. Depth must be in "
-            "millimetres: a finer unit (0.1 mm) was sent."
-        )
-
-
-def _floor(observed: Observations) -> Iterator[Finding]:
-    """Extrinsics by which the floor is not at z = 0, from the mapper's metrics."""
-    mapper = next((s.metrics for s in observed.services if "floor_viewpoints" in s.metrics), None)
-    if mapper is None:
-        return
-    viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
-    if "floor_wrong" not in mapper:
-        yield Finding(
-            Severity.NOTE,
-            f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}. "
-            "Drive or turn the robot: the lowest surface in one view may be a table.",
-        )
-    elif mapper["floor_wrong"]:
-        yield _error(
-            f"The mapper sees the floor at z = {mapper['floor_height_m']:.2f} m, tilted by "
-            f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}. Check "
-            "T_map_camera: camera frame x right, y down, z forward; map z up, floor at z = 0."
-        )
-
-
-def _encoders(observed: Observations) -> Iterator[Finding]:
-    """Features, map and texts of different encoders."""
-    known = {what: encoder for what, encoder in observed.encoders.items() if any(encoder)}
-    if len(set(known.values())) > 1:
-        parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
-        yield _error(
-            f"Encoders differ: {parts}. Clear the map ('onemap map clear') or load one that was "
-            "made with this encoder."
-        )
-
-
 def _map(observed: Observations) -> Iterator[Finding]:
-    """A map that receives no frames, stays empty or does not grow."""
-    if observed.revisions is None:
-        return
-    first, last = observed.revisions
-    if last.frames_fused == first.frames_fused:
-        yield _error(
-            f"No frame reached the map in {observed.duration_s:.0f} s. "
-            "Follow the frames: robot, perception, mapper; the first silent one is it."
-        )
-    elif last.cells_observed == 0 and last.frames_fused >= FEW_FRAMES:
+    """A map that stays empty."""
+    last = observed.revision
+    if last is not None and last.cells_observed == 0 and last.frames_fused >= FEW_FRAMES:
         yield _error(
             f"{last.frames_fused} frames were fused and the map is still empty. All points "
             "are out of the mapper's height or depth range: check extrinsics and depth scale."
-        )
-    elif last.cells_observed == first.cells_observed and observed.driven > STANDING:
-        yield _warning(
-            "The robot drives and the map does not grow. "
-            "Fine where all is mapped already; otherwise check that the pose changes too."
         )
 
 
@@ -375,7 +286,7 @@ def _driving(observed: Observations) -> Iterator[Finding]:
         )
 
 
-CHECKS = (_services, _streams, _clocks, _depth, _floor, _encoders, _map, _driving)
+CHECKS = (_services, _streams, _clocks, _map, _driving)
 
 
 def diagnose(observed: Observations) -> list[Finding]:
