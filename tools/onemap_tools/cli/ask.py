@@ -26,15 +26,14 @@ from onemap_tools.cli.terminal import (
     progress_console,
     result_console,
     show,
-    wait_for_enter,
 )
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, CliError
 from onemap_tools.processes.network import DEFAULT_URL
 
 REPLAY_EPILOG = (
     "The planner records the last 50 searches in the folder 'decisions' of planner.state_dir, one "
-    "file each; 'onemap search list' has their ids. 'onemap search -- replay' searches for a "
-    "thing called replay."
+    "file of JSON lines each, with the goals that were weighed. 'onemap search -- replay' searches "
+    "for a thing called replay."
 )
 Crop = Annotated[
     Path | None, typer.Option(dir_okay=False, help="A picture of it instead of words, PNG or JPEG.")
@@ -156,41 +155,20 @@ def search_list(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
 
 @app.command("search replay", rich_help_panel=RECORDINGS, epilog=REPLAY_EPILOG)
 def search_replay(
-    file: Annotated[
-        Path, typer.Argument(help="A file of recorded decisions (*.jsonl), or a search's id.")
-    ],
-    *,
-    show_all: Annotated[bool, typer.Option("--all", help="Print all steps without waiting.")] = (
-        False
-    ),
+    identifier: Annotated[str, typer.Argument(help="The id that 'onemap search list' shows.")],
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Why did the robot drive there? Each decision of a past search; Enter shows the next.
+    """Why did the robot drive there? Each step of a past search."""
+    from onemap_tools.cli.past_search import describe_replay
+    from onemap_tools.gateway import gateway_client
 
-    A file needs no running robot. Without a terminal all steps are printed.
-    """
-    from onemap_tools.cli.decision_file import recorded_search, replayed_search
-
-    if file.suffix or file.exists():
-        search = recorded_search(file)
-    else:
-        from onemap_tools.gateway import gateway_client
-
-        with gateway_client(url, token) as gateway:
-            search = replayed_search(gateway.searches.get(str(file)).replay())
+    with gateway_client(url, token) as gateway:
+        replay = gateway.searches.get(identifier).replay()
+    result_console(as_json).print(*describe_replay(replay), sep="\n", soft_wrap=True)
     if as_json:
-        print_json(search.document)
-        return
-    console = result_console(as_json)
-    for number, step in enumerate(search.steps, 1):
-        console.print(*step, sep="\n", soft_wrap=True)
-        last = number == len(search.steps)
-        if not (last or show_all or wait_for_enter("Enter: next step, Ctrl-D: end ")):
-            return
-    if search.missing:
-        console.print(search.missing)
+        print_json(dict(replay.document))
 
 
 @app.command(rich_help_panel=FIRST, context_settings={"ignore_unknown_options": True})

@@ -33,17 +33,6 @@ def stays_up(headless: bool | None) -> bool:
     return sys.stdout.isatty() if headless is None else not headless
 
 
-def wait_for_enter(prompt: str) -> bool:
-    """Wait for Enter on a terminal; False at the end of the input. Without one, do not wait."""
-    if not sys.stdin.isatty():
-        return True
-    try:
-        input(prompt)
-    except EOFError:
-        return False
-    return True
-
-
 def confirmed(question: str) -> bool | None:
     """Whether the user types y or yes on a terminal; None without one, where nobody is asked."""
     if not sys.stdin.isatty():
