@@ -71,7 +71,6 @@ EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddin
 EMBED_IMAGE = Procedure("perception/embed_image/v1", m.ImageRequest, m.TextEmbeddings)
 
 MAP_REVISION = Topic("map/revision/v1", m.MapRevision, latched=True)
-MAP_QUERIES = Topic("map/queries/v1", m.AnsweredQuery)
 # A known text must not wait for new ones, which wait for perception.
 MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply, parallel=32)
 MAP_IMAGE_SIMILARITY = Procedure(
@@ -179,7 +178,7 @@ ROLES: Mapping[str, Access] = {
     ),
     "mapper": Access(
         names=("mapper",),
-        publishes=(MAP_REVISION, MAP_QUERIES, FIELD_RECEIPTS),
+        publishes=(MAP_REVISION, FIELD_RECEIPTS),
         subscribes=(FIELD,),
         serves=(
             *(*QUERIES, *FILES, *OBJECTS, *PLACES),
@@ -205,7 +204,7 @@ ROLES: Mapping[str, Access] = {
     # status, doctor, recorder, viewer and demo look; changes go through the gateway
     "tools": Access(
         names=("doctor", "status", "demo", "recorder", "viewer"),
-        subscribes=(*WATCHED, FIELD, MAP_QUERIES),
-        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
+        subscribes=(*WATCHED, FIELD),
+        calls=(MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
     ),
 }

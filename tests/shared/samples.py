@@ -102,9 +102,6 @@ SAMPLES: tuple[Any, ...] = (
             m.Whereabouts(conditions=(m.CheckedCondition("red", m.Holds.NOT_CHECKED, "perhaps"),)),
         ),
     ),
-    m.AnsweredQuery(
-        "sofa", 4, 123, "mini-1", m.Verdict.FOUND, 0.9, ("bed",), (0.0, -1.0, 2.0, 1.0), (1.0, 2.0)
-    ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),

@@ -77,7 +77,6 @@ IMPOSSIBLE: list[tuple[type[Any], str, dict[str, Any]]] = [
     (m.SimilarityRequest, "x_min < x_max", {"area_m": (1.0, 0.0, 1.0, 1.0)}),
     (m.SimilarityRequest, "robot_xy_m has 1 numbers", {"robot_xy_m": (1.0,)}),
     (m.SimilarityRequest, "robot_xy_m contains NaN", {"robot_xy_m": (1.0, INF)}),
-    (m.AnsweredQuery, "text is empty", {"text": ""}),
     (m.SimilarityReply, "best_views has shape", {"best_views": f(2, 2)}),
     (m.SimilarityReply, "beyond the 2", {"outline_owner": np.array([0, 1, 2, 2], np.int32)}),
     (m.SearchViewRequest, "text is empty", {"text": "  "}),

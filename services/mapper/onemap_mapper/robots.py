@@ -209,7 +209,6 @@ class MapRobot:
         self._fields = bus.subscribe(keys.FIELD, arrived=arrived)
         self._receipts = bus.publish(keys.FIELD_RECEIPTS)
         self._revisions = bus.publish(keys.MAP_REVISION)
-        self.answered = bus.publish(keys.MAP_QUERIES)
         self._heartbeats = bus.publish(keys.heartbeat(SERVICE)) if number else None
         self._beat_due_s = 0.0
 

@@ -21,7 +21,6 @@ from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.places.keeper import PlaceKeeper
 from onemap_mapper.places.rooms import Rooms
 from onemap_mapper.query.replies import (
-    answered,
     judged,
     search_view,
     similarity_reply,
@@ -49,7 +48,6 @@ from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
-    NO_DETAIL,
     FeatureField,
     ImageSimilarityRequest,
     MapClear,
@@ -178,27 +176,15 @@ class Mapper:
         self._require_content()
         texts = (request.text, *request.negatives, *request.detail.anchors)
         queries = [robot.queries.of_text(text) for text in texts]
-        return self._scoring.submit(self._similarity, robot, request, queries).result()
+        return self._scoring.submit(self._answer, robot, request, queries).result()
 
     def image_similarity(self, robot: MapRobot, request: ImageSimilarityRequest) -> SimilarityReply:
-        """Ranked regions for what a picture shows; its scores are no probabilities.
-
-        It is not announced as answered: a recording could not ask it again without the picture.
-        """
+        """Ranked regions for what a picture shows; its scores are no probabilities."""
         self._require_content()
         queries = [robot.queries.of_image(request.image)]
         queries += [robot.queries.of_text(name) for name in request.query.detail.anchors]
         reply = self._scoring.submit(self._answer, robot, request.query, queries).result()
         return replace(reply, calibrated=False)
-
-    def _similarity(
-        self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
-    ) -> SimilarityReply:
-        """Announced as answered, unless a recording could not ask it again: without places."""
-        reply = self._answer(robot, request, queries)
-        if request.detail == NO_DETAIL:
-            robot.answered.put(answered(request, reply))
-        return reply
 
     def _answer(
         self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]

@@ -118,35 +118,6 @@ class ImageSimilarityRequest(checks.Message):
 
 
 @dataclass(frozen=True, slots=True)
-class AnsweredQuery(checks.Message):
-    """A query that the mapper has answered, for recordings.
-
-    Attributes:
-        text: what was asked for.
-        negatives: texts that competed with it.
-        area_m: x_min, y_min, x_max, y_max of the part of the map that counted; empty: all of it.
-        verdict: of the answer.
-        best_score: of the best region, also of one below the encoder's floor.
-        centre_m: x, y of the best region; empty if the answer has none.
-    """
-
-    text: Sought
-    revision: int
-    stamp_ns: int
-    encoder_id: str
-    verdict: Verdict
-    best_score: checks.Share
-    negatives: Negatives = ()
-    area_m: AreaM = ()
-    centre_m: PointM = ()
-
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """All texts whose embeddings the answer depends on."""
-        return (self.text, *self.negatives)
-
-
-@dataclass(frozen=True, slots=True)
 class Whereabouts(checks.Message):
     """Where a region of an answer is, and whether it is as it was described.
 

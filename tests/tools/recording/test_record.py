@@ -110,23 +110,6 @@ def test_what_was_missed_is_counted(robot: RecordedRobot) -> None:
     assert robot.recorder.missed == {"robot/rgbd/v1": 5, "perception/field/v1": 4}
 
 
-def test_a_text_that_is_only_asked_for_is_recorded_with_its_embedding(robot: RecordedRobot) -> None:
-    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
-    robot.see(0)
-    client = robot.router.bus("gateway")
-    for _ in range(2):
-        client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa", negatives=("bed",)))
-    path = robot.end()
-    asked = [each.decode(m.AnsweredQuery) for each in on(path, "map/queries/v1")]
-    assert [(each.text, each.negatives, each.revision) for each in asked] == [
-        ("sofa", ("bed",), 1)
-    ] * 2
-    (texts,) = (
-        each.decode(m.TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")
-    )
-    assert texts == ("sofa", "bed")
-
-
 def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> None:
     robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
     robot.see(0, 1)

@@ -50,7 +50,6 @@ from tests.tools.recording.bags import (
     RecordedRobot,
     bag,
     drive,
-    embedded,
     rosbag2,
 )
 
@@ -98,23 +97,6 @@ def test_the_same_map_bit_for_bit(robot: RecordedRobot) -> None:
     code, document = replayed(robot.end())
     assert (code, document["same"], document["compared"]) == (0, True, 2)
     assert (document["frames_fused"], document["problems"]) == (3, [])
-
-
-def test_queries_are_answered_as_they_were_or_not(robot: RecordedRobot) -> None:
-    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
-    client = robot.router.bus("gateway")
-    robot.see(0, 1)
-    client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("sofa"))
-    robot.update()
-    robot.see(2)
-    for area_m in ((), (-3.0, -3.0, 0.0, 3.0)):
-        client.call(keys.MAP_SIMILARITY, m.SimilarityRequest("bed", area_m=area_m))
-    other = m.AnsweredQuery("sofa", 3, 123, "encoder-a", m.Verdict.FOUND, 0.01)
-    queries = robot.bus.publish(keys.MAP_QUERIES)
-    queries.put(other)
-    queries.put(dataclasses.replace(other, revision=77))
-    code, document = replayed(robot.end())
-    assert (code, document["queries"]) == (0, {"compared": 4, "equal": 3})
 
 
 def test_from_the_middle_of_a_run_nothing_is_compared(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from mcap.writer import Writer
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import MapDigest, TextEmbeddings
+from onemap_shared.messages import MapDigest
 from onemap_shared.wire import Packet, WireError, decode, encode, schema
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
@@ -39,16 +39,13 @@ QUEUE = 512  # odometry at 50 Hz for ten seconds
 
 # Answers of services, recorded as if they were published.
 DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
-EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
 FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
-QUERIES = keys.MAP_QUERIES
 # What is recorded, and how many messages wait. A map's revision names the frame that it fused:
 # taken before the features, it is never recorded without a frame that was there when it was.
 RECORDED: tuple[tuple[Topic[Any], int], ...] = (
     (FRAMES, FRAMES_HELD),
     (REVISIONS, QUEUE),
     (FIELDS, FRAMES_HELD),
-    (QUERIES, QUEUE),
     (keys.ROBOT_ODOMETRY, QUEUE),
     (keys.ROBOT_CMD_VEL, QUEUE),
     (keys.DETECTIONS, QUEUE),

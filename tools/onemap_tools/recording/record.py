@@ -8,7 +8,7 @@ import platform
 import shutil
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
@@ -20,7 +20,6 @@ from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.keys import Procedure, Topic
 from onemap_shared.messages import (
-    AnsweredQuery,
     FeatureField,
     Heartbeat,
     MapClear,
@@ -28,7 +27,6 @@ from onemap_shared.messages import (
     MapRevision,
     SearchStatus,
     SearchViewRequest,
-    TextRequest,
 )
 from onemap_shared.params import masked
 from onemap_shared.transport import Bus, CallError, Subscription
@@ -196,13 +194,12 @@ class BagRecorder:
         self._streams = streams
         self._writer = writer
         self._target = ""
-        self._embedded: set[str] = set()
         self._fused_ns = self._field_ns = 0  # newest that a revision names, and that a field has
         self.recorded: Counter[str] = Counter()
         self.problems: dict[str, str] = {}
 
     def update(self, now_ns: int) -> None:
-        """Write all messages since the last update, and the embeddings of texts in them."""
+        """Write all messages since the last update."""
         for topic, subscription in self._streams:
             while (message := subscription.take(0.0)) is not None:
                 beat = isinstance(message, Heartbeat)
@@ -211,9 +208,6 @@ class BagRecorder:
                 match message:
                     case SearchStatus():
                         self._target = message.target
-                        self._embed(message.objects, now_ns)
-                    case AnsweredQuery():
-                        self._embed(message.texts, now_ns)
                     case MapRevision():
                         self._check_beginning(message)
                         self._fused_ns = message.stamp_ns
@@ -251,13 +245,6 @@ class BagRecorder:
         """Write the map's digest and its layers, with the similarity to what is sought now."""
         self._ask(keys.MAP_DIGEST, MapDigestRequest(), now_ns)
         self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), now_ns)
-
-    def _embed(self, texts: Iterable[str], now_ns: int) -> None:
-        """Write the embeddings of texts that were not sought or asked for before."""
-        new = tuple(text for text in dict.fromkeys(texts) if text not in self._embedded)
-        if new:
-            self._embedded |= set(new)
-            self._ask(keys.EMBED_TEXT, TextRequest(new), now_ns)
 
     def _ask(self, procedure: Procedure[Any, Any], request: object, now_ns: int) -> None:
         """Write a service's answer under its own key, as if it had been published."""

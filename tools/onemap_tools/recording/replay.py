@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import dist
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -17,9 +15,6 @@ from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.query.replies import similarity_reply
-from onemap_mapper.query.scores import MapScores
-from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_mapper.service import TORCH_THREADS
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.snapshot import sha256_of, take, versions
@@ -30,22 +25,17 @@ from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.config import read, section
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
-    AnsweredQuery,
     FeatureField,
     MapDigest,
     MapRevision,
     RgbdFrame,
-    SimilarityRequest,
-    TextEmbeddings,
 )
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.recording.bag_file import (
     CUT_OFF,
     DIGESTS,
-    EMBEDDINGS,
     FIELDS,
     FRAMES,
-    QUERIES,
     REVISIONS,
     BagError,
     BagMessage,
@@ -55,9 +45,6 @@ from onemap_tools.recording.bag_file import (
 
 if TYPE_CHECKING:
     from onemap_tools.recording.ros2_frames import Ros2Bag
-
-SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch
-PLACE_TOLERANCE_M = 0.01
 
 
 class Change(Enum):
@@ -99,45 +86,12 @@ def _changes(before: MapRevision | None, after: MapRevision) -> tuple[Change, ..
 
 
 @dataclass(slots=True)
-class AskedAgain:
-    """The queries of a recording by the revision of the map that answered them.
-
-    compared, equal: answers that were computed again, and those with the same best score at the
-    same place. Queries of texts whose embedding was not recorded are not compared.
-    """
-
-    queries: dict[int, list[AnsweredQuery]] = field(default_factory=lambda: defaultdict(list))
-    texts: dict[str, TextQuery] = field(default_factory=dict)
-    compared: int = 0
-    equal: int = 0
-
-    def ask(self, belief: BeliefMap) -> None:
-        """Compare the answers that this map gave, if it is one of the recorded revisions."""
-        for query in self.queries.pop(belief.revision, ()):
-            if belief.dimension and all(text in self.texts for text in query.texts):
-                self.compared += 1
-                self.equal += self._same(query, belief)
-
-    def _same(self, query: AnsweredQuery, belief: BeliefMap) -> bool:
-        request = SimilarityRequest(query.text, negatives=query.negatives, area_m=query.area_m)
-        texts = [self.texts[text] for text in (query.text, *query.negatives)]
-        reply = similarity_reply(MapScores(belief).of(texts), request=request)
-        centre_m = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
-        if abs(reply.best_score - query.best_score) > SCORE_TOLERANCE:
-            return False
-        if not (centre_m and query.centre_m):
-            return centre_m == query.centre_m
-        return dist(centre_m, query.centre_m) <= PLACE_TOLERANCE_M
-
-
-@dataclass(slots=True)
 class MapHistory:
     """What a recording says of the map: its changes, its digests, the frames that it holds."""
 
     revisions: list[MapRevision] = field(default_factory=list)
     digests: list[MapDigest] = field(default_factory=list)
     stamps_ns: set[int] = field(default_factory=set)  # of the recorded fields
-    asked: AskedAgain = field(default_factory=AskedAgain)
     cut_off: bool = False
 
     @property
@@ -156,13 +110,6 @@ def read_history(path: Path) -> MapHistory:
             history.revisions.append(message.decode(MapRevision))
         elif message.topic == DIGESTS.key:
             history.digests.append(message.decode(MapDigest))
-        elif message.topic == QUERIES.key:
-            query = message.decode(AnsweredQuery)
-            history.asked.queries[query.revision].append(query)
-        elif message.topic == EMBEDDINGS.key:
-            embeddings, device = message.decode(TextEmbeddings), torch.device("cpu")
-            for index, text in enumerate(embeddings.texts):
-                history.asked.texts[text] = text_query(embeddings, index, device)
         elif message.topic == FIELDS.key:
             history.stamps_ns.add(message.stamp_ns)
     history.cut_off = reader.cut_off
@@ -180,7 +127,6 @@ class MapRebuild:
 
     belief: BeliefMap
     digests: dict[tuple[int, int, int], MapDigest] = field(default_factory=dict)
-    asked: AskedAgain = field(default_factory=AskedAgain)
     known: bool = False
     gaps: int = 0
     rejected: int = 0
@@ -215,7 +161,6 @@ class MapRebuild:
             self.rejected += 1
 
     def _compare(self, after: MapRevision) -> None:
-        self.asked.ask(self.belief)
         digest = self.digests.get((after.revision, after.frames_fused, after.stamp_ns))
         if digest is None:
             return
@@ -282,7 +227,6 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
         "compared": made.compared,
         "equal": made.equal,
         "first_difference": made.first_difference,
-        "queries": {"compared": made.asked.compared, "equal": made.asked.equal},
         "same": None if not made.compared else made.compared == made.equal,
         "problems": [*problems, *(bag.problems if bag is not None else ())],
         "out": None if options.out is None else str(options.out),
@@ -308,7 +252,6 @@ def _map_params(options: ReplayOptions, history: MapHistory) -> MapParams:
 def _rebuilt(path: Path, history: MapHistory, params: MapParams) -> MapRebuild:
     """The map of the recorded features; raises BagError."""
     made = MapRebuild(BeliefMap(params))
-    made.asked = history.asked
     made.digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
     fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
     made.follow(history.steps, fields)
@@ -366,9 +309,6 @@ def describe(document: dict[str, Any]) -> list[str]:
             f"{document['compared']} digests differ, first at revision "
             f"{document['first_difference']}."
         )
-    if compared := document["queries"]["compared"]:
-        same = document["queries"]["equal"]
-        lines.append(f"{same} of {compared} queries were answered as in the recording.")
     if document["cut_off"]:
         lines.append(f"{CUT_OFF} The map is of what precedes that.")
     return [*lines, *document["problems"]]

@@ -32,7 +32,6 @@ from onemap_shared.messages import (
     NO_DETAIL,
     NO_VIEW,
     RANKS,
-    AnsweredQuery,
     Detail,
     Holds,
     Layer,
@@ -245,22 +244,6 @@ def judged(
         may_be=open_score >= found_score,
     )
     return replace(reply, verdict=verdict)
-
-
-def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuery:
-    """What was asked and answered, for recordings."""
-    x_y = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
-    return AnsweredQuery(
-        text=request.text,
-        negatives=request.negatives,
-        area_m=request.area_m,
-        revision=reply.revision,
-        stamp_ns=reply.stamp_ns,
-        encoder_id=reply.encoder_id,
-        verdict=reply.verdict.verdict,
-        best_score=reply.best_score,
-        centre_m=x_y,
-    )
 
 
 def search_view(
