@@ -305,7 +305,6 @@ def test_what_the_bus_says_of_a_robot_is_kept() -> None:
     search, bus = fake.search(), fake.router.bus()
     odometry, revisions = bus.publish(keys.ROBOT_ODOMETRY), bus.publish(keys.MAP_REVISION)
     assert np.isnan(search.map_rate_hz)
-    assert search.overlay.robot == ()
     bus.publish(keys.heartbeat("simulator")).put(
         m.Heartbeat("simulator", "a", 1, 1, ready=True, metrics={"collisions": 2.0})
     )
@@ -316,12 +315,11 @@ def test_what_the_bus_says_of_a_robot_is_kept() -> None:
         search.update(now_s)
     assert search.map_rate_hz == 5.0  # since the restart
     assert search.contacts == 2
-    for x_m in (0.0, 0.001, 0.1, 0.1, 0.2):
+    for x_m in (0.0, 0.2):
         odometry.put(m.Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
     search.update(61.0)
-    assert search.trail_m == ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0))  # without a robot that stands
-    assert search.overlay.robot == pytest.approx((0.2, 0.0, 0.5))
+    assert search.position_m == (0.2, 0.0)
     other = FakeRobot().search("r2")
     assert separation_m([search, other]) == inf
-    other.trail_m = ((3.2, 4.0),)
+    other.position_m = (3.2, 4.0)
     assert separation_m([search, other]) == 5.0

@@ -11,22 +11,17 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import combinations
 from math import dist, inf, isnan, nan
-from pathlib import Path
 from typing import Any, TypeVar
+from urllib.request import ProxyHandler, build_opener
 
-import numpy as np
 from rich.console import Console
 
 from onemap import Client
-from onemap_gateway.present.canvas import Canvas, Viewport
-from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
 from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, read
-from onemap_shared.geometry import yaw_of
 from onemap_shared.keys import (
     MAP_REVISION,
-    MAP_SEARCH_VIEW,
     ROBOT_ODOMETRY,
     ROBOT_TRUTH,
     heartbeat,
@@ -34,14 +29,11 @@ from onemap_shared.keys import (
 from onemap_shared.messages import (
     MapRevision,
     SearchState,
-    SearchView,
-    SearchViewRequest,
     Truth,
     TruthRequest,
 )
 from onemap_shared.rates import mean_rate_hz
 from onemap_shared.sentence import Sentence, parse
-from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import open_scene
@@ -56,7 +48,6 @@ from onemap_tools.demo.setup import (
 )
 from onemap_tools.demo.summary import (
     DemoSummary,
-    ObjectSummary,
     RobotSummary,
     describe,
     evaluate_result,
@@ -75,9 +66,7 @@ M = TypeVar("M")
 POLL_S = 0.25
 CONNECT_S = 5.0  # the router accepts connections before this wait begins
 QUEUE = 512  # messages held between two updates: odometry at 50 Hz for ten seconds
-TRAIL_STEP_M = 0.02  # finer than a pixel of the picture
 TRUTH_S = 10.0  # long enough for a busy machine to answer
-MIN_PIXELS_PER_CELL = 8  # of the picture
 
 
 class RobotSearch:
@@ -96,8 +85,7 @@ class RobotSearch:
         self._of_mapper = bus.subscribe(heartbeat("mapper"))
         self._readings: list[tuple[float, int]] = []  # when, and how many frames the map had
         self._revision: MapRevision | None = None
-        self.trail_m: tuple[PointM, ...] = ()
-        self.yaw_rad = 0.0
+        self.position_m: tuple[float, float] | None = None  # x, y in the map frame
         self.contacts: int | None = None
         self.compiling = False
 
@@ -120,9 +108,8 @@ class RobotSearch:
         now_s: on a monotonic clock. Call it several times a second.
         """
         for odometry in _waiting(self._odometry):
-            x, y = (float(value) for value in odometry.T_map_body[:2, 3])
-            self.yaw_rad = yaw_of(odometry.T_map_body)
-            self.trail_m = extended(self.trail_m, (x, y), step_m=TRAIL_STEP_M)
+            x, y = odometry.T_map_body[:2, 3].tolist()
+            self.position_m = x, y
         for beat in _waiting(self._of_robot):
             if "collisions" in beat.metrics:
                 self.contacts = int(beat.metrics["collisions"])
@@ -136,9 +123,9 @@ class RobotSearch:
             self._handles[-1].poll()
 
     def restart(self, now_s: float) -> None:
-        """Measure the map's rate and the driven path from now on."""
+        """Measure the map's rate from now on."""
         self.update(now_s)
-        self._readings, self.trail_m = self._readings[-1:], self.trail_m[-1:]
+        self._readings = self._readings[-1:]
 
     @property
     def map_rate_hz(self) -> float:
@@ -150,19 +137,6 @@ class RobotSearch:
     def path_length_m(self) -> float:
         """Metres that it drove in its searches."""
         return sum(float(handle.report["path_length_m"]) for handle in self._handles)
-
-    @property
-    def position_m(self) -> PointM | None:
-        """The robot's newest x, y in the map frame; None without odometry."""
-        return self.trail_m[-1] if self.trail_m else None
-
-    @property
-    def overlay(self) -> Overlay:
-        """The driven path, and the robot at its end."""
-        trail_m = np.array(self.trail_m, dtype=np.float64).reshape(-1, 2)
-        return Overlay(
-            trail_m=trail_m, robot=(*self.trail_m[-1], self.yaw_rad) if self.trail_m else ()
-        )
 
     @property
     def progress(self) -> SearchProgress:
@@ -201,13 +175,6 @@ class RobotSearch:
         x, y = place_m[:2] if len(place_m) >= 2 else (0.0, 0.0)
         try:
             return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
-        except CallError:
-            return None
-
-    def map_view(self) -> SearchView | None:
-        """The map's layers; None if the mapper does not answer."""
-        try:
-            return self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest())
         except CallError:
             return None
 
@@ -434,31 +401,39 @@ class DemoRun:
             targets = self.choose_targets(console)
             console.print(f"Searching for {', '.join(targets.objects)}. {self.setup.pages}")
             summary = self.search(targets, lines)
-            document = self.write_results(summary.document(), summary.objects)
+            document = self.write_results(summary.document())
             describe(summary, document["picture"], console)
             return document
 
-    def write_results(
-        self, results: Mapping[str, Any], objects: Sequence[ObjectSummary] = ()
-    ) -> dict[str, Any]:
+    def write_results(self, results: Mapping[str, Any]) -> dict[str, Any]:
         """Write the picture and the summary into the run's folder; returns the document."""
-        folder, view = self.options.folder, self.searches[0].map_view()
+        folder, drawn = self.options.folder, self.map_picture()
         picture = folder / "map.png"
-        if view is not None:
-            overlays = [search.overlay for search in self.searches]
-            write_picture(picture, view, overlays, objects)
+        if drawn is not None:
+            picture.write_bytes(drawn)
         scene, recording = self.options.scene, self.options.recording
         document = {
             **results,
             "seed": self.options.seed,
             "scene": str(scene) if scene else None,
             "recording": str(recording) if recording else None,
-            "picture": None if view is None else str(picture),
+            "picture": None if drawn is None else str(picture),
             "folder": str(folder),
         }
         text = json.dumps(document, indent=2) + "\n"
         (folder / "summary.json").write_text(text, encoding="utf-8")
         return document
+
+    def map_picture(self) -> bytes | None:
+        """A PNG of the map with way and finds, as the gateway draws it; None without a map."""
+        url = f"{self.setup.url_of(self.setup.robots[0])}/v1/map.png"
+        here = build_opener(ProxyHandler({}))  # a proxy knows no address of this machine
+        try:
+            with here.open(url, timeout=TRUTH_S) as reply:
+                picture: bytes = reply.read()
+                return picture
+        except OSError:  # as urllib's errors are
+            return None
 
     def stay_up(self, console: Console) -> None:
         """Keep the processes running until Ctrl-C."""
@@ -474,21 +449,3 @@ class DemoRun:
         )
         while not self.stop.wait(POLL_S):
             self._check_processes()
-
-
-def write_picture(
-    path: Path, view: SearchView, drives: Sequence[Overlay], objects: Sequence[ObjectSummary]
-) -> None:
-    """Write a PNG of the map, the drives, at least one, and the claims over them."""
-    found = tuple(
-        (f"{each.name}{'' if each.success else ' (wrong)'}", each.position_m[0], each.position_m[1])
-        for each in objects
-        if len(each.position_m) >= 2
-    )
-    first, *others = drives
-    drawn = render_map(view, first, MIN_PIXELS_PER_CELL)
-    x_min, _, _, y_max = drawn.bounds_m
-    viewport = Viewport(x_min, y_max, drawn.pixels_per_cell / view.grid.cell_size_m)
-    for overlay in (*others, Overlay(found=found)):
-        draw_overlay(Canvas(drawn.image, viewport), overlay)
-    path.write_bytes(encode_png(drawn.image))
