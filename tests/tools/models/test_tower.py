@@ -14,8 +14,8 @@ from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_tools.cli.app import app
-from onemap_tools.export.onnx_file import least_cosine
 from onemap_tools.models import tower
+from onemap_tools.models.onnx_file import least_cosine
 from tests.perception.tiny import needs_open_clip, open_clip_folder, tipsv2_folder
 
 pytestmark = needs_open_clip

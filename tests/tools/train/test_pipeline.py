@@ -121,6 +121,6 @@ def test_a_missing_package_is_named_with_its_extra(
     monkeypatch.delitem(sys.modules, "onemap_tools.train.pipeline", raising=False)
     monkeypatch.delattr(onemap_tools.train, "pipeline", raising=False)
     monkeypatch.setitem(sys.modules, "onnx", None)
-    monkeypatch.delitem(sys.modules, "onemap_tools.export.mini", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_tools.train.export", raising=False)
     said = invoked("evaluate", "--work", tmp_path)
     assert "Training needs the package 'onnx': pip install -e '.[train]'" in said

@@ -22,8 +22,8 @@ from onemap_perception.encoders.torch_encoder import (
 )
 from onemap_perception.factory import make_encoder
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.export.onnx_file import MIN_COSINE, export_module, least_cosine
 from onemap_tools.models.known import model_errors
+from onemap_tools.models.onnx_file import MIN_COSINE, export_module, least_cosine
 
 COMPARED_IMAGES = 2  # of noise, compared patch by patch
 

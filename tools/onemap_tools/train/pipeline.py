@@ -34,8 +34,7 @@ from onemap_perception.text.vocabulary import (
     load_vocabulary,
 )
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
-from onemap_tools.export.onnx_file import MIN_COSINE
+from onemap_tools.models.onnx_file import MIN_COSINE
 from onemap_tools.train.batches import TrainParams, build_text_bank
 from onemap_tools.train.evaluation import (
     DEFAULT_CALIBRATION,
@@ -43,6 +42,7 @@ from onemap_tools.train.evaluation import (
     evaluate,
     fit_temperature,
 )
+from onemap_tools.train.export import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,

@@ -15,7 +15,7 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embeddings import EmbedTexts
 from onemap_perception.text.vocabulary import TABLE_FILE, Vocabulary
 from onemap_shared.geometry import U8
-from onemap_tools.export.onnx_file import export_module, least_cosine
+from onemap_tools.models.onnx_file import export_module, least_cosine
 from onemap_tools.train.network import MiniNetwork
 
 MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision

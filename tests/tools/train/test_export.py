@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from onemap_perception.onnx import open_session
-from onemap_tools.export.mini import compare_with_torch, export_network
-from onemap_tools.export.onnx_file import OPSET, export_module
+from onemap_tools.models.onnx_file import OPSET, export_module
+from onemap_tools.train.export import compare_with_torch, export_network
 from onemap_tools.train.network import MiniNetwork
 
 IMAGES = np.random.default_rng(0).integers(0, 256, (2, 64, 88, 3), dtype=np.uint8)
