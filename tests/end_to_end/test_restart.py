@@ -16,7 +16,7 @@ import pytest
 from onemap_shared.messages import Odometry
 from onemap_tools.processes.launch import onemap_command
 from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System
-from tests.end_to_end.test_faults import absent_object, problem_of
+from tests.end_to_end.test_faults import absent_object
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
@@ -106,39 +106,6 @@ def test_who_was_killed_alone_does_not_go_on(system: System, killed: str, why: s
     system.until(system.is_ready, f"the {killed} is back", START_S)
     stays_where_it_is(system)
     is_interrupted(system, search, why)
-
-
-SLOW_S = 45.0  # longer than a search waits for a mapper of which nobody knows anything
-SLOW_IMPORT = f"""
-import builtins, time
-
-usual = builtins.__import__
-
-def slow(name, *rest, **named):
-    if name == "torch":
-        builtins.__import__ = usual
-        time.sleep({SLOW_S})
-    return usual(name, *rest, **named)
-
-builtins.__import__ = slow
-"""
-
-
-def test_a_search_waits_for_a_mapper_that_is_imported_slowly(system: System) -> None:
-    search = searching(system)
-    (system.folder / "sitecustomize.py").write_text(SLOW_IMPORT, encoding="utf-8")
-    system.kill("mapper")
-    killed_s = time.monotonic()
-    system.start("mapper", PYTHONPATH=str(system.folder))
-    system.until(lambda: "is starting" in problem_of(system, "mapper"), "it says that it starts")
-    while time.monotonic() - killed_s < SLOW_S:
-        assert "The mapper is starting, for " in problem_of(system, "mapper")
-        now = system.http.get("/v1/searches/current").json()
-        assert now["active"], now["reason"]
-        time.sleep(1.0)
-    system.until(system.is_ready, "the mapper is back", START_S)
-    system.until(lambda: system.monitor.moves, "the search goes on", START_S)
-    assert system.http.get("/v1/searches/current").json()["id"] == search["id"]
 
 
 @contextmanager

@@ -45,11 +45,6 @@ def test_tokens_that_cannot_be_used_are_refused_without_showing_them(
     assert "hunter2" not in str(refusal.value)
 
 
-def test_a_former_key_is_refused_with_its_new_name() -> None:
-    with pytest.raises(ConfigError, match="token_file"):
-        section({"gateway": {"look_token_file": "/x"}}, "gateway", GatewayConfig)
-
-
 def test_the_content_is_the_token_without_its_line_end(tmp_path: Path) -> None:
     file = tmp_path / "secret"
     file.write_text("0123#\n")

@@ -7,13 +7,10 @@ from collections.abc import Coroutine
 from typing import Any
 
 import pytest
-from starlette.types import Message
 
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.shared_results import (
     AT_ONCE,
-    SLICE_BYTES,
-    SharedResponse,
     SharedResults,
 )
 
@@ -70,22 +67,3 @@ def test_who_waits_too_long_is_told(caplog: pytest.LogCaptureFixture) -> None:
 
     run(scenario())
     assert caplog.text == ""
-
-
-@pytest.mark.parametrize("size", [0, 1, SLICE_BYTES, 2 * SLICE_BYTES + 1])
-def test_a_large_body_is_sent_in_slices(size: int) -> None:
-    sent: list[Message] = []
-
-    async def send(message: Message) -> None:
-        sent.append(message)
-
-    async def receive() -> Message:
-        raise AssertionError("a response reads nothing")
-
-    body = bytes(index % 251 for index in range(size))
-    run(SharedResponse(body, headers={"X": "1"})({"type": "http"}, receive, send))
-    start, *parts = sent
-    assert (b"content-length", str(size).encode()) in start["headers"]
-    assert b"".join(part["body"] for part in parts) == body
-    assert max(len(part["body"]) for part in parts) <= SLICE_BYTES
-    assert [part["more_body"] for part in parts] == [True] * (len(parts) - 1) + [False]

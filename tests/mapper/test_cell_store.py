@@ -10,14 +10,11 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief import cells
 from onemap_mapper.belief.cells import (
-    BLOCK,
     CellStore,
     fused,
     gain,
-    searched_row,
 )
 from onemap_mapper.belief.features import half_bits, half_value
-from onemap_mapper.belief.view_log import Views
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
 
@@ -105,24 +102,6 @@ def test_an_hour_follows_the_exact_belief() -> None:
     exact = slow.fading_mean(seen, VIEW, LIMIT)[119::120]
     found = after_views(seen, torch.float16, LIMIT, every=120)
     assert (unit_rows(found) * unit_rows(exact)).sum(axis=1).min() > 0.9999
-
-
-def test_what_further_robots_searched_grows_with_the_cells() -> None:
-    store = CellStore(2, device=CPU, dtype=torch.float32)
-    count = BLOCK + 2
-    slots = store.new_slots(np.stack([np.arange(count), np.zeros(count, np.int64)], axis=-1))
-    ones = torch.ones((count, 2)), np.ones(count, np.float32)
-    store.fuse(slots[:2], ones[0][:2], ones[1][:2], revision=1)
-    store.fuse(slots, *ones, revision=2, views=Views(1.0, 1.0, robot=2))
-    store.fuse(slots[-1:], ones[0][:1], ones[1][:1], revision=3, views=Views(5.0, 1.0, robot=1))
-    everything = slice(0, store.count)
-    own, first, second = (searched_row(robot) for robot in range(3))
-    rows = store.confidences(everything)
-    assert rows.sum(axis=1)[[own, first, second]].tolist() == [2, 5, count]
-    more = store.new_slots(np.array([[7, k] for k in range(1, BLOCK + 1)]))
-    assert not store.confidences(slice(int(more[0]), store.count)).any()
-    store.reset_searched(2)
-    assert store.confidences(everything)[[own, first, second]].sum(axis=1).tolist() == [2, 5, 0]
 
 
 @pytest.mark.parametrize("max_prior", [3.0, 300.0])

@@ -152,20 +152,6 @@ def replaced(kept: Kept, by: objects.ObjectMemory) -> None:
     kept.keeper.kept.change(lambda memory: memory.changed_to(by))
 
 
-def test_other_objects_take_their_place(tmp_path: Path) -> None:
-    kept = Kept(tmp_path)
-    replaced(kept, objects.NO_OBJECTS)
-    assert kept.announced == []  # as empty as before
-    kept.remember("bed")
-    other = objects.NO_OBJECTS.with_find(object_find("sofa"), "00ff00ff")
-    replaced(kept, other)
-    assert kept.names() == Kept(tmp_path).names() == ["sofa"]
-    replaced(kept, objects.NO_OBJECTS)
-    assert kept.names() == []
-    assert not (tmp_path / objects.FORM.file_name).exists()
-    assert kept.announced == [1, 2, 3]
-
-
 def test_an_unreadable_file_is_one_sentence_in_the_log(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

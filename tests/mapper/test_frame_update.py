@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -11,54 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.frame.blur import MIN_WEIGHT, blur_kernel
-from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.frame.update import compute_update
 from onemap_mapper.occupancy.image import flying_pixels
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics, ray_directions
-from onemap_shared.geometry import F32, Bool, camera_mount
-from onemap_shared.messages import FeatureField
-from tests.mapper import scenes
+from onemap_shared.geometry import F32, camera_mount
 from tests.reference import mapping as slow
-
-PARAMS = scenes.params()
-
-
-def on_a_border(field: FeatureField) -> Bool:
-    """Pixels (H, W) whose cell float32 and float64 may disagree about."""
-    depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
-    cloud = PointCloud.of(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera)
-    cells = np.stack(cloud.planes[1:3], axis=-1).astype(np.float64) / PARAMS.cell_size_m
-    return np.asarray((np.abs(cells - np.round(cells)) < 1e-4).any(axis=-1))
-
-
-def test_an_update_is_projection_and_blur() -> None:
-    field = scenes.field(3, scenes.pose(0.31, -0.17, 0.4))
-    field = replace(
-        field, variance=np.where(on_a_border(field), np.float32(np.inf), field.variance)
-    )
-    update = compute_update(field, scenes.params(max_feature_height_m=100))
-    camera_xy_m = (float(field.T_map_camera[0, 3]), float(field.T_map_camera[1, 3]))
-    expected = slow.blurred(
-        slow.projected(
-            field.features.astype(np.float32),
-            np.divide(field.depth_mm, 1000, dtype=np.float32),
-            field.variance,
-            intrinsics=field.intrinsics,
-            T_map_camera=field.T_map_camera,
-            cell_size_m=PARAMS.cell_size_m,
-        ),
-        camera_xy_m=camera_xy_m,
-        cell_size_m=PARAMS.cell_size_m,
-        depth_factor=PARAMS.depth_factor,
-        half_width=PARAMS.blur_half_width_cells,
-    )
-    features, confidence = slow.table(expected, update.cells)
-    tolerance = 49 * MIN_WEIGHT * 2  # what the sparse kernel leaves out
-    np.testing.assert_allclose(update.features, features, atol=tolerance)
-    np.testing.assert_allclose(update.confidence, confidence, atol=tolerance)
-    observed = {(int(x), int(y)) for x, y in update.cells}
-    assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in observed)
 
 
 @given(seed=st.integers(0, 2**16), half_width=st.integers(0, 3), factor=st.floats(0, 0.05))

@@ -182,27 +182,6 @@ def test_it_does_not_matter_which_map_came_first(seed: int, x_m: float, yaw_rad:
     assert_same(merged(one, other), merged(other, one))
 
 
-def test_a_merged_map_is_that_of_all_frames() -> None:
-    """The inverse-variance mean of two maps is that of their frames."""
-    at = ((0.0, 0.0, 0.0), (0.4, 0.2, 0.5))
-    fields = [scenes.field(k, scenes.pose(*pose)) for k, pose in enumerate(at)]
-    together = by_cell(scenes.mapped(*fields))
-    parts = [snapshot.take(scenes.mapped(field)) for field in fields]
-    for cell, (feature, confidence) in by_cell(merged(*parts)).items():
-        np.testing.assert_allclose(feature, together[cell][0], atol=1e-4)
-        assert confidence == pytest.approx(together[cell][1], rel=1e-5)
-
-
-def test_a_map_of_another_frame_lands_at_its_place() -> None:
-    """A motion by whole cells and a quarter turn maps cells to cells."""
-    original = mapped((0.0, 0.0, 0.0), seed=5)
-    moved = PlanarMotion(np.pi / 2, 1.0, -2.0)
-    found, expected = by_cell(merged(snapshot.take(original), moved=moved)), by_cell(original)
-    assert len(found) == len(expected)
-    for (x, y), (feature, _) in expected.items():
-        np.testing.assert_allclose(found[-1 - y + 10, x - 20][0], feature, atol=1e-5)
-
-
 @pytest.mark.parametrize(
     ("changes", "error", "reason"),
     [

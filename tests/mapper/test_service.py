@@ -287,22 +287,6 @@ def test_a_frame_of_before_is_not_fused_into_another_map(
     assert rig.newest().frames_fused == int(loads) + 1
 
 
-def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
-    assert rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps == ()
-    rig.feed(sofa_ahead(0))
-    for name in ("flat-1", "flat-2"):
-        rig.client.call(keys.MAP_SAVE, m.MapFile(name))
-    listed = rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps
-    assert {each.name for each in listed} == {"flat-1", "flat-2"}
-    (one,) = rig.client.call(keys.MAP_LIST, m.MapListRequest("flat-1")).maps
-    assert one in listed
-    assert rig.client.call(keys.MAP_DELETE, m.MapFile("flat-1")) == one
-    assert [each.name for each in rig.client.call(keys.MAP_LIST, m.MapListRequest()).maps] == [
-        "flat-2"
-    ]
-    assert rig.metric("frames_fused") == 1  # the map in memory stays
-
-
 def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     rig.feed(sofa_ahead(0))
     before = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest())
@@ -544,21 +528,6 @@ def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
     assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()) == before
     rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset("s1"))
     assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()).sha256 != before.sha256
-
-
-def test_rooms_are_cut_when_asked_for_and_begin_anew_with_the_map(rig: Rig) -> None:
-    rig.feed(*(scenes.field(n, scenes.pose(0.0, 0.0, n * np.pi / 4)) for n in range(8)))
-    first = rig.client.call(keys.MAP_PLACES, m.PlacesRequest())
-    assert (first.revision, first.changes) == (rig.newest().revision, ())
-    assert set(first.ids.ravel()) == {m.NO_ROOM, 0}
-    rig.feed(scenes.field(8, scenes.pose(1.0, 0.0)))
-    grown = rig.client.call(keys.MAP_PLACES, m.PlacesRequest())
-    assert (grown.revision, {*grown.ids.ravel().tolist()}) == (
-        rig.newest().revision,
-        {m.NO_ROOM, 0},
-    )
-    rig.client.call(keys.MAP_CLEAR, m.MapClear())
-    assert (rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).ids == m.NO_ROOM).all()
 
 
 IMAGE = m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image"))

@@ -83,20 +83,6 @@ def until_waiting(cache: TextCache, count: int) -> None:
         os.sched_yield()
 
 
-def test_texts_that_wait_travel_together_and_only_once() -> None:
-    embed = HeldBack()
-    cache = TextCache(embed, CPU, SystemClock())
-    with ThreadPoolExecutor(16) as pool:
-        embed.fill(cache, pool)
-        asked = [pool.submit(cache.query, text) for text in ("cup", "lamp", "bed", "cup")]
-        until_waiting(cache, 3)
-        embed.release.set()
-        assert [each.result(20)[1].text for each in asked] == ["cup", "lamp", "bed", "cup"]
-    together = [batch for batch in embed.embedder.batches if not batch[0].startswith("first")]
-    assert sorted(text for batch in together for text in batch) == ["bed", "cup", "lamp"]
-    assert max(map(len, together)) > 1
-
-
 def test_an_unknown_word_fails_alone() -> None:
     embed = HeldBack()
     embed.embedder.unknown = "qzxw"

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_mapper.belief import view_log
 from onemap_mapper.belief.tiles import NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.belief.view_log import ViewLog
 from onemap_mapper.params import MapParams
@@ -86,3 +87,15 @@ def test_the_best_view_of_a_region_is_that_of_most_of_its_confidence(log: ViewLo
     np.testing.assert_allclose(log.best_view(ROWS), [1.0, 2.0, 0.5], atol=1e-6)
     np.testing.assert_allclose(log.best_view(ROWS[2:]), [0.0, 2.0, 0.5], atol=1e-6)
     assert log.last_seen_ns(ROWS) == 20
+
+
+def test_views_that_are_best_for_no_cell_are_forgotten(
+    log: ViewLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(view_log, "FIRST_PRUNING", 8)
+    log._prune_at = 8
+    for step in range(1, 100):
+        record(log, 0.5 * step, [step, 1, 1, 1], step)
+        assert log.best_view(ROWS[:1])[0] == pytest.approx(0.5 * step)
+        assert log.best_view(ROWS[1:])[0] == pytest.approx(0.5)
+    assert len(log._poses) <= 9

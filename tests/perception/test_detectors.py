@@ -21,7 +21,7 @@ from onemap_perception.detectors.boxes import (
     detections_from_boxes,
     inner_mask,
 )
-from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork, coco_name
+from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
 from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.encoders.checkpoint import load_pretrained
@@ -170,20 +170,6 @@ CPU = torch.device("cpu")
 def detector(tmp_path_factory: pytest.TempPathFactory) -> BoxDetector:
     network = CocoNetwork(rtdetr_folder(tmp_path_factory.mktemp("rtdetr")), CPU)
     return BoxDetector(network, CocoParams(score_threshold=1e-6))
-
-
-@pytest.mark.parametrize(
-    ("said", "coco"),
-    [
-        ("a Sofa", "couch"),
-        ("TV", "tv"),
-        ("the  potted plant", "potted plant"),
-        ("TELLY", "tv"),
-        ("lamp", "lamp"),
-    ],
-)
-def test_synonyms_become_the_names_of_coco(said: str, coco: str) -> None:
-    assert coco_name(said) == coco
 
 
 def test_detections_have_the_name_that_was_searched(detector: BoxDetector) -> None:

@@ -28,7 +28,6 @@ from onemap_shared.messages import Detections, RgbdFrame
 from tests.perception.toy import CAMERA, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
-DETECTOR = PatchDetector("toy")
 
 
 def test_the_target_comes_first_and_the_other_names_compete() -> None:
@@ -36,18 +35,6 @@ def test_the_target_comes_first_and_the_other_names_compete() -> None:
     assert target.name == "blue"
     assert target.queries is not None
     assert target.queries.texts == ("blue", "red", "green")
-
-
-def test_detections_have_points_in_the_map() -> None:
-    shown = frame(7)
-    target = make_target(ENCODER, "red", ())
-    detections = detect_in_frame(DETECTOR, target, shown, ENCODER.encode(shown.rgb))
-    assert (detections.sequence, detections.stamp_ns) == (7, shown.stamp_ns)
-    assert (detections.names, detections.detector_id) == (("red",), "patches/toy")
-    np.testing.assert_array_equal(detections.boxes_px, [[16, 8, 32, 24]])
-    np.testing.assert_allclose(detections.points_map[:, 2], 2.0)
-    assert set(detections.point_owner.tolist()) == {0}
-    assert not detections.independent  # it reads the features that the map holds
 
 
 def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detection:

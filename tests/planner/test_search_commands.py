@@ -7,12 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.searches import list_of
 from onemap_shared import keys
 from onemap_shared.messages import (
-    MAX_OBJECTS,
     Detail,
-    ObjectResult,
     Place,
     Relation,
     RelationKind,
@@ -20,13 +17,10 @@ from onemap_shared.messages import (
     SearchList,
     SearchListRequest,
     SearchRequest,
-    SearchState,
-    SearchStatus,
     TextEmbeddings,
     TextRequest,
 )
 from onemap_shared.transport import RemoteError
-from onemap_shared.wire import decode, encode
 from tests.planner.drawn_maps import places_of
 from tests.planner.simulated_services import ROOM, SimulatedServices
 
@@ -122,21 +116,3 @@ def test_searches_are_listed_newest_first(services: SimulatedServices) -> None:
     assert [each.search_id for each in listed().searches] == [second.search_id, first.search_id]
     assert [each.active for each in listed().searches] == [True, False]
     assert listed().left_out == 0
-
-
-def test_a_list_holds_as_many_searches_as_one_message() -> None:
-    """With the longest names that a search may have, in letters of four bytes."""
-    name = "\U00020000" * 200
-    result = ObjectResult(name, SearchState.NOT_FOUND, name, (), 0.0, 1.0, 1.0, (), ())
-    statuses = [
-        SearchStatus(
-            *(str(number), SearchState.NOT_FOUND, (name,) * MAX_OBJECTS, 0, name),
-            *((result,) * MAX_OBJECTS, 1, 2, 3.0),
-        )
-        for number in range(51)
-    ]
-    listed = list_of(statuses)
-    assert 0 < len(listed.searches) < 51
-    assert listed.left_out == 51 - len(listed.searches)
-    assert list(listed.searches) == statuses[: len(listed.searches)]
-    assert decode(SearchList, encode(listed)) == listed

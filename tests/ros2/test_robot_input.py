@@ -55,22 +55,6 @@ def test_a_pair_becomes_a_frame_with_the_pose_at_its_stamp(depth: np.ndarray) ->
     assert made.take_frame(0.0) is None
 
 
-@pytest.mark.parametrize(
-    ("settings", "world"),
-    [
-        ({}, "frame map"),
-        ({"namespace": "/r1"}, "frame r1/map"),
-        ({"map_frame": "odom"}, "frame odom"),
-    ],
-)
-def test_a_world_is_a_robot_and_its_frame(settings: dict[str, str], world: str) -> None:
-    made = robot(**settings)
-    show(made, T0 + 50 * MS)
-    frame = made.take_frame(0.0)
-    assert frame is not None
-    assert frame.world == world
-
-
 def test_a_frame_waits_for_its_transform_and_is_dropped_if_it_never_comes() -> None:
     made = robot()
     show(made, T0 + 150 * MS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -235,3 +236,18 @@ def test_never_are_more_frames_under_way_than_the_window(
         elif window.under_way:
             window = window.with_receipt(window.under_way[0][0], now_s)
         assert len([at for _, at in window.under_way if now_s - at < OVERDUE_S]) <= size
+
+
+def test_without_opencv_a_jpeg_is_refused_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cv2", reason="JPEG needs OpenCV")
+    data = Codec.JPEG.compress(np.zeros((6, 8, 3), np.uint8))
+    real = builtins.__import__
+
+    def absent(name: str, *arguments: Any, **options: Any) -> Any:
+        if name == "cv2":
+            raise ImportError(name)
+        return real(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    with pytest.raises(CompressionError, match=r"set bus\.link\.compression to lossless"):
+        decompress("jpeg", data, np.dtype("|u1"), (6, 8, 3))

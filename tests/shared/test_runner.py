@@ -307,15 +307,6 @@ def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert f"cannot read {key}: No such file or directory" in stderr
 
 
-def test_a_signal_ends_a_service_that_is_being_imported(space: Router) -> None:
-    bus = join(space, "gateway")
-    process = start(space, "slow import")
-    eventually(lambda: "mapper" in bus.alive() or None)
-    process.terminate()
-    assert process.wait(PATIENCE_S) == 0
-    bus.close()
-
-
 def test_a_long_start_says_what_it_does_and_advances() -> None:
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)

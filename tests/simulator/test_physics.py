@@ -46,14 +46,6 @@ def test_reaches_the_commanded_speed_with_the_acceleration_limit() -> None:
     assert drive(START, Velocity2d(0.5), 1.0).x_m == pytest.approx(1.0 + 0.125 + 0.25)
 
 
-def test_drives_a_circle_back_to_where_it_began() -> None:
-    rolling = replace(START, velocity=Velocity2d(0.4, 0.5))
-    once = step(rolling, rolling.velocity, 4 * np.pi, params=PARAMETERS, collides=nowhere)
-    assert (once.x_m, once.y_m, once.yaw_rad) == pytest.approx((1.0, 1.0, 0.0), abs=1e-9)
-    half = drive(rolling, rolling.velocity, 2 * np.pi, dt_s=2 * np.pi / 300)
-    assert (half.x_m, half.y_m) == pytest.approx((1.0, 1.0 + 2 * 0.4 / 0.5), abs=1e-9)
-
-
 def test_a_holonomic_drive_moves_sideways_within_its_limits() -> None:
     left = drive(replace(START, yaw_rad=np.pi / 2), Velocity2d(0, 0, 9.0), 2.0, params=HOLONOMIC)
     assert left.velocity.lateral_mps == pytest.approx(0.4)

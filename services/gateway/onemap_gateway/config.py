@@ -116,7 +116,7 @@ class GatewayConfig(Params):
         if token and self.token_file:
             raise ValueError("'token' and 'token_file' are both set: remove one of them")
         if tokens and not (token or self.token_file):
-            raise ValueError("a token for less is set and 'token' is not: set 'token' too")
+            raise ValueError("a token is set without 'token': set 'token' too")
         return self
 
     @model_validator(mode="after")

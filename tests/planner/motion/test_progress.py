@@ -32,12 +32,6 @@ def updated(
     return progress.update(sample, PARAMS.recovery)
 
 
-def test_a_moving_or_turning_robot_is_not_stuck() -> None:
-    assert updated(START, 60.0, Pose2d(1.5, 2.0, 0.0)).backing_from is None
-    turning = updated(START, 60.0, Pose2d(1.0, 2.0, 0.5), Velocity2d(0.0, 1.0))
-    assert turning.backing_from is None
-
-
 def test_commanded_without_moving_it_backs_up() -> None:
     assert updated(START, 2.9).backing_from is None
     assert updated(START, 3.1).backing_from == HERE
