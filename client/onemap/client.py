@@ -216,13 +216,16 @@ class Client:
         objects: Sought | Sequence[Sought],
         *,
         limits: SearchLimits = NO_LIMITS,
+        after: str = "stay",
     ) -> RemoteSearch:
         """Go and find: one object, or several, one after the other.
 
-        Each is a name, a sentence, or its parts, as in ``query``.
+        Each is a name, a sentence, or its parts, as in ``query``. after: ``return`` drives back to
+        where the robot set out when all are done, found or not.
         """
         names = [objects] if isinstance(objects, str | Mapping) else [*objects]
-        return self.searches.start({"objects": names}, limits)
+        asked = {"objects": names, **({} if after == "stay" else {"after": after})}
+        return self.searches.start(asked, limits)
 
     def places(self) -> PlaceListReply:
         """The places with a name, suggested names, other rooms, and what split and joined."""
@@ -270,6 +273,11 @@ class Client:
     def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
         return self.searches.start({"go_to_m": _place(x_m, y_m)}, limits)
+
+    def go_to_place(self, name: str, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
+        """Drive to a place of the map by its name; ``back``: to where the robot stood when the last
+        search or drive was accepted."""
+        return self.searches.start({"go_to": name}, limits)
 
     def look_at(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to where a place in the map can be seen, metres, and face it."""

@@ -247,6 +247,10 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
             {"objects": ["sofa", "bed"], "max_distance_m": 20, "max_time_s": 90.5},
             m.SearchRequest(("sofa", "bed"), 2.0, max_distance_m=20.0, max_time_s=90.5),
         ),
+        (
+            {"object": "sofa", "after": "return"},
+            m.SearchRequest(("sofa",), 2.0, after=m.After.RETURN),
+        ),
         ({"go_to_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.GO_TO, (1.0, -2.5))),
         ({"look_at_m": [1, -2.5]}, m.SearchRequest((), 2.0, m.SearchKind.LOOK_AT, (1.0, -2.5))),
     ],
@@ -264,12 +268,29 @@ def test_a_search_is_created_and_stopped_at_its_address(
     assert (report["state"], report["active"]) == ("cancelled", False)
 
 
+def test_back_is_where_the_robot_stood_when_the_last_search_began(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    unknown = client.post("/v1/searches", json={"go_to": "back"})
+    assert unknown.status_code == 404  # nothing was searched yet
+    client.post("/v1/searches", json={"object": "sofa"})
+    planner.move(m.SearchState.FOUND)
+    assert planner.status is not None
+    for start_m, status in (((), 422), ((0.5, -1.5), 201)):
+        planner.status = replace(planner.status, start_m=start_m)
+        answer = client.post("/v1/searches", json={"go_to": "Back"})
+        assert answer.status_code == status, answer.json()
+    assert planner.requests[-1].place_m == (0.5, -1.5)
+
+
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
         ({}, "exactly one of"),
         ({"object": "sofa", "objects": ["sofa"]}, "exactly one of"),
         ({"object": "sofa", "go_to_m": [1, 2]}, "exactly one of"),
+        ({"go_to_m": [1, 2], "after": "return"}, "'after' is for objects"),
+        ({"go_to": "nowhere"}, "no place 'nowhere': its places are"),
         ({"objects": ["sofa", "bed"], "order": "any"}, "'order' is gone: objects are sought as"),
         ({"object": "sofa", "max_time_s": 0}, "max_time_s"),
         ({"object": "sofa", "max_distance_m": "5"}, "max_distance_m"),

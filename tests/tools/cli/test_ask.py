@@ -123,6 +123,7 @@ WENT = "standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
         ("search sofa", "POST /v1/searches", SEARCH, EXIT_OK, "7.5 m confirmed"),
         ("search sofa", "POST /v1/searches", MISSED, EXIT_FAILED, "searched all rooms\n"),
         ("go -1.2 -3", "POST /v1/searches", ARRIVED, EXIT_OK, f"Arrived: {WENT}"),
+        ("go back", "POST /v1/searches", ARRIVED, EXIT_OK, f"Arrived: {WENT}"),
         ("go -1.2 -3", "POST /v1/searches", {**ARRIVED, "state": "failed"}, EXIT_FAILED, WENT),
         ("status", "GET /v1/status", STATUS, EXIT_OK, "mapper down It is [not] running."),
         ("status", "GET /v1/status", STATUS, EXIT_OK, "rgbd never 0.0 Hz 0 7 1"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -120,6 +120,10 @@ def search(
             "objects, of the last search.",
         ),
     ] = False,
+    after: Annotated[
+        Literal["stay", "return"],
+        typer.Option(help="When all are done, found or not: stay, or return to where it set out."),
+    ] = "stay",
     max_distance: MaxDistance = None,
     max_time: MaxTime = None,
     url: Url = DEFAULT_URL,
@@ -135,7 +139,7 @@ def search(
         raise typer.BadParameter("name an object, or go on with the last search by --again")
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        begin = partial(gateway.search, tuple(objects or ()), limits=limits)
+        begin = partial(gateway.search, tuple(objects or ()), limits=limits, after=after)
         start = begin if objects else gateway.searches.get().again
         report, exit_code = remote.follow(gateway, start, progress_console(), again=again)
     show(report, as_json, remote.describe_search)
@@ -173,8 +177,13 @@ def search_replay(
 
 @app.command(rich_help_panel=FIRST, context_settings={"ignore_unknown_options": True})
 def go(
-    x: Annotated[float, typer.Argument(help="Metres along the map's x; may be negative.")],
-    y: Annotated[float, typer.Argument(help="Metres along the map's y; may be negative.")],
+    place: Annotated[
+        list[str],
+        typer.Argument(
+            help="Metres along the map's x and y, as: 2.5 -1; or the name of a place, as: kitchen; "
+            "or back: where the robot stood when the last search or drive was accepted."
+        ),
+    ],
     *,
     look: Annotated[
         bool, typer.Option("--look", help="Drive only to where the place can be seen, and face it.")
@@ -192,10 +201,34 @@ def go(
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        start = partial(gateway.look_at if look else gateway.go_to, x, y, limits=limits)
+        if (xy := _metres(place)) is not None:
+            start = partial(gateway.look_at if look else gateway.go_to, *xy, limits=limits)
+        elif look:
+            raise typer.BadParameter("--look needs x and y in metres")
+        else:
+            start = partial(gateway.go_to_place, " ".join(place), limits=limits)
         report, exit_code = remote.follow(gateway, start, progress_console())
     show(report, as_json, remote.describe_drive)
     raise typer.Exit(exit_code)
+
+
+def _metres(place: list[str]) -> tuple[float, float] | None:
+    """The two numbers that a place is given by; None if it is a name."""
+    try:
+        x_m, y_m = map(float, place)
+    except ValueError:
+        if any(_is_number(each) or each.startswith("-") for each in place):
+            raise typer.BadParameter("give x and y in metres, or the name of a place") from None
+        return None
+    return x_m, y_m
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 @app.command(rich_help_panel=FIRST)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from base64 import b64decode
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -309,19 +309,21 @@ class SearchStart(Parts):
     """What the robot is to do: exactly one of these.
 
     ``objects``: find them, one after the other; ``object``: find a single one; ``go_to_m``: drive
-    to a place; ``look_at_m``: drive to where a place can be seen, and face it. Parts only beside
-    ``object``.
+    to a place, ``go_to``: to one by its name; ``look_at_m``: drive to where a place can be seen,
+    and face it. Parts only beside ``object``.
     """
 
     model_config = ConfigDict(
         json_schema_extra={
-            "oneOf": exactly_one_of("objects", "object", "go_to_m", "look_at_m"),
+            "oneOf": exactly_one_of("objects", "object", "go_to_m", "go_to", "look_at_m"),
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
                 {"object": "the lamp next to the bed, stay out of the nursery"},
                 {"object": "lamp", "near": "bed", "stay_out_of": ["nursery"]},
                 {"objects": ["sofa", {"text": "chair", "colour": "red", "in": "kitchen"}]},
+                {"object": "lamp", "after": "return"},
                 {"go_to_m": [2.5, -1.0]},
+                {"go_to": "back"},
                 {"look_at_m": [2.5, -1.0]},
             ],
         }
@@ -330,7 +332,17 @@ class SearchStart(Parts):
     objects: DescribedObjects | None = None
     object: ObjectName | None = None
     go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
+    go_to: ObjectName | None = Field(
+        default=None,
+        description="Name of a place of the map, or 'back': where the robot stood when the last "
+        "search or drive was accepted.",
+    )
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
+    after: Literal["stay", "return"] = Field(
+        default="stay",
+        description="What the robot does when all objects are done, found or not: it stays, or "
+        "returns to where it set out, as a part of this search.",
+    )
     max_distance_m: Limit | None = Field(
         default=None,
         description="Metres that the robot may drive; then the search fails as distance_limit.",
@@ -348,12 +360,15 @@ class SearchStart(Parts):
 
     @model_validator(mode="after")
     def _exactly_one(self) -> SearchStart:
-        members = (self.objects, self.object, self.go_to_m, self.look_at_m)
+        members = (self.objects, self.object, self.go_to_m, self.go_to, self.look_at_m)
         if sum(member is not None for member in members) != 1:
             raise ValueError(
-                "give exactly one of 'objects', a list, 'object', a text, 'go_to_m' and "
-                '\'look_at_m\', both [x, y] in metres; for example {"objects": ["sofa"]}'
+                "give exactly one of 'objects', a list, 'object', a text, 'go_to', the name of a "
+                "place, 'go_to_m' and 'look_at_m', both [x, y] in metres; for example "
+                '{"objects": ["sofa"]}'
             )
+        if self.after != "stay" and self.objects is None and self.object is None:
+            raise ValueError("'after' is for objects: leave it out of a drive")
         _check_parts(self, self.object, "object", "objects")
         return self
 
@@ -362,11 +377,17 @@ class SearchStart(Parts):
         """What to find, in order; nothing of a place."""
         return _described(self, self.object, self.objects)
 
-    def request(self, patience_s: float, sentences: Sequence[Sentence]) -> m.SearchRequest:
-        """The planner's request; ``patience_s``: seconds that the client waits for its reply."""
-        kind, place_m = m.SearchKind.FIND, self.go_to_m or self.look_at_m or ()
+    def request(
+        self,
+        patience_s: float,
+        sentences: Sequence[Sentence],
+        named_m: tuple[float, ...] = (),
+    ) -> m.SearchRequest:
+        """The planner's request; ``patience_s``: seconds that the client waits for its reply;
+        named_m: x, y of the place of the name ``go_to``."""
+        kind, place_m = m.SearchKind.FIND, self.go_to_m or self.look_at_m or named_m
         if place_m:
-            kind = m.SearchKind.LOOK_AT if self.go_to_m is None else m.SearchKind.GO_TO
+            kind = m.SearchKind.GO_TO if self.look_at_m is None else m.SearchKind.LOOK_AT
         return search_for(
             sentences,
             patience_s,
@@ -374,6 +395,7 @@ class SearchStart(Parts):
             place_m=place_m,
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,
+            after=m.After(self.after),
         )
 
 

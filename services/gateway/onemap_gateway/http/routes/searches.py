@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Awaitable
 from typing import Annotated
 
 import anyio
+import numpy as np
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
@@ -20,7 +21,10 @@ from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import search_replay, search_snapshot
 from onemap_shared import keys
-from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
+from onemap_shared.messages import PlacesRequest, SearchId, SearchListRequest, SearchStatus
+from onemap_shared.names import same_name
+
+BACK = "back"  # in the place of a name: where the robot stood when the last search was accepted
 
 
 async def search_events(
@@ -95,9 +99,30 @@ Id = Annotated[str, Depends(planner_search_id)]
 async def start(gateway: GatewayContext, request: SearchStart) -> SearchSnapshot:
     """The search that began, with how it was understood on this map."""
     understood = await understand(gateway, request.described)
-    for_planner = request.request(gateway.paces.call_timeout_s, understood.sentences)
+    named_m = await _named_m(gateway, request.go_to) if request.go_to else ()
+    for_planner = request.request(gateway.paces.call_timeout_s, understood.sentences, named_m)
     search = await gateway.search(keys.SEARCH_START, for_planner)
     return search.model_copy(update={"understood": understood.in_words()})
+
+
+async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
+    """x, y of a place of the map, or of where the last search was accepted; HttpProblem without."""
+    if same_name(name, BACK):
+        newest = await gateway.call(keys.SEARCH_GET, SearchId())
+        if not newest.start_m:
+            why = "It is not known where the robot stood when the last search began."
+            raise HttpProblem("unknown_place", why, 422)
+        return newest.start_m
+    places = await gateway.call(keys.MAP_PLACES, PlacesRequest())
+    found = places.get(name)
+    if found is None:
+        known = ", ".join(repr(place.name) for place in places.places)
+        which = f"its places are {known}" if known else "it has none yet"
+        why = f"The map knows no place {name!r}: {which}, and 'back' is where the robot set out."
+        raise HttpProblem("unknown_place", why, 422)
+    place, _ = found
+    x_m, y_m = np.mean(place.corners_m or (place.inside_m,), axis=0).tolist()
+    return x_m, y_m
 
 
 @router.post(
@@ -111,7 +136,11 @@ async def start_search(
 ) -> SearchSnapshot:
     """Explore until the objects are found, one after the other, and walk up to each.
 
-    With `go_to_m` drive to a place instead, on known floor, exploring unknown floor on the way;
+    With `after` as `return` the robot then drives back to where it set out, in the state
+    `returning`; whoever cancels cancels that too, and limits count for it.
+
+    With `go_to_m`, or `go_to` and its name, drive to a place instead, on known floor, exploring
+    unknown floor on the way;
     with `look_at_m` to where it can be seen, and face it. Such a search ends as `arrived`, or as
     `failed` with the reason; its only result says in `end_xy_m` where the robot stands.
 
