@@ -31,19 +31,12 @@ from onemap_mapper.query.whereabouts import LANDMARKS, Knowledge
 from onemap_mapper.robots import SERVICE, AllRobots, MapRobot, buses_of
 from onemap_mapper.session import MapSession
 from onemap_mapper.storage import map_file
-from onemap_mapper.storage.checkpoints import (
-    Checkpoints,
-    World,
-    read_world,
-    resumed,
-    set_aside,
-    sweep,
-    write_world,
-)
+from onemap_mapper.storage.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper, ObjectMemory
 from onemap_mapper.storage.snapshot import digest_of, restore
+from onemap_mapper.storage.worlds import FolderWorld, WorldChange, set_aside
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
 from onemap_shared.grid import GridTooLarge
@@ -85,10 +78,8 @@ class Mapper:
         # its own for every thread that calls it.
         self._scoring = self._clock.pool(1, "scoring")
         sweep(config.map_folder)
-        self._world = read_world(config.map_folder)  # of what is there
-        # Until the first frame says who drives the robot: a map that goes with its driver waits.
-        self._undecided = self._goes_with_driver(self._world)
-        kept, places = (None, ()) if self._undecided else resumed(config.map_folder, config.map)
+        self._world = FolderWorld(config.map_folder, config.resume)
+        kept, places = (None, ()) if self._world.waits else resumed(config.map_folder, config.map)
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
         self._session = MapSession(
@@ -266,14 +257,14 @@ class Mapper:
             restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
-        self._world, self._undecided = World(), False  # who loads it says that it is of this world
+        self._world.adopt()
         self._exchange(restored, content.places, content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return summary
 
     def clear(self, _request: MapClear) -> MapSummary:
         """Start an empty map, without found objects and places."""
-        self._undecided = False
+        self._world.waits = False
         return self._exchange(BeliefMap(self._config.map))
 
     def digest(self, _request: MapDigestRequest) -> MapDigest:
@@ -308,22 +299,16 @@ class Mapper:
             robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
-    def _goes_with_driver(self, world: World) -> bool:
-        """Whether a map of this world is one of a single life of the robot's driver."""
-        resume = self._config.resume
-        return world.begins_anew if resume is None else not resume
-
     def _of_world(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> BeliefMap:
         """The map of the world that a field is of: an empty one if ours is of another.
 
         Raises ``FieldRejected`` if another robot of a shared map is in another world, or if what is
         of another one cannot be set aside.
         """
-        first, was = self._robots[0], self._world
-        driver = first.driver
-        new_driver = driver != was.driver if driver and was.driver else self._undecided
-        here = World(f"{first.bus.namespace}/{field.world}", driver or was.driver)
-        if here == was and not self._undecided:
+        first, folder = self._robots[0], self._config.map_folder
+        name = f"{first.bus.namespace}/{field.world}"
+        here, change = self._world.change(name, first.driver)
+        if change is WorldChange.SAME:
             return belief
         others = {other.world for other in self._robots} - {None, field.world}
         if others:
@@ -332,25 +317,18 @@ class Mapper:
                 f"are in {', '.join(map(repr, others))}"
             )
         try:
-            self._enter(here, belief, new_driver=new_driver)
+            if change is WorldChange.OTHER:
+                self._leave(belief, self._world.why_left(here))
+            elif self._world.waits and (kept := resumed(folder, self._config.map)[0]) is not None:
+                self._take_up(kept)
+            self._world.enter(here)
         except OSError as problem:
             raise FieldRejected(
-                f"cannot keep apart in {self._config.map_folder} what is of another world: "
-                f"{problem.strerror}"
+                f"cannot keep apart in {folder} what is of another world: {problem.strerror}"
             ) from problem
         return self._map
 
-    def _enter(self, here: World, belief: BeliefMap, *, new_driver: bool) -> None:
-        """Go on in a world: with what is of it, else with nothing. Raises OSError."""
-        was, folder = self._world, self._config.map_folder
-        if was.name not in ("", here.name) or (new_driver and self._goes_with_driver(here)):
-            self._leave(belief, was, here)
-        elif self._undecided and (kept := resumed(folder, self._config.map)[0]) is not None:
-            self._take_up(kept)
-        write_world(folder, here)
-        self._world, self._undecided = here, False
-
-    def _leave(self, belief: BeliefMap, before: World, now: World) -> None:
+    def _leave(self, belief: BeliefMap, why: str) -> None:
         """Begin with nothing; what there was is set aside whole. Raises OSError."""
         aside: Path | None = None
 
@@ -364,9 +342,6 @@ class Mapper:
         self._exchange(BeliefMap(self._config.map), first=moved)
         if aside is None:
             return
-        why = f"the map was of another world ({before.name}) than the robot's frames ({now.name})"
-        if before.name in ("", now.name):
-            why = "the robot's driver was started anew, and the frame of its poses with it"
         self._notify(
             f"{why}: the map is set aside, with what was found and named there, in {aside}, and a "
             "new one begins"

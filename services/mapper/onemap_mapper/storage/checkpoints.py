@@ -3,29 +3,21 @@
 One checkpoint at a time is written, in a thread that lasts: each new one would keep memory of its
 own. The mapper's lock is held for a part of the map at a time, so that fusing waits for a few
 milliseconds.
-
-What the map folder holds of another world is set aside whole: map, found objects, places.
 """
 # Talks: writes in a thread, and logs.
-# Touches files: checkpoints, and the world that they are of.
+# Touches files: checkpoints.
 
 from __future__ import annotations
 
 import logging
-import re
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
-from onemap_mapper.places import keeper
-from onemap_mapper.storage import objects
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
-from onemap_shared.atomic_file import replacing, sweep_leftovers
+from onemap_shared.atomic_file import sweep_leftovers
 from onemap_shared.clock import Clock, Future
 from onemap_shared.messages import Place
 
@@ -77,75 +69,6 @@ def all_of(folder: Path) -> list[Path]:
 
 def _number(path: Path) -> int:
     return int(path.stem)
-
-
-WORLD_FILE = "world.txt"
-ASIDE = "other_worlds"  # inside the map folder
-MAX_WORLD_CHARS = 400
-
-
-UNREADABLE = "a world that cannot be read"  # that no frame is of
-ODOMETRY = re.compile(
-    r".*/frame (.*/)?odom\w*"
-)  # as the ROS 2 adapter names a frame like odom, REP 105
-
-
-@dataclass(frozen=True, slots=True)
-class World:
-    """What poses are in.
-
-    name: a robot's namespace, and what its frames name; empty: not known, as of earlier releases.
-    driver: instance of the process that drove the robot; empty: not known.
-    """
-
-    name: str = ""
-    driver: str = ""
-
-    @property
-    def begins_anew(self) -> bool:
-        """Whether its frame of reference begins where the odometry did, with each start."""
-        return ODOMETRY.fullmatch(self.name) is not None
-
-
-def read_world(folder: Path) -> World:
-    """The world of what the folder holds."""
-    try:
-        text = (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")
-    except FileNotFoundError:
-        return World()
-    except OSError:
-        return World(UNREADABLE)
-    name, _, driver = text[:MAX_WORLD_CHARS].partition("\n")
-    return World(name, driver)
-
-
-def write_world(folder: Path, world: World) -> None:
-    """Raises OSError."""
-    with replacing(folder / WORLD_FILE) as file:
-        file.write("\n".join(filter(None, (world.name, world.driver))).encode())
-
-
-def set_aside(folder: Path) -> Path | None:
-    """Move what the folder holds of a world into a new folder in it, which is returned.
-
-    None if there is nothing. Raises OSError; what was not moved then is in the next call.
-    """
-    names = (objects.FORM.file_name, keeper.FORM.file_name)
-    kept = [*all_of(folder), *filter(Path.exists, (folder / name for name in names))]
-    if not kept:
-        return None
-    aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
-    aside.mkdir(parents=True)
-    try:
-        for path in kept:
-            path.rename(aside / path.name)
-        if (world := folder / WORLD_FILE).exists():  # last: it says whose the others are
-            world.rename(aside / WORLD_FILE)
-    except OSError:
-        with suppress(OSError):  # what was moved stays there
-            aside.rmdir()
-        raise
-    return aside
 
 
 class Checkpoints:

@@ -1,0 +1,133 @@
+"""The world that the content of a map folder is of: map, found objects and places.
+
+Poses of another world are in another frame of reference, and so may be those of another life of the
+robot's driver. What the folder holds of such a world is set aside whole.
+"""
+# Touches files: the world, and what is set aside.
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from itertools import count
+from pathlib import Path
+
+from onemap_mapper.places import keeper
+from onemap_mapper.storage import objects
+from onemap_mapper.storage.checkpoints import all_of
+from onemap_shared.atomic_file import replacing
+
+WORLD_FILE = "world.txt"
+ASIDE = "other_worlds"  # inside the map folder
+MAX_WORLD_CHARS = 400
+UNREADABLE = "a world that cannot be read"  # that no frame is of
+ODOMETRY = re.compile(
+    r".*/frame (.*/)?odom\w*"
+)  # as the ROS 2 adapter names a frame like odom, REP 105
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What poses are in.
+
+    name: a robot's namespace, and what its frames name; empty: not known, as of earlier releases.
+    driver: instance of the process that drove the robot; empty: not known.
+    """
+
+    name: str = ""
+    driver: str = ""
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether its frame of reference begins where the odometry did, with each start."""
+        return ODOMETRY.fullmatch(self.name) is not None
+
+
+class WorldChange(Enum):
+    """What a frame's world is to the folder: that of its content, perhaps of one that waits for
+    it, or another one."""
+
+    SAME = "same"
+    GOES_ON = "goes on"
+    OTHER = "other"
+
+
+class FolderWorld:
+    """The world of what a map folder holds.
+
+    waits: the map goes with the robot's driver, and no frame has said who drives. resume: as
+    ``MapperConfig.resume``.
+    """
+
+    def __init__(self, folder: Path, resume: bool | None) -> None:
+        self._folder, self._resume = folder, resume
+        self._here = _read(folder)
+        self.waits = self._goes_with_driver(self._here)
+
+    def change(self, name: str, driver: str) -> tuple[World, WorldChange]:
+        """The world of a frame, and what it is to the folder. driver: empty: not known."""
+        was = self._here
+        here = World(name, driver or was.driver)
+        new_driver = driver != was.driver if driver and was.driver else self.waits
+        if here == was and not self.waits:
+            return here, WorldChange.SAME
+        if was.name not in ("", name) or (new_driver and self._goes_with_driver(here)):
+            return here, WorldChange.OTHER
+        return here, WorldChange.GOES_ON
+
+    def enter(self, here: World) -> None:
+        """What the folder holds is of this world from now on. Raises OSError."""
+        with replacing(self._folder / WORLD_FILE) as file:
+            file.write("\n".join(filter(None, (here.name, here.driver))).encode())
+        self._here, self.waits = here, False
+
+    def adopt(self) -> None:
+        """What the folder holds is of whatever world the next frame is."""
+        self._here, self.waits = World(), False
+
+    def why_left(self, here: World) -> str:
+        """Why what the folder holds is not of this world."""
+        if self._here.name in ("", here.name):
+            return "the robot's driver was started anew, and the frame of its poses with it"
+        before = self._here.name
+        return f"the map was of another world ({before}) than the robot's frames ({here.name})"
+
+    def _goes_with_driver(self, world: World) -> bool:
+        """Whether a map of this world is one of a single life of the robot's driver."""
+        return world.begins_anew if self._resume is None else not self._resume
+
+
+def _read(folder: Path) -> World:
+    try:
+        text = (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return World()
+    except OSError:
+        return World(UNREADABLE)
+    name, _, driver = text[:MAX_WORLD_CHARS].partition("\n")
+    return World(name, driver)
+
+
+def set_aside(folder: Path) -> Path | None:
+    """Move what the folder holds of a world into a new folder in it, which is returned.
+
+    None if there is nothing. Raises OSError; what was not moved then is in the next call.
+    """
+    names = (objects.FORM.file_name, keeper.FORM.file_name)
+    kept = [*all_of(folder), *filter(Path.exists, (folder / name for name in names))]
+    if not kept:
+        return None
+    aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
+    aside.mkdir(parents=True)
+    try:
+        for path in kept:
+            path.rename(aside / path.name)
+        if (world := folder / WORLD_FILE).exists():  # last: it says whose the others are
+            world.rename(aside / WORLD_FILE)
+    except OSError:
+        with suppress(OSError):  # what was moved stays there
+            aside.rmdir()
+        raise
+    return aside
