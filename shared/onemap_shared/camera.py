@@ -56,11 +56,6 @@ class Intrinsics:
             self.fx * scale_x, self.fy * scale_y, self.cx * scale_x, self.cy * scale_y
         )
 
-    def strided(self, n: int) -> Intrinsics:
-        """The camera of ``image[::n, ::n]``: every n-th pixel, without averaging."""
-        cx, cy = ((centre - 0.5) / n + 0.5 for centre in (self.cx, self.cy))
-        return Intrinsics(self.fx / n, self.fy / n, cx, cy)
-
     def matrix(self) -> F64:
         """K (3, 3) as OpenCV and ROS have it: with pixel centres at integers."""
         return np.array([[self.fx, 0, self.cx - 0.5], [0, self.fy, self.cy - 0.5], [0, 0, 1.0]])

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_shared import geometry
-from onemap_shared.camera import Intrinsics, ray_directions, unproject, unproject_to_map
+from onemap_shared.camera import Intrinsics, unproject, unproject_to_map
 from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
 from onemap_shared.rates import WINDOW_S, RateMeter
 from onemap_shared.trail import extended
@@ -119,13 +119,6 @@ def test_unprojected_points_project_back_to_their_pixel(h: int, w: int, depth_m:
     v = points[..., 1] / points[..., 2] * intrinsics.fy + intrinsics.cy - 0.5
     np.testing.assert_allclose(u, np.broadcast_to(np.arange(w), (h, w)), atol=1e-4)
     np.testing.assert_allclose(v, np.broadcast_to(np.arange(h)[:, None], (h, w)), atol=1e-4)
-
-
-@given(st.integers(1, 7), st.integers(5, 20), st.integers(5, 20))
-def test_a_strided_image_keeps_the_rays_of_its_pixels(n: int, h: int, w: int) -> None:
-    full = ray_directions(CAMERA, w, h)[::n, ::n]
-    strided = ray_directions(CAMERA.strided(n), full.shape[1], full.shape[0])
-    np.testing.assert_allclose(strided, full, atol=1e-5)
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-4, 4), st.floats(-0.5, 1.0))

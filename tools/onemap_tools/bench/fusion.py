@@ -91,6 +91,7 @@ def simulated_field(sequence: int, rng: np.random.Generator) -> FeatureField:
         depth_mm=np.round(depth_m * 1000).astype(np.uint16),
         intrinsics=CAMERA,
         T_map_camera=T_map_camera,
+        colours=rng.integers(1, 256, (*PATCHES[:2], 3), np.uint8),
     )
 
 

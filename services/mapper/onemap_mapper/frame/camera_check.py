@@ -46,8 +46,8 @@ class LevelSurface:
 
 def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
     """The lowest level plane seen from above within 4 m; None if there is none."""
-    cloud = cloud.strided(max(1, cloud.depth_m.shape[0] // IMAGE_ROWS))
-    depth, *xyz = (plane.astype(np.float64) for plane in cloud.planes)
+    step = max(1, cloud.depth_m.shape[0] // IMAGE_ROWS)
+    depth, *xyz = (plane[::step, ::step].astype(np.float64) for plane in cloud.planes)
     used = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
     q = np.divide(1.0, depth, out=np.zeros(depth.shape), where=used)
     rays = (np.stack(xyz, axis=-1) - cloud.T_map_camera[:3, 3]) * q[..., None]

@@ -73,8 +73,3 @@ class PointCloud:
     def without(self, pixels: Bool) -> PointCloud:
         """The cloud without return at these pixels (H, W)."""
         return replace(self, depth_m=np.where(pixels, np.float32(0), self.depth_m))
-
-    def strided(self, step: int) -> PointCloud:
-        """The cloud of every so manieth pixel of every so manieth row."""
-        thinned = (np.ascontiguousarray(plane[::step, ::step]) for plane in self.planes)
-        return PointCloud(self.T_map_camera, *thinned)

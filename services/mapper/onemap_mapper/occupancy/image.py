@@ -116,9 +116,8 @@ def _of_kind(kind: U8, wanted: int, x: F32, y: F32, z: F32) -> F32:
 
 def ray_ends(cloud: PointCloud) -> F32:
     """Points (n, 3) with depth of every so manieth pixel of every so manieth row."""
-    thinned = cloud.strided(RAY_STRIDE)
-    seen = thinned.depth_m > 0
-    return np.stack([plane[seen] for plane in thinned.planes[1:]], axis=1)
+    depth_m, *xyz = (plane[::RAY_STRIDE, ::RAY_STRIDE] for plane in cloud.planes)
+    return np.stack([plane[depth_m > 0] for plane in xyz], axis=1)
 
 
 def _covering(camera: F32, ends: F32, places: Places, cell_size_m: float) -> GridSpec:
