@@ -220,33 +220,10 @@ class DemoSummary:
         return not self.failure and bool(self.wanted) and self.found == len(self.wanted)
 
     @property
-    def progress(self) -> float:
-        """Fraction of the objects that were found before the first failure (paper: PR)."""
-        done = 0
-        for name, item in zip(self.wanted, self.objects, strict=False):
-            if item.name != name or not item.counts_as_found:
-                break
-            done += 1
-        return done / len(self.wanted) if self.wanted else 0.0
-
-    @property
     def object_spl(self) -> float:
         """Mean SPL of the objects that were judged and not there at the start; NaN without any."""
         known = [item.spl for item in self.objects if item.judged and not item.there_at_start]
         return sum(known) / len(known) if known else nan
-
-    @property
-    def spl(self) -> float:
-        """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count.
-
-        NaN if a result has no ground truth.
-        """
-        if self.judged < len(self.objects):
-            return nan
-        if not self.worked:
-            return 0.0
-        shortest = sum(item.shortest_path_m for item in self.objects)
-        return path_efficiency(shortest, sum(item.path_length_m for item in self.objects))
 
     def document(self) -> dict[str, Any]:
         """As a JSON object."""
@@ -260,9 +237,7 @@ class DemoSummary:
                 item.document() | ({"spl": None} if item.there_at_start else {})
                 for item in self.objects
             ],
-            "spl": json_value(self.spl),
             "object_spl": json_value(self.object_spl),
-            "progress": self.progress,
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
             "first_metre_s": json_value(self.first_metre_s),
@@ -346,8 +321,7 @@ def _verdict(summary: DemoSummary) -> str:
     """Wrong claims and SPL, or for how many objects there is ground truth."""
     wrong = f"{summary.claimed_wrongly} claimed wrongly"
     if summary.judged == len(summary.objects):
-        whole = f"SPL {number(summary.object_spl)} per object, {number(summary.spl)} in all"
-        return f"{wrong}, {whole}"
+        return f"{wrong}, SPL {number(summary.object_spl)} per object"
     known = f"ground truth for {summary.judged} of {len(summary.objects)}"
     return f"{known}, {wrong}" if summary.judged else "no ground truth"
 
