@@ -100,6 +100,7 @@ class VirtualRouter:
     def __init__(self, world: VirtualWorld) -> None:
         self.world, self.up = world, True
         self.sessions: list[VirtualBus] = []
+        self.observers: list[Callable[[str, Packet], object]] = []  # of all that is published
 
     def join(
         self, process: Process, service: str, *, namespace: str = "", announce: bool = True
@@ -127,6 +128,19 @@ class VirtualRouter:
         for session in self.sessions_of(process):
             session.set_cut(cut=cut)
 
+    def stall(self, process: Process, *, stalled: bool) -> None:
+        """Stall a process, or let it go on; its connections end with the lease."""
+        self.world.stall(process, stalled=stalled)
+        if stalled:
+            began_ns = self.world.now_ns
+            process.belongings["stalled_ns"] = began_ns
+            self.world.at(LEASE_S, partial(self._lease_ends, process, began_ns))
+
+    def _lease_ends(self, process: Process, began_ns: int) -> None:
+        if process.stalled and process.belongings["stalled_ns"] == began_ns:
+            for session in self.sessions_of(process):
+                session.disconnect(known=True)
+
     def sessions_of(self, process: Process) -> list[VirtualBus]:
         """Sessions that a process has opened and not closed, connected or not."""
         return [bus for bus in process_sessions(process) if not bus.closed]
@@ -142,6 +156,8 @@ class VirtualRouter:
     def publish(self, key: str, packet: Packet, delivery: Delivery) -> None:
         """Pass a packet on to who subscribes to its key."""
         self.world.note(key.encode() + packet.header + packet.body)
+        for observe in self.observers:
+            observe(key, packet)
         nbytes = len(packet.header) + len(packet.body)
         for session in list(self.sessions):
             for pattern, inbox in session.inboxes:
@@ -249,6 +265,9 @@ class VirtualBus:
     def _try_again(self, pause_s: float) -> None:
         def attempt() -> None:
             if self.closed or not self.process.alive or self._connected:
+                return
+            if self.process.stalled:
+                self._try_again(pause_s)
                 return
             try:
                 self.connect()

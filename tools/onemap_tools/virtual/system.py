@@ -6,7 +6,7 @@ functions of ``runner`` as in an operating system, and end when they are killed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -104,15 +104,21 @@ class VirtualSystem:
         self.world, self.router = world, VirtualRouter(world)
         self._equipment = equipment
         self.services: dict[str, VirtualService] = {}
+        self._started: list[VirtualService] = []
+        self.on_exit: Callable[[VirtualService, int], object] = lambda _service, _code: None
+        self._skew_ns: dict[str, int] = {}  # by service
         self.user: VirtualBus = self.router.join(world.process("user"), "user", announce=False)
 
-    def start(self, name: str) -> VirtualService:
-        """Start a process of a service; the one before must have ended."""
+    def start(self, name: str, *, beside: bool = False) -> VirtualService:
+        """Start a process of a service; ``beside``: the one that is there stays the one."""
         process = self.world.process(name)
+        process.skew_ns = self._skew_ns.get(name, 0)
         life = ProcessLife(name, VirtualClock(self.world, process))
         before = self.services.get(name)
         service = VirtualService(name, process, life, codes=before.codes if before else [])
-        self.services[name] = service
+        self._started.append(service)
+        if not beside:
+            self.services[name] = service
         self.world.spawn(process, "main", partial(self._main, service))
         return service
 
@@ -120,6 +126,17 @@ class VirtualSystem:
         """Start every service."""
         for name in SERVICES:
             self.start(name)
+
+    def running(self, name: str) -> list[VirtualService]:
+        """The processes of a service that have not ended."""
+        return [each for each in self._started if each.name == name and each.process.alive]
+
+    def skew(self, names: Iterable[str], by_ns: int) -> None:
+        """Set the wall clocks of these services' computers."""
+        for name in names:
+            self._skew_ns[name] = self._skew_ns.get(name, 0) + by_ns
+            for service in self.running(name):
+                service.process.skew_ns += by_ns
 
     def spawn_user(self, work: Callable[[VirtualBus], object]) -> None:
         """Run what a user does, in a thread of its process."""
@@ -139,6 +156,7 @@ class VirtualSystem:
         except StartError:
             code = EXIT_CRASHED
         service.codes.append(code)
+        self.on_exit(service, code)
         self.world.kill(service.process)
 
     def _connect(
