@@ -206,6 +206,22 @@ class NavigationBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
+class FaultsBench(Options):
+    """Search for faults by seed: services killed, stalled, cut off, clocks set, and what must hold.
+
+    Each seed draws an apartment, searches, what a user does and what fails, and runs the real
+    services in virtual time. Of a rule that does not hold it prints the seed, and the smallest plan
+    that still breaks it. The same seed gives the same run.
+    """
+
+    module = "faults.benchmark"
+    seeds: Annotated[int, Option(min=1, help="How many.")] = 10
+    seed: Annotated[int, Option(min=0, help="The first.")] = 1
+    workers: Annotated[int, Option(min=1, help="Seeds at once, a core each.")] = 1
+    shrink: Annotated[bool, Option(help="Make plans that fail smaller.")] = True
+
+
+@dataclass(frozen=True, kw_only=True)
 class HabitatBench(Options):
     """The paper's figures on HM3D, in Habitat: SR, SPL, PR, PPL, SPL by position.
 
@@ -264,6 +280,7 @@ class SystemBench(Options):
 
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
+    FaultsBench,
     SceneBench,
     FusionBench,
     QueryBench,

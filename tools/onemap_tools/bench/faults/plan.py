@@ -1,0 +1,88 @@
+"""What happens in a run: faults and what a user does, drawn by the seed, and made fewer."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+Kind = Literal[
+    "kill", "stall", "cut", "late", "slow", "lossy", "router", "clock", "second planner",
+    "cancel", "zone", "save", "load", "clear",
+]  # fmt: skip
+SERVICES = ("simulator", "perception", "mapper", "planner")
+# How often each is drawn: what a link or a process does is where most was found.
+WEIGHTS: dict[Kind, int] = {
+    "kill": 4, "stall": 4, "cut": 3, "late": 3, "slow": 2, "lossy": 2, "router": 2, "clock": 3,
+    "second planner": 1, "cancel": 2, "zone": 2, "save": 1, "load": 1, "clear": 1,
+}  # fmt: skip
+BEGIN_S, LAST_S = 4.0, 40.0  # between which something happens
+MOST = 4  # incidents of a run
+APARTMENTS = 40
+LATE_S, SLOW_BYTES_PER_S, LOSS = (0.05, 2.0), (20_000.0, 500_000.0), (0.05, 0.6)
+CLOCK_S = (0.05, 3600.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """Something that happens to ``target`` at ``at_s`` and ends after ``lasts_s``.
+
+    amount: seconds of delay, or that a clock jumps, bytes per second, share that is lost.
+    """
+
+    kind: Kind
+    at_s: float
+    target: str = ""
+    lasts_s: float = 0.0
+    amount: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FaultPlan:
+    """A run, whole: the order of threads, the apartment, and what happens."""
+
+    seed: int
+    apartment: int
+    incidents: tuple[Incident, ...]
+
+    def smaller(self) -> Iterator[FaultPlan]:
+        """Plans in which less happens, the smallest first."""
+        for index, incident in enumerate(self.incidents):
+            others = self.incidents[:index], self.incidents[index + 1 :]
+            yield replace(self, incidents=(*others[0], *others[1]))
+            if incident.lasts_s > 1.0:
+                shorter = replace(incident, lasts_s=round(incident.lasts_s / 2, 1))
+                yield replace(self, incidents=(*others[0], shorter, *others[1]))
+
+
+def drawn(seed: int) -> FaultPlan:
+    """The plan of a seed."""
+    rng = random.Random(seed)
+    kinds = rng.choices(list(WEIGHTS), list(WEIGHTS.values()), k=rng.randint(1, MOST))
+    incidents = sorted((_drawn(kind, rng) for kind in kinds), key=lambda each: each.at_s)
+    return FaultPlan(seed, 1 + rng.randrange(APARTMENTS), tuple(incidents))
+
+
+def _drawn(kind: Kind, rng: random.Random) -> Incident:
+    at_s, lasts_s = round(rng.uniform(BEGIN_S, LAST_S), 1), round(rng.uniform(0.2, 15.0), 1)
+    target = rng.choice(SERVICES)
+    ranges = {"late": LATE_S, "slow": SLOW_BYTES_PER_S, "lossy": LOSS, "clock": CLOCK_S}
+    amount = 0.0
+    if kind in ranges:
+        low, high = ranges[kind]
+        amount = float(f"{low * (high / low) ** rng.random():.3g}")
+    if kind == "clock":
+        amount *= rng.choice((-1.0, 1.0))
+        target = rng.choice((*SERVICES, "all"))
+    if kind in ("router", "second planner", "cancel", "zone", "save", "load", "clear"):
+        target = ""
+    return Incident(kind, at_s, target, lasts_s, amount)
+
+
+def shrunk(plan: FaultPlan, fails: Callable[[FaultPlan], bool]) -> FaultPlan:
+    """The smallest plan that still fails, by leaving out and shortening one thing after another."""
+    for smaller in plan.smaller():
+        if fails(smaller):
+            return shrunk(smaller, fails)
+    return plan
