@@ -237,8 +237,10 @@ def _blind_spot(
     ran_into_m = np.hypot(*(beside.obstacles_xy - start_xy).T).min(initial=np.inf)
     if ran_into_m <= params.blind_m + params.radius_m:
         return np.zeros_like(assumed)
-    near: Bool = distance_cells(grid, grid.cells(start_xy)) * grid.cell_size_m <= params.blind_m
-    return assumed & near
+    blind: Bool = assumed.copy()
+    away = np.hypot(*(np.argwhere(assumed) - grid.cells(start_xy)).T)
+    blind[assumed] = away * grid.cell_size_m <= params.blind_m
+    return blind
 
 
 def _gaps(hidden: Bool, passable: Bool, navigable: Bool, robot: I64, gap_cells: float) -> Bool:
@@ -325,6 +327,8 @@ def _mark(grid: GridSpec, points_xy: F64, around: I64 = HERE) -> Bool:
 
 def _around(grid: GridSpec, points_xy: F64, within_m: float) -> Bool:
     """Mask (nx, ny) of the cells within a distance of the cell of a point."""
+    if len(points_xy) == 0:
+        return np.zeros(grid.shape, bool)
     away_m = distances_m(_mark(grid, points_xy), grid.cell_size_m, within_m)
     near: Bool = away_m <= within_m + ROUNDING_M
     return near
