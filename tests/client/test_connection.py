@@ -95,10 +95,6 @@ def test_a_token_that_cannot_be_sent_is_refused(token: str) -> None:
         Client(token=token)
 
 
-def test_comments_and_what_was_cut_off_are_ignored() -> None:
-    assert list(stream_messages([STREAM])) == MESSAGES
-
-
 @given(st.lists(st.integers(0, len(STREAM)), max_size=8))
 def test_messages_do_not_depend_on_how_the_bytes_arrive(cuts: list[int]) -> None:
     places = [0, *sorted(cuts), len(STREAM)]

@@ -7,14 +7,10 @@ from typing import Any
 import httpx
 import pytest
 
-from onemap import Client, OneMapError, Unreachable
-from onemap_tools.gateway import MAX_FAILED_POLLS, SearchHandle, cli_error
+from onemap import Client, OneMapError
+from onemap_tools.gateway import MAX_FAILED_POLLS, SearchHandle
 
 EXPLORING: dict[str, Any] = {"id": "s1", "state": "exploring", "objects": ["sofa"], "results": []}
-
-
-def test_a_timeout_is_reported_as_it_is() -> None:
-    assert str(cli_error(Unreachable("It hangs.", "http://robot", timed_out=True))) == "It hangs."
 
 
 def handle_of(*replies: tuple[int, dict[str, Any]]) -> SearchHandle:

@@ -64,15 +64,6 @@ def field(feature: tuple[float, ...], yaw_rad: float = 0.0, depth_mm: int = 4000
     )
 
 
-def test_confidence_falls_to_the_edge_of_the_image_and_ends_at_walls() -> None:
-    places = np.array([[2.0, 0.0], [2.0, 1.0], [2.0, -1.0], [2.0, 2.2], [-2.0, 0.0], [5.0, 0.0]])
-    ahead, left, right, beside, behind, beyond = methods.view_confidence(places, field((1.0, 0.0)))
-    assert ahead == pytest.approx(1.0)
-    assert 0 < left < ahead
-    assert left == pytest.approx(right)
-    assert (beside, behind, beyond) == (0.0, 0.0, 0.0)
-
-
 OF_WORDS = load_table(SHIPPED)
 
 

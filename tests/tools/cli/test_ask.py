@@ -470,15 +470,6 @@ def test_a_query_says_its_verdict_and_where_it_is(console: Console) -> None:
         assert part in said
 
 
-def test_a_reply_of_an_older_gateway_is_printed_too(console: Console) -> None:
-    why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
-    remote.describe_query({"text": "yeti", "regions": [], "message": why}, console)
-    region = {"rank": 1, "centre_m": [2.35, -1.1], "extent_m": [1.5, -1.6, 3.2, -0.6], "score": 0.9}
-    remote.describe_query({"text": "sofa", "regions": [region]}, console)
-    assert why in " ".join(text_of(console).split())
-    assert "(2.35, -1.10) m" in text_of(console)
-
-
 def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str]) -> None:
     results = [QueryResult.of(each) for each in (ABSENT, FOUND)]
     away = QueryInterrupted("The mapper is away.")

@@ -6,9 +6,8 @@ import json
 from typing import Any
 
 import httpx
-import pytest
 
-from onemap import Client, OneMapError
+from onemap import Client
 from onemap_tools.demo.recorded import lines, play
 
 
@@ -70,10 +69,3 @@ def test_the_time_limit_ends_a_long_recording() -> None:
     assert document["worked"] is False
     assert document["trouble"] == "Only 2 of 5 frames were played within the time limit."
     assert lines(document)[-1] == document["trouble"]
-
-
-def test_an_unknown_word_ends_it_before_it_is_played() -> None:
-    gateway = FakeGateway()
-    with pytest.raises(OneMapError, match="no word that mini knows"):
-        gateway.play(("blorp",))
-    assert gateway.played == 7

@@ -189,15 +189,6 @@ def test_one_robot_searches_for_all_and_several_take_them_in_turn(tmp_path: Path
     assert (second.name, second.found, second.path_length_m) == ("r2", ("sofa",), 2.5)
 
 
-def test_one_that_fails_goes_on_with_the_next_and_is_named(tmp_path: Path) -> None:
-    failing, sound = FakeRobot(polls=1, ends="failed"), FakeRobot(polls=9)
-    summary = searched(demo_of(tmp_path, failing, sound))
-    assert failing.sought == [["bed"], ["desk"]]
-    assert summary.failure == "r1: the map was lost"
-    assert summary.not_sought == ("bed", "desk")
-    assert not summary.worked
-
-
 def test_the_time_limit_ends_the_searches_of_all(tmp_path: Path) -> None:
     fakes = FakeRobot(polls=9), FakeRobot(polls=9)
     summary = searched(demo_of(tmp_path, *fakes, limit_s=0.0))

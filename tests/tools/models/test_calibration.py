@@ -10,7 +10,6 @@ import pytest
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.models import calibration
 from onemap_tools.models.calibration import QueryOutcome, QueryWord
-from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
 
 SOFA, CAR = QueryWord("sofa", "sofa", "names"), QueryWord("car", "", "unrelated")
@@ -26,24 +25,6 @@ def outcome(
 ) -> QueryOutcome:
     """``near`` None: the thing is absent."""
     return QueryOutcome(word, seed, near is not None, score, bool(near))
-
-
-def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
-    encoder = ColourEncoder()
-    mapped = calibration.map_scene(room, encoder, seed=3, images=12)
-    assert mapped.observed >= {"sofa", "ball", "floor"}
-    assert mapped.belief.frames_fused == 12
-    words = (
-        QueryWord("red", "sofa", "names"),
-        QueryWord("blue", "", "unrelated"),
-        QueryWord("green", "bed", "names"),
-    )
-    questions = [(word, calibration._query(word, encoder)) for word in words]
-    red, blue, green = calibration.query_map(mapped, questions, 3)
-    assert (red.present, red.near) == (True, True)
-    assert (blue.present, blue.near) == (False, False)
-    assert not green.present
-    assert red.score > blue.score
 
 
 def test_the_report_holds_rates_of_every_group_and_becomes_a_table(

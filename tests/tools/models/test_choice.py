@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from onemap_perception.config import ENCODER_NETWORKS, KNOWN_MODELS, PerceptionConfig
+from onemap_perception.config import KNOWN_MODELS, PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.models.choice import (
@@ -27,13 +27,6 @@ def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[st
     after = perception_section(before, choose(names), device, allow_remote_code=False)
     PerceptionConfig.model_validate(after)
     return after
-
-
-@pytest.mark.parametrize("name", ENCODER_NETWORKS)
-def test_an_encoder_has_a_default_model(name: str) -> None:
-    choice = choose([name])
-    assert (choice.encoder, choice.detectors) == (name, None)
-    assert next(m.backend for m in KNOWN_MODELS if m.repo == choice.encoder_model) == name
 
 
 def test_hub_ids_and_an_encoder_with_a_detector() -> None:
@@ -70,15 +63,6 @@ def test_an_encoder_without_calibration_gets_a_detector_that_needs_none() -> Non
     assert section({"patches": {}}, "tipsv2")["detector"] == ROUTED
     plugin = {"backend": "plugin", "name": "mine"}
     assert section({"detector": plugin}, "tipsv2")["detector"] == plugin
-
-
-def test_a_detector_beside_the_shipped_encoder() -> None:
-    after = section({"mini": {"channels": 9}, "variance": "paper"}, "coco")
-    assert after == {
-        "variance": "paper",
-        "encoder": {"backend": "mini", "channels": 9},
-        "detector": {"backend": "coco", "model": COCO, "device": "cpu"},
-    }
 
 
 def test_settings_of_another_network_go_but_for_those_that_last() -> None:

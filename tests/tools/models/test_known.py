@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 
 from onemap_perception import model_store
 from onemap_perception.config import KNOWN_MODELS
-from onemap_perception.errors import BackendError
 from onemap_tools.cli.app import app
 from onemap_tools.errors import CliError
 from onemap_tools.models import known
@@ -81,8 +80,3 @@ def test_a_damaged_download_is_removed(hub: LocalHub) -> None:
         downloaded()
     small.announced = hashlib.sha1(b"blob 2\0{}").hexdigest()
     assert downloaded().is_dir()
-
-
-def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
-    with pytest.raises(BackendError, match=f"onemap models use {REPO}"):
-        model_store.locate(REPO)

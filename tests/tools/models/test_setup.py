@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-import torch
 import yaml
 from typer.testing import CliRunner
 
@@ -24,7 +23,7 @@ from onemap_shared.config import load
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.models import setup as memory
-from onemap_tools.models.setup import ALLOWANCE_BYTES, device_memory, needed_memory
+from onemap_tools.models.setup import device_memory
 from tests.perception import tiny
 from tests.perception.local_hub import COMMIT, LocalHub, ServedFile, serve_hub, use_hub
 from tests.structure import ROOT
@@ -193,12 +192,6 @@ def test_a_disk_that_is_too_small_is_refused(
     assert downloads(hub) == 0
 
 
-@pytest.mark.skipif(torch.cuda.is_available(), reason="this machine has a CUDA device")
-def test_a_device_that_is_not_there_is_refused(hub: LocalHub) -> None:
-    assert "device 'cuda' cannot be used: " in refused("coco", "--device", "cuda", "--yes")
-    assert downloads(hub) == 0
-
-
 def test_a_missing_package_is_named(hub: LocalHub, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ruamel.yaml", None)
     for name in ("setup", "config_file"):
@@ -289,14 +282,6 @@ def test_on_a_terminal_the_licence_is_asked_for(
     assert "nothing was fetched and nothing was written" in err
     assert downloads(hub) == 0
     assert not Path("robot.yaml").exists()
-
-
-def test_on_a_gpu_the_weights_pass_through_the_machines_memory() -> None:
-    assert needed_memory([("cuda", 100_000_000), ("cpu", 50_000_000)]) == {
-        "cuda": ALLOWANCE_BYTES + 400_000_000,
-        "cpu": ALLOWANCE_BYTES + 200_000_000 + 800_000_000,
-    }
-    assert needed_memory([]) == {"cpu": ALLOWANCE_BYTES}
 
 
 def test_the_limit_of_a_container_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -123,13 +123,6 @@ def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
             assert processes.restart(now_s) == ["mapper"]
 
 
-def test_a_service_knows_what_is_started_again_beside_it(folder: Path) -> None:
-    code = "from onemap_shared.supervisor import start_hint; print(start_hint('other'), flush=True)"
-    with launch.Processes([python("one", code), python("other", SLEEPER)], folder) as processes:
-        processes.start("one")
-        assert first_line(folder / "one.log").startswith("it is started again by itself")
-
-
 def test_kill_ends_all_at_once(folder: Path) -> None:
     with launch.Processes([python("stubborn", STUBBORN)], folder) as processes:
         processes.start()

@@ -24,7 +24,7 @@ from onemap_shared import messages as m
 from onemap_shared.transport import Bus, Counters, Subscription
 from onemap_tools.cli.app import app
 from onemap_tools.recording import record as module
-from onemap_tools.recording.bag_file import FRAMES_HELD, BagMessage, BagReader, BagWriter
+from onemap_tools.recording.bag_file import BagMessage, BagReader, BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
 from onemap_tools.recording.replay import read_history
 from tests.gateway import fakes
@@ -101,13 +101,6 @@ def test_images_can_be_left_out_and_the_mapper_may_be_gone(tmp_path: Path) -> No
     assert on(path, "robot/rgbd/v1") == []
     assert len(on(path, "perception/field/v1")) == 1
     assert "no process serves map/digest/v1" in robot.recorder.problems["map/digest/v1"]
-
-
-def test_what_was_missed_is_counted(robot: RecordedRobot) -> None:
-    robot.see(*range(FRAMES_HELD + 3), fused=False)
-    robot.see(FRAMES_HELD + 8, fused=False)
-    robot.end()
-    assert robot.recorder.missed == {"robot/rgbd/v1": 5, "perception/field/v1": 4}
 
 
 def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> None:

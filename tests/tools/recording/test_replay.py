@@ -33,7 +33,6 @@ from onemap_tools.recording.bag_file import (
     BagError,
     BagReader,
     BagWriter,
-    is_ros2,
 )
 from onemap_tools.recording.replay import Change, map_steps
 from onemap_tools.recording.ros2_frames import Ros2Bag
@@ -186,17 +185,6 @@ def test_steps(announced: list[tuple[int, int]], changes: list[Change]) -> None:
     revision = sample(m.MapRevision)
     said = [dataclasses.replace(revision, revision=n, frames_fused=k) for n, k in announced]
     assert [change for change, _ in map_steps(said)] == changes
-
-
-def test_frames_of_ros2_have_the_poses_at_their_stamps(tmp_path: Path) -> None:
-    path = bag(tmp_path / "a.mcap", drive())
-    reader = Ros2Bag(path, CONFIG)
-    frames = list(reader.frames())
-    assert is_ros2(path)
-    assert [frame.stamp_ns for frame in frames] == [T0, T0 + 100 * MS, T0 + 200 * MS]
-    assert [frame.rgb[0, 0, 0] for frame in frames] == [50, 51, 52]
-    assert [frame.T_map_camera[0, 3] for frame in frames] == pytest.approx([0.2, 0.4, 0.6])
-    assert reader.problems == []
 
 
 def test_a_bag_whose_clocks_jump_gives_the_frames_before_and_after(tmp_path: Path) -> None:
