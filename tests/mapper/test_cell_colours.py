@@ -11,9 +11,10 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
-from onemap_mapper.query.replies import ViewReplies, search_view, similarity_reply
+from onemap_mapper.query.replies import ViewReplies, judged, search_view, similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, restore, take
@@ -27,7 +28,7 @@ SOFA, WALL = np.eye(16, dtype=np.float32)[:2]
 RED, BLUE, GREY = (
     lab_of(np.array(rgb, np.uint8)) for rgb in ((180, 30, 30), (40, 70, 180), 3 * [130])
 )
-QUERY = TextQuery("sofa", torch.from_numpy(np.stack([SOFA, WALL])), 30.0)
+QUERY = TextQuery("sofa", torch.from_numpy(np.stack([SOFA, WALL])), 30.0, 0.25)
 
 
 def seen(sequence: int, colour: F32 | None, x_m: float = 0.0) -> m.FeatureField:
@@ -42,9 +43,14 @@ def seen(sequence: int, colour: F32 | None, x_m: float = 0.0) -> m.FeatureField:
     return replace(field, colours=packed(colours))
 
 
-def best_score(belief: BeliefMap, colour: str) -> float:
+def answer(belief: BeliefMap, colour: str) -> m.SimilarityReply:
     request = m.SimilarityRequest("sofa", detail=m.Detail(colour=colour))
-    return similarity_reply(MapScores(belief).of([QUERY]), request=request).best_score
+    scored = MapScores(belief).of([QUERY])
+    reply, version = similarity_reply(scored, request=request), scored.version
+    coverage = floor_coverage(
+        version.occupancy_grid(), version.layers(), reply.grid, robot_xy_m=(), area=None
+    )
+    return judged(reply, request, coverage, scored, found_score=0.3)
 
 
 def test_a_mean_colour_of_one_colour_is_it_whatever_the_blur() -> None:
@@ -69,13 +75,17 @@ def test_a_view_without_colours_leaves_what_is_known_of_them() -> None:
 def test_a_coloured_thing_is_found_only_where_its_colour_is(stands: str) -> None:
     belief = scenes.mapped(seen(0, RED if stands == "red" else BLUE))
     other = "blue" if stands == "red" else "red"
-    assert best_score(belief, stands) > 0.8
-    assert best_score(belief, other) < 0.1
+    assert answer(belief, stands).verdict.verdict is m.Verdict.FOUND
+    told = answer(belief, other)  # the one that is there, and why it is not the one
+    assert told.verdict.verdict is not m.Verdict.FOUND
+    (condition,) = told.whereabouts[0].conditions
+    assert (told.scores[0] > 0.9, condition.evidence) == (True, f"not {other}")
 
 
-def test_where_no_colour_is_known_any_will_do() -> None:
-    belief = scenes.mapped(seen(0, None))
-    assert best_score(belief, "blue") == best_score(belief, "")
+def test_where_no_colour_is_known_none_is_found() -> None:
+    told = answer(scenes.mapped(seen(0, None)), "blue")
+    assert told.verdict.verdict is not m.Verdict.FOUND
+    assert told.whereabouts[0].conditions[0].holds is m.Holds.NOT_CHECKED
 
 
 def test_a_view_and_its_changes_tell_the_same_likeness() -> None:
