@@ -67,6 +67,17 @@ def test_a_thing_is_found_where_its_anchor_is(belief: BeliefMap, cup: F32, found
     assert reply.whereabouts[0].holds is (m.Holds.YES if found else m.Holds.NOT_CHECKED)
 
 
+def test_what_is_hardly_like_it_is_not_it_though_it_is_where_it_was_sought() -> None:
+    """A curtain by the window, which is a little like a sofa; the sofa stands elsewhere."""
+    features, curtain = np.tile(WALL, (6, 8, 1)), WALL + np.float32(0.95) * SOFA + 2 * HAT
+    features[2:4, :2], features[2:4, 5:7] = curtain / np.linalg.norm(curtain), SOFA
+    belief = scenes.mapped(*(scenes.field(k, scenes.pose(), features=features) for k in range(3)))
+    on_window = m.Detail(relations=(m.Relation(m.RelationKind.ON, ("window",)),))
+    scored = MapScores(belief).of([query("sofa", SOFA), query("window", HAT)])
+    reply = similarity_reply(scored, request=m.SimilarityRequest("sofa", detail=on_window))
+    assert reply.scores.min() > 0.5
+
+
 def test_an_answer_is_said_by_room_landmark_and_find(belief: BeliefMap) -> None:
     scored = MapScores(belief).of([query("sofa", SOFA), query("desk", SOFA)])
     (x, y), grid = (

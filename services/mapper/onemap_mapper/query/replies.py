@@ -135,8 +135,9 @@ def _candidates(
     """Regions that may be what is asked for, the score of the best, also below the floor, and the
     scores (nx, ny) by which they are ranked.
 
-    A described one is where the joint belief is, and scores by its own name. Where nothing of the
-    name is, what is elsewhere is answered.
+    A described one is where the joint belief is, scores by its own name, and would be a region of
+    that alone: the curtain is no chair, though it is by the window. Where no such thing is, what is
+    elsewhere is answered.
     """
     version, detail = scored.version, request.detail
     inside, calibrated = area_mask(version.grid, request.area_m), asked.own.query.calibrated
@@ -157,7 +158,9 @@ def _candidates(
     regions = _regions_of(version, grid_scores, request, calibrated=calibrated)
     regions = scored_by(regions, own_scores)
     best_score = min(float(regions.scores.max(initial=0.0)), 1.0)
-    regions = scoring_at_least(regions, scored.floor)
+    values = own_scores[np.isfinite(own_scores)]
+    least = region_threshold(values, calibrated=calibrated) if values.size else 0.0
+    regions = scoring_at_least(regions, max(scored.floor, least))
     if not regions.cells:
         regions = _regions_of(version, own_scores, request, calibrated=calibrated)
         regions = scoring_at_least(regions, scored.floor)
