@@ -101,6 +101,8 @@ class VirtualRouter:
         self.world, self.up = world, True
         self.sessions: list[VirtualBus] = []
         self.observers: list[Callable[[str, Packet], object]] = []  # of all that is published
+        # By key, what becomes of a packet: none, another one or several.
+        self.changes: dict[str, Callable[[Packet], list[Packet]]] = {}
 
     def join(
         self, process: Process, service: str, *, namespace: str = "", announce: bool = True
@@ -154,7 +156,12 @@ class VirtualRouter:
         )
 
     def publish(self, key: str, packet: Packet, delivery: Delivery) -> None:
-        """Pass a packet on to who subscribes to its key."""
+        """Pass a packet on to who subscribes to its key, as ``changes`` makes it."""
+        change = self.changes.get(key)
+        for each in [packet] if change is None else change(packet):
+            self._pass_on(key, each, delivery)
+
+    def _pass_on(self, key: str, packet: Packet, delivery: Delivery) -> None:
         self.world.note(key.encode() + packet.header + packet.body)
         for observe in self.observers:
             observe(key, packet)

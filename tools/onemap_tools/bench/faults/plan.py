@@ -7,16 +7,32 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from onemap_shared.keys import (
+    DETECTIONS,
+    FIELD,
+    MAP_REVISION,
+    ROBOT_CMD_VEL,
+    ROBOT_ODOMETRY,
+    ROBOT_RGBD,
+    SEARCH_STATE,
+)
+
 Kind = Literal[
     "kill", "stall", "cut", "late", "slow", "lossy", "router", "clock", "second planner",
+    "restart", "doubled", "disordered", "frozen", "damaged",
     "cancel", "zone", "save", "load", "clear",
 ]  # fmt: skip
 SERVICES = ("simulator", "perception", "mapper", "planner")
 # How often each is drawn: what a link or a process does is where most was found.
 WEIGHTS: dict[Kind, int] = {
     "kill": 4, "stall": 4, "cut": 3, "late": 3, "slow": 2, "lossy": 2, "router": 2, "clock": 3,
-    "second planner": 1, "cancel": 2, "zone": 2, "save": 1, "load": 1, "clear": 1,
+    "second planner": 1, "restart": 2, "doubled": 1, "disordered": 1, "frozen": 1, "damaged": 1,
+    "cancel": 2, "zone": 2, "save": 1, "load": 1, "clear": 1,
 }  # fmt: skip
+STREAMS = (  # whose messages are doubled, disordered, frozen or damaged
+    ROBOT_RGBD.key, ROBOT_ODOMETRY.key, ROBOT_CMD_VEL.key, FIELD.key, DETECTIONS.key,
+    MAP_REVISION.key, SEARCH_STATE.key,
+)  # fmt: skip
 BEGIN_S, LAST_S = 4.0, 40.0  # between which something happens
 MOST = 4  # incidents of a run
 APARTMENTS = 40
@@ -75,6 +91,10 @@ def _drawn(kind: Kind, rng: random.Random) -> Incident:
     if kind == "clock":
         amount *= rng.choice((-1.0, 1.0))
         target = rng.choice((*SERVICES, "all"))
+    if kind in ("doubled", "disordered", "frozen", "damaged"):
+        target = rng.choice(STREAMS)
+    if kind == "damaged":  # what is checked, as a wrong velocity cannot be
+        target = rng.choice((ROBOT_RGBD.key, FIELD.key, DETECTIONS.key))
     if kind in ("router", "second planner", "cancel", "zone", "save", "load", "clear"):
         target = ""
     return Incident(kind, at_s, target, lasts_s, amount)

@@ -13,7 +13,7 @@ from typing import Any
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.messages import MapRevision, RgbdFrame
-from onemap_shared.wire import Packet, decode
+from onemap_shared.wire import Packet, WireError, decode
 from onemap_simulator.service import SimulatorWorker
 from onemap_tools.virtual.system import VirtualSystem
 
@@ -74,10 +74,15 @@ class Rules:
 
     def _see(self, key: str, packet: Packet) -> None:
         now_s = self.system.world.now_s
-        if key == keys.ROBOT_RGBD.key:
-            self._captured_s[decode(RgbdFrame, packet).stamp_ns] = now_s
-        elif key == keys.MAP_REVISION.key:
-            stamp_ns = decode(MapRevision, packet).stamp_ns
+        try:
+            frame = decode(RgbdFrame, packet) if key == keys.ROBOT_RGBD.key else None
+            revision = decode(MapRevision, packet) if key == keys.MAP_REVISION.key else None
+        except WireError:  # damaged
+            return
+        if frame is not None:
+            self._captured_s.setdefault(frame.stamp_ns, now_s)
+        if revision is not None:
+            stamp_ns = revision.stamp_ns
             self._fused_s = max(self._captured_s.get(stamp_ns, float("-inf")), self._fused_s)
 
     def _look(self) -> None:
@@ -87,8 +92,7 @@ class Rules:
             self._live_s = now_s
         simulator = self.system.services["simulator"]
         if not simulator.process.alive or not isinstance(simulator.worker, SimulatorWorker):
-            for zone in self.zones:
-                zone.holds = False
+            self.zones.clear()  # another driver: they are set aside with the map
             return
         state: Any = simulator.worker._simulation.state
         velocity = state.velocity

@@ -22,6 +22,7 @@ from onemap_shared.messages import (
     SearchRequest,
 )
 from onemap_shared.transport import CallError
+from onemap_shared.wire import Packet
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.rendering.label_renderer import LabelRenderer
@@ -85,6 +86,53 @@ def run_plan(plan: FaultPlan) -> RunResult:
     return RunResult(broken, world.trace, round(world.now_s, 3), round(rules.metres, 2), searches)
 
 
+Change = Callable[[Packet], list[Packet]]
+
+
+def disordered(_rng: random.Random) -> Change:
+    """Every other message comes after the one that follows it."""
+    held: list[Packet] = []
+
+    def change(packet: Packet) -> list[Packet]:
+        if held:
+            return [packet, held.pop()]
+        held.append(packet)
+        return []
+
+    return change
+
+
+def frozen(_rng: random.Random) -> Change:
+    """The first message comes again and again."""
+    first: list[Packet] = []
+
+    def change(packet: Packet) -> list[Packet]:
+        first.append(packet)
+        return first[:1]
+
+    return change
+
+
+def damaged(rng: random.Random) -> Change:
+    """In every message a byte is another one."""
+
+    def change(packet: Packet) -> list[Packet]:
+        header, body = bytearray(packet.header), bytearray(packet.body)
+        part = rng.choice([each for each in (header, body) if each])
+        part[rng.randrange(len(part))] = rng.randrange(256)
+        return [Packet(bytes(header), bytes(body))]
+
+    return change
+
+
+CHANGES: dict[str, Callable[[random.Random], Change]] = {
+    "doubled": lambda _: lambda packet: [packet, packet],
+    "disordered": disordered,
+    "frozen": frozen,
+    "damaged": damaged,
+}
+
+
 class _Run:
     """The incidents of a plan, and a user who searches until ``SEARCHES_UNTIL_S``."""
 
@@ -137,6 +185,11 @@ class _Run:
             later(partial(self.world.kill, system.start("planner", beside=True).process))
         elif kind == "clock":
             system.skew(SERVICES if name == "all" else (name,), int(incident.amount * 1e9))
+        elif kind in CHANGES:
+            system.router.changes[name] = CHANGES[kind](self.world.rng)
+            later(partial(system.router.changes.pop, name, None))
+        elif kind == "restart":
+            system.services[name].life.stop.set()
         elif kind == "kill":
             self._left[name] += 1
             self.world.kill(system.services[name].process)
@@ -235,10 +288,7 @@ class _Run:
 
     def _check_kept(self, bus: VirtualBus) -> None:
         """What was acknowledged is there."""
-        driver_ended = any(
-            each.kind == "kill" and each.target == "simulator" for each in self._plan.incidents
-        )
-        if not self.rules.zones or driver_ended:
+        if not self.rules.zones:
             return
         try:
             told = bus.call(keys.MAP_PLACES, PlacesRequest())
