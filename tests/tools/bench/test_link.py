@@ -8,11 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from onemap_tools.bench import link as links
 from onemap_tools.bench.link import (
     LinkShape,
+    PacketQueue,
     emulated_link,
     emulation_problem,
 )
@@ -65,3 +67,18 @@ def test_bytes_pass_the_link() -> None:
         assert int(output) == 300_000
     kept = subprocess.run(["ip", "netns"], capture_output=True, text=True, check=True).stdout
     assert link.name not in kept
+
+
+def queue(shape: LinkShape) -> PacketQueue:
+    return PacketQueue(shape, np.random.default_rng(1))
+
+
+def test_packets_take_their_time_and_the_delay_in_their_order() -> None:
+    link = queue(LinkShape(8e6, delay_s=0.02))
+    for number in range(2):
+        link.offer(bytes([number]) * 1000, 5.0)  # a millisecond each at 8 Mbit/s
+    assert link.next_s() == pytest.approx(5.021)
+    assert link.arrived(5.02) == []
+    assert link.arrived(5.0211) == [bytes([0]) * 1000]
+    assert link.arrived(5.0221) == [bytes([1]) * 1000]
+    assert link.next_s() is None

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_perception.detectors.protocol import Image
 from onemap_tools.train import evaluation
 from onemap_tools.train.frames import FrameDataset
 from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
@@ -47,3 +48,18 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     shares /= shares.sum(axis=1, keepdims=True)
     temperature = evaluation.most_likely_temperature(cosines, shares.astype(np.float32))
     assert temperature == pytest.approx(factor, rel=0.06)
+
+
+def test_a_wrong_and_a_missed_detection() -> None:
+    encoder = PerfectEncoder()
+    rgb = np.full((48, 64, 3), 20, np.uint8)
+    rgb[:32, :24] = 200  # looks like a sofa, and is a wall
+    shares = np.tile(np.array([1, 0], np.float32), (48, 1))
+    shares[-8:] = (0, 1)  # the sofa looks like a wall
+    counted = evaluation.DetectorMetrics(VOCABULARY.names)
+    counted.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
+    assert counted.summary() == {
+        "detector_precision": 0.5,
+        "detector_recall": 0.5,
+        "detector_wrong_per_image": 1,
+    }
