@@ -97,7 +97,7 @@ export function showSearch(search, moves, where) {
   by("search-understood").hidden = !search.understood;
   by("search-understood").textContent = `Understood as: ${search.understood}.`;
   by("search-reason").textContent = capital(search.reason);
-  by("back").hidden = !startOf(search);
+  by("back").hidden = moves || !startOf(search);
   showPassed(search.passed);
   by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
