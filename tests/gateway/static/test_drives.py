@@ -9,8 +9,7 @@ import pytest
 from pydantic import SecretStr
 
 from onemap_gateway.config import GatewayConfig
-from onemap_shared.messages import SearchState
-from tests.gateway import fakes
+from onemap_shared.messages import After, SearchState
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import (
     MIDDLE,
@@ -87,12 +86,16 @@ def test_the_robot_is_sent_back_to_where_a_search_began(page: Page, robot: Robot
     page.open(robot.address)
     start_search(page)
     assert robot.planner.status is not None
-    found = replace(fakes.find_result("sofa", 1.0, 1.0), start_xy_m=(0.5, 0.25))
-    robot.planner.status = replace(robot.planner.status, results=(found,))
+    robot.planner.status = replace(robot.planner.status, start_m=(0.5, 0.25))
     robot.planner.move(SearchState.FOUND)
     page.click("#back")
     page.wait_for("document.getElementById('search-title').innerText.startsWith('Driving to')")
     assert robot.drive() == ("go_to", (0.5, 0.25))
+    page.click("#stop")
+    page.wait_for("!document.body.classList.contains('searching')")
+    page.click("#return")
+    start_search(page)
+    assert [each.after for each in robot.planner.requests] == [After.STAY, After.STAY, After.RETURN]
     assert page.errors == []
 
 

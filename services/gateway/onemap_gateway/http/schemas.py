@@ -315,7 +315,7 @@ class SearchStart(Parts):
 
     model_config = ConfigDict(
         json_schema_extra={
-            "oneOf": exactly_one_of("objects", "object", "go_to_m", "go_to", "look_at_m"),
+            "oneOf": exactly_one_of("objects", "object", "go_to", "go_to_m", "look_at_m"),
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
                 {"object": "the lamp next to the bed, stay out of the nursery"},

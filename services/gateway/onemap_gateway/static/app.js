@@ -11,7 +11,7 @@ import { History } from "./history.js";
 import { MapView } from "./map.js";
 import { Notifier } from "./notifier.js";
 import { Maps } from "./maps.js";
-import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices, startOf } from "./panels.js";
+import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
 import { Places } from "./places.js";
@@ -39,7 +39,7 @@ const places = new Places(map);
 map.places = places;
 const menu = new PlaceMenu(map, places);
 const maps = new Maps(act, lostWithMap);
-const suggestions = new Suggestions((name, button) => act(button, () => beginSearch({ objects: [name] })));
+const suggestions = new Suggestions((name, button) => act(button, () => beginSearch(searchFor(name))));
 const replay = new Replay(map, onReplay);
 const history = new History(openReplay);
 const fleet = new Fleet((robots) => {
@@ -290,9 +290,13 @@ async function offerNames() {
   suggestions.offer(DESCRIPTION.test(typedText()) ? (await understood()).stands_for : []);
 }
 
+function searchFor(text) {
+  return { objects: [text], after: by("return").checked ? "return" : "stay" };
+}
+
 function startSearch() {
   return act(by("find"), async () => {
-    await beginSearch({ objects: [requiredText()] });
+    await beginSearch(searchFor(requiredText()));
   });
 }
 
@@ -359,7 +363,7 @@ by("stop").addEventListener("click", () =>
   }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
-by("back").addEventListener("click", () => act(by("back"), () => beginSearch({ go_to_m: startOf(state.search) })));
+by("back").addEventListener("click", () => act(by("back"), () => beginSearch({ go_to: "back" })));
 by("heat").addEventListener("click", () => {
   if (!queried && !pictured) dismissed = state.search?.target ?? "";
   clearResult();

@@ -97,7 +97,7 @@ export function showSearch(search, moves, where) {
   by("search-understood").hidden = !search.understood;
   by("search-understood").textContent = `Understood as: ${search.understood}.`;
   by("search-reason").textContent = capital(search.reason);
-  by("back").hidden = moves || !startOf(search);
+  by("back").hidden = moves || search.active;
   showPassed(search.passed);
   by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
@@ -117,11 +117,6 @@ const PASSED = 3; // things left aside that are shown, the newest
 function showPassed(passed = []) {
   const rows = passed.slice(-PASSED).reverse().map(({ position_m: at, reason }) => `Not the one at ${place(at)} m: ${reason}.`);
   refill(by("passed"), rows, () => rows.map((text) => element("li", { text })));
-}
-
-// Where the robot stood when an ended search for objects began; undefined if it is not known.
-export function startOf(search) {
-  return search && !search.active && search.kind === "find" ? search.results[0]?.start_xy_m : undefined;
 }
 
 // What a search is about.
