@@ -207,6 +207,7 @@ def _plain(value: Any, hint: Any) -> Any:
     return hint(value)
 
 
+MAX_INT = 2**63 - 1  # arrays of stamps and sequences hold no larger ones
 _SCALARS: dict[type, tuple[tuple[type, ...], Callable[[Any], Any]]] = {
     int: ((int,), int),
     float: ((float, int), float),
@@ -236,6 +237,8 @@ def _typed(name: str, value: Any, hint: Any) -> Any:
             return hint(value)
         accepted, convert = _SCALARS.get(hint, ((), hint))
         if type(value) in accepted:
+            if hint is int and value > MAX_INT:
+                raise WireError(f"field {name} is {value}; the largest number is {MAX_INT}")
             return convert(value)
     wanted = getattr(hint, "__name__", str(hint))
     if value is None:

@@ -99,6 +99,7 @@ BAD_PACKETS = {
     "no such description": (tamper(FRAME, arrays_rgb="all of it"), "not described"),
     "text for a number": (tamper(FRAME, values_sequence="7"), "expected"),
     "bool for a number": (tamper(FRAME, values_sequence=True), "expected"),
+    "number beyond 63 bits": (tamper(FRAME, values_stamp_ns=2**63), "the largest number"),
     "missing value": (tamper(FRAME, values_sequence=None), r"field sequence \(int\) is missing"),
     "broken nested value": (tamper(FRAME, values_intrinsics={"fx": 1.0}), r"intrinsics\.fy"),
 }
