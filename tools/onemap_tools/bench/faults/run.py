@@ -114,13 +114,13 @@ def frozen(_rng: random.Random) -> Change:
 
 
 def damaged(rng: random.Random) -> Change:
-    """In every message a byte is another one."""
+    """In the arrays of every message a byte is another one; names would be another world's."""
 
     def change(packet: Packet) -> list[Packet]:
-        header, body = bytearray(packet.header), bytearray(packet.body)
-        part = rng.choice([each for each in (header, body) if each])
-        part[rng.randrange(len(part))] = rng.randrange(256)
-        return [Packet(bytes(header), bytes(body))]
+        body = bytearray(packet.body)
+        if body:
+            body[rng.randrange(len(body))] = rng.randrange(256)
+        return [Packet(packet.header, bytes(body))]
 
     return change
 

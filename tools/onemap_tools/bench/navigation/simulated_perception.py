@@ -190,7 +190,7 @@ def label_shares(labels: I32, patch_px: int, objects: int) -> F32:
     height, width = labels.shape
     rows, columns = height // patch_px, width // patch_px
     patch = (np.arange(height) // patch_px)[:, None] * columns + np.arange(width) // patch_px
-    seen = labels >= 0
+    seen = (labels >= 0) & (labels < objects)  # others are of damaged images
     counts = np.bincount(
         patch[seen] * objects + labels[seen], minlength=rows * columns * objects
     ).reshape(rows, columns, objects)
@@ -267,7 +267,7 @@ def object_boxes(labels: I32, objects: int) -> I64:
     """(objects, 5): x0, y0, x1, y1 in pixels around each object's labels, and their number."""
     height, width = labels.shape
     boxes = np.zeros((objects, 5), np.int64)
-    v, u = np.nonzero(labels >= 0)
+    v, u = np.nonzero((labels >= 0) & (labels < objects))  # others are of damaged images
     owner = labels[v, u]
     boxes[:, 4] = np.bincount(owner, minlength=objects)
     lower = np.full((objects, 2), max(height, width))
