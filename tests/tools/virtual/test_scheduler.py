@@ -87,6 +87,31 @@ def test_one_task_at_a_time_holds_a_lock(run: Run) -> None:
     assert (most, turns) == ([1], [80])
 
 
+def test_locks_and_events_are_as_strict_as_real_ones(run: Run) -> None:
+    def work(clock: VirtualClock) -> None:
+        lock, again, condition, event = (
+            clock.lock(),
+            clock.rlock(),
+            clock.condition(),
+            clock.event(),
+        )
+        for misused in (lock.release, again.release, condition.notify, condition.wait):
+            with pytest.raises(RuntimeError, match="not held"):
+                misused()
+
+        def blink() -> None:
+            clock.sleep(1.0)
+            event.set()
+            event.clear()
+
+        clock.thread("blink", blink)
+        woken.append(event.wait(5.0))
+
+    woken = list[bool]()
+    run(work, 10.0)
+    assert woken == [True]
+
+
 def test_a_pool_answers_refuses_and_ends(run: Run) -> None:
     heard: list[object] = []
 

@@ -6,7 +6,7 @@ import random
 from collections import deque
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NoReturn, ParamSpec, TypeVar
 
 from onemap_shared.clock import Future
 from onemap_tools.virtual.scheduler import EPOCH_NS, Process, Task, VirtualWorld
@@ -37,7 +37,9 @@ class VirtualEvent:
         task = self._world.pass_by()
         if not self._set and (timeout is None or timeout > 0) and task is not None:
             self._waiters.append(task)
-            if not self._world.wait(timeout) and task in self._waiters:
+            if self._world.wait(timeout):
+                return True  # though it was cleared since
+            if task in self._waiters:
                 self._waiters.remove(task)
         return self._set
 
@@ -68,6 +70,8 @@ class VirtualLock:
         return False
 
     def release(self) -> None:
+        if not (self.held if self._again else self._count):
+            self._refuse()
         self._count -= 1
         if self._count > 0:
             return
@@ -76,6 +80,20 @@ class VirtualLock:
             index = self._world.rng.randrange(len(self._waiters))
             self._owner, self._count = self._waiters.pop(index), 1
             self._world.wake(self._owner)
+
+    @property
+    def held(self) -> bool:
+        """Whether the present task holds it."""
+        return self._count > 0 and self._owner is self._world.current
+
+    def check_held(self) -> None:
+        """Raises RuntimeError unless the present task holds it."""
+        if not self.held:
+            self._refuse()
+
+    def _refuse(self) -> NoReturn:
+        self._world.pass_by()  # the dead, who gave it up when they waited, end here
+        raise RuntimeError("the lock is not held")
 
     def release_all(self) -> int:
         """Release it however often it was acquired; returns that."""
@@ -109,6 +127,7 @@ class VirtualCondition:
         self._waiters = deque[Task]()
 
     def wait(self, timeout: float | None = None) -> bool:
+        self._lock.check_held()
         task = self._world.current
         if task is None:
             return False
@@ -131,6 +150,7 @@ class VirtualCondition:
         return result
 
     def notify(self, n: int = 1) -> None:
+        self._lock.check_held()
         self._world.pass_by()
         for _ in range(min(n, len(self._waiters))):
             self._world.wake(self._waiters.popleft())

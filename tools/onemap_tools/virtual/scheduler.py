@@ -242,7 +242,6 @@ class VirtualWorld:
         try:
             while (task := self._runnable()) is None:
                 if not self._timers or self._timers[0][0] > self._until_ns or self._stop():
-                    self.now_ns = max(self.now_ns, min(self._until_ns, self.now_ns))
                     return None
                 at_ns, _, fire = heapq.heappop(self._timers)
                 if at_ns > self.now_ns:
