@@ -71,6 +71,19 @@ def test_a_view_without_colours_leaves_what_is_known_of_them() -> None:
     np.testing.assert_array_equal(scenes.mapped(seen(0, None), seen(1, RED)).store.colours, known)
 
 
+def test_patches_without_a_colour_take_none_from_their_cells() -> None:
+    field, lab = seen(0, None), np.tile(RED, (6, 8, 1))
+    lab[:, ::2] = np.nan
+    colours = compute_update(replace(field, colours=packed(lab)), scenes.params()).colours
+    seen_ones = colours[~np.isnan(colours[:, 0])]
+    assert len(seen_ones) > len(colours) / 2
+    np.testing.assert_allclose(seen_ones, np.tile(RED, (len(seen_ones), 1)), atol=0.6)
+
+    known, unknown = seen(0, RED), packed(np.full_like(lab, np.nan))
+    after = scenes.mapped(known, replace(seen(1, None), colours=unknown)).store.colours
+    np.testing.assert_array_equal(after, scenes.mapped(known).store.colours)
+
+
 @pytest.mark.parametrize("stands", ["red", "blue"])
 def test_a_coloured_thing_is_found_only_where_its_colour_is(stands: str) -> None:
     belief = scenes.mapped(seen(0, RED if stands == "red" else BLUE))

@@ -101,9 +101,10 @@ def fuse_slots(
         if len(lab):
             for channel in range(3):
                 before, seen = colours[slot, channel], lab[k, channel]
-                colours[slot, channel] = (
-                    seen if np.isnan(before) else before + K[k] * (seen - before)
-                )
+                if np.isnan(before):
+                    colours[slot, channel] = seen
+                elif not np.isnan(seen):
+                    colours[slot, channel] = before + K[k] * (seen - before)
         for row in range(len(counts_for)):
             if counts_for[row] > 0:
                 confidence[row, slot] += counts_for[row] * new[k]

@@ -100,8 +100,10 @@ def compute_update(field: FeatureField, params: MapParams, *, diagnose: bool = T
 
 def _colours(colours: U8, rows: SparseRows) -> Tensor:
     """The product of the rows with the colours of the patches (h, w, 3), and with ones (n, 4):
-    rows of the blur sum to less than 1, which divides a mean. (0, 4) without colours."""
+    rows of the blur sum to less than 1, which divides a mean, as do patches without a colour, which
+    are 0 throughout. (0, 4) without colours."""
     if not colours.size:
         return torch.zeros((0, 4))
-    lab = unpacked(colours.reshape(-1, 3))
-    return rows.times(torch.from_numpy(np.pad(lab, ((0, 0), (0, 1)), constant_values=1)))
+    lab = np.pad(unpacked(colours.reshape(-1, 3)), ((0, 0), (0, 1)), constant_values=1)
+    lab[np.isnan(lab[:, 0])] = 0
+    return rows.times(torch.from_numpy(lab))
