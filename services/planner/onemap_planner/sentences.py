@@ -148,8 +148,8 @@ def asking(name: str) -> str:
 
 
 def looking_around(name: str) -> str:
-    """That the robot turns on the spot, before it sets out."""
-    return f"looking around for {a(name)}"
+    """That the robot turns on the spot, before it sets out; name: what it looks for, or empty."""
+    return f"looking around for {a(name)}" if name else "looking around"
 
 
 def looking_for(name: str) -> str:

@@ -156,10 +156,10 @@ class Search:
     what helps; empty if it does not. details: what is said of each object, or nothing of any;
     stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
     that it was accepted for, as ``DriverLife`` counts them. continues: id of the ended search whose
-    rest it is, or empty. began_s: of the planner's monotonic
-    clock; took_s: seconds until its end, None before. passed: things of the present object's name
-    that are left aside. start_xy: where the robot stood when it was accepted, None without
-    odometry; way_back: once it returns there, by ``after``; returned_m: metres driven for that.
+    rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its end,
+    None before. passed: things of the present object's name that are left aside. start_xy: where
+    the robot stood when it was accepted, None without odometry; way_back: once it returns there, by
+    ``after``; returned_m: metres driven for that.
     """
 
     search_id: str
@@ -199,7 +199,7 @@ class Search:
 
     @property
     def detail(self) -> Detail:
-        """What is said of the object now searched for beside its name."""
+        """What is said of the object now searched for besides its name."""
         return self.details[self.index] if self._seeks and self.details else NO_DETAIL
 
     @property
@@ -572,7 +572,8 @@ def _set_out(search: Search) -> Search:
 
 
 def _look_around(search: Search, before: str = "", *, seen_rad: float = 0.0) -> Search:
-    reason = before + looking_around(search.described or search.subject)
+    sought = "" if search.way_back is not None else search.described or search.subject
+    reason = before + looking_around(sought)
     return replace(without_choice(search), phase=LookingAround(seen_rad), reason=reason)
 
 
