@@ -213,7 +213,9 @@ def extent_band(version: MapVersion, extent_m: Extent) -> tuple[float, ...]:
     if inside is None or not inside.any():
         return ()
     cells = np.argwhere(inside)
-    low, high = region_bands(version, [cells], np.ones(version.grid.shape, np.float32))[0].tolist()
+    low, high = region_bands(version, [cells], np.broadcast_to(np.float32(1), version.grid.shape))[
+        0
+    ].tolist()
     return () if np.isnan(low) else (low, high)
 
 

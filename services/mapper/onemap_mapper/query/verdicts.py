@@ -113,7 +113,7 @@ def _frontiers(occupancy: U8, floor: Bool, cell_m: float) -> tuple[I64, F64, Boo
 
     The grid (nx, ny) is padded by the distance that counts as in sight.
 
-    Borders from which less than ``frontier_min_m2`` of it is in sight are left out: pockets behind
+    Borders from which less than ``FRONTIER_MIN_M2`` of it is in sight are left out: pockets behind
     furniture and the camera's blind spots.
     """
     unknown = occupancy == Occupancy.UNKNOWN

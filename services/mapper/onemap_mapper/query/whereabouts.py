@@ -106,7 +106,7 @@ def _thing(kept: KeptObject, grid: GridSpec) -> Thing:
 
 def _middle_m(version: MapVersion, cells: I64) -> float:
     """Height of the middle of what lies on these cells, NaN: not known."""
-    band = region_bands(version, [cells], np.ones(version.grid.shape, np.float32))[0]
+    band = region_bands(version, [cells], np.broadcast_to(np.float32(1), version.grid.shape))[0]
     return float(band.mean())
 
 
