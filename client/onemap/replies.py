@@ -275,7 +275,7 @@ class MapPose(Reply):
 
 
 class ConditionReply(Reply):
-    """Something that was said of an object beside its name, checked for one thing."""
+    """Something that was said of an object besides its name, checked for one thing."""
 
     what: str = Field(description="As it is said: 'next to a bed'.")
     holds: Annotated[str, one_of(HOLDS)] = Field(
@@ -322,7 +322,7 @@ class Region(Reply):
         description="Address of the JPEG in which a search found it here; null: there is none.",
     )
     conditions: tuple[ConditionReply, ...] = Field(
-        default=(), description="What was said of it beside its name, each with its verdict."
+        default=(), description="What was said of it besides its name, each with its verdict."
     )
 
 

@@ -152,7 +152,7 @@ class Sentence:
 
     Attributes:
         name: the noun; the whole text where it is a description, as "something to sit on".
-        detail: what was said of it beside its name.
+        detail: what was said of it besides its name.
         stay_out: names of places that the robot is not to enter.
     """
 

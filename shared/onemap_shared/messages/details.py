@@ -1,4 +1,4 @@
-"""What is said of an object beside its name: colour, relations to other objects, places."""
+"""What is said of an object besides its name: colour, relations to other objects, places."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Relation(Message):
 
 @dataclass(frozen=True, slots=True)
 class Detail(Message):
-    """What is said of an object beside its name; all empty: nothing.
+    """What is said of an object besides its name; all empty: nothing.
 
     Attributes:
         colour: a name of ``colours.RANGES``; ranks cells, and is checked in the picture of a find.

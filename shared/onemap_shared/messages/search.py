@@ -165,7 +165,7 @@ class SearchRequest(Message):
         place_m: x, y in the map frame, at most 100 km from its origin; empty for objects.
         max_distance_m: metres that the robot may drive in this search; 0: no limit.
         max_time_s: seconds that this search may take, with all its objects; 0: no limit.
-        details: what is said of each of the objects beside its name; empty: nothing of any.
+        details: what is said of each of the objects besides its name; empty: nothing of any.
         stay_out: names of places that the robot does not enter during this search.
         continues: id of the ended search whose rest this is; empty: of none.
         after: what the robot does when all objects are done, found or not; of objects only.
@@ -386,7 +386,7 @@ class SearchStatus(Message):
 
     @property
     def detail(self) -> Detail:
-        """What is said of the object now searched for, beside its name."""
+        """What is said of the object now searched for, besides its name."""
         return self.details[self.index] if self.target and self.details else NO_DETAIL
 
     @property

@@ -87,7 +87,7 @@ class SimilarityRequest(checks.Message):
         negatives: what it must not be: they compete with the text; at most 10.
         area_m: x_min, y_min, x_max, y_max of the part of the map that counts; empty: all of it.
         robot_xy_m: x, y of the robot, from which reachable is judged; empty: not known.
-        detail: what is said of it beside its name; a colour counts for nothing on the map.
+        detail: what is said of it besides its name.
     """
 
     text: Sought

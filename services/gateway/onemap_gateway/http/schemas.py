@@ -102,7 +102,7 @@ Phrases = Annotated[
 
 
 class Parts(RequestModel):
-    """What is said of an object beside its name: each part instead of words of a sentence."""
+    """What is said of an object besides its name: each part instead of words of a sentence."""
 
     near: Phrases = Field(default=[], description="Objects that it is next to, as 'bed'.")
     on: Phrases = Field(default=[], description="Objects that it lies on, as 'table'.")
