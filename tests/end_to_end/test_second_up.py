@@ -172,7 +172,7 @@ def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
         ({"simulator": {}, "replay": {}}, "both robots"),
         ({"simulator": {"scene": "flat.txt"}}, "suffix '.txt' is not one of"),
         ({"simulator": {"scene": "/no/such.glb"}}, "does not exist"),
-        ({"replay": {"directory": "/no/such"}}, "/no/such holds no recording"),
+        ({"replay": {"directory": "/no/such"}}, "cannot read /no/such/frames.json"),
         ({"simulator": {"sede": 1}}, "did you mean 'seed'"),
     ],
     ids=str,

@@ -1,4 +1,4 @@
-"""Recordings in the layouts of TUM RGB-D and ScanNet."""
+"""Recordings in the layouts of TUM RGB-D and ScanNet: the same frames as in our own."""
 
 from __future__ import annotations
 
@@ -12,19 +12,24 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.storage.snapshot import sha256_of, take
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.factory import make_encoder
+from onemap_perception.feature_field import VarianceParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, camera_mount, pose_2d
 from onemap_simulator.rendering.rgbd_camera import CameraParams
+from onemap_simulator.replay.layouts import TUM_SIZE, is_recording, read_recording
 from onemap_simulator.replay.recording import (
-    TUM_SIZE,
     RecordedFrame,
+    Recording,
     RecordingError,
-    is_recording,
-    read_recording,
+    write_recording,
 )
 from onemap_simulator.scene.loading import load_scene
-from onemap_tools.bench.frames import rendered_frames
-from tests.simulator.recordings import write_recording
+from onemap_tools.bench.frames import map_of, rendered_frames
+from onemap_tools.bench.scene import recorded_frames
 from tests.tools.bench.furnished import write_room
 
 LENS = Intrinsics(320.0, 310.0, 318.0, 241.0)
@@ -84,36 +89,51 @@ def write_tum(folder: Path, frames: Sequence[RecordedFrame]) -> Path:
 
 def write_scannet(folder: Path, frames: Sequence[RecordedFrame]) -> Path:
     """As SensReader exports it, with frames 9, 10 ... and one whose pose is not known."""
-    raised = [
-        replace(frame, T_map_camera=T) for frame, T in zip(frames, world_poses(frames), strict=True)
-    ]
-    write_recording(folder, raised, LENS, first=9, colour="jpg")
+    for name in ("color", "depth", "pose", "intrinsic"):
+        (folder / name).mkdir(parents=True)
+    for number, (frame, T) in enumerate(zip(frames, world_poses(frames), strict=True), 9):
+        cv2.imwrite(str(folder / f"color/{number}.jpg"), frame.rgb[..., ::-1])
+        cv2.imwrite(str(folder / f"depth/{number}.png"), frame.depth_mm)
+        np.savetxt(folder / f"pose/{number}.txt", T, fmt="%.17g")
     for kind in ("color/8.jpg", "depth/8.png"):
         (folder / kind).write_bytes((folder / kind.replace("8", "9")).read_bytes())
     np.savetxt(folder / "pose/8.txt", np.full((4, 4), -np.inf))
+    K = np.eye(4)
+    K[:3, :3] = LENS.matrix()
+    np.savetxt(folder / "intrinsic/intrinsic_depth.txt", K, fmt="%f")
     camera_file(folder)
     return folder
 
 
+def map_digest(folder: Path) -> str:
+    encoder = make_encoder(PerceptionConfig().encoder)
+    variance = VarianceParams(PerceptionConfig().variance)
+    seen = recorded_frames(folder, lambda _: None)
+    return sha256_of(take(map_of(seen, encoder, variance, MapperConfig().map)))
+
+
 @pytest.mark.parametrize("write", [write_tum, write_scannet], ids=["TUM", "ScanNet"])
-def test_both_layouts_give_the_frames_that_were_taken(
+def test_another_layout_gives_the_same_frames_and_the_same_map(
     frames: list[RecordedFrame],
     tmp_path: Path,
     write: Callable[[Path, Sequence[RecordedFrame]], Path],
 ) -> None:
-    recording = read_recording(write(tmp_path / "drive", frames))
-    assert is_recording(recording.directory)
-    assert recording.intrinsics == LENS
-    assert len(recording) == len(frames)
-    for index, frame in enumerate(frames):
-        read = recording.frame(index)
-        np.testing.assert_array_equal(read.depth_mm, frame.depth_mm)
-        np.testing.assert_allclose(read.T_map_camera, frame.T_map_camera, atol=1e-12)
-        error = np.abs(read.rgb.astype(int) - frame.rgb)
-        assert error.mean() < 3 if write is write_scannet else error.max() == 0  # JPEG
-    if write is write_scannet:
-        assert recording.skipped_sentence.startswith("1 frames are left out")
-        assert "the pose of 8.jpg contains NaN or infinity" in recording.skipped[0]
+    foreign = read_recording(write(tmp_path / "foreign", frames))
+    if write is write_scannet:  # what JPEG leaves of the colours
+        decoded = [foreign.frame(index).rgb for index in range(len(frames))]
+        frames = [replace(frame, rgb=rgb) for frame, rgb in zip(frames, decoded, strict=True)]
+        assert foreign.skipped_sentence.startswith("1 frames are left out")
+        assert "the pose of 8.jpg contains NaN or infinity" in foreign.skipped[0]
+    ours = [
+        replace(frame, T_map_camera=entry.T_map_camera)  # the last bits of a quaternion
+        for frame, entry in zip(frames, foreign.entries, strict=True)
+    ]
+    for frame, pose in zip(frames, (each.T_map_camera for each in ours), strict=True):
+        np.testing.assert_allclose(pose, frame.T_map_camera, atol=1e-12)
+    write_recording(tmp_path / "ours", ours, LENS)
+    assert is_recording(foreign.directory)
+    assert foreign.intrinsics == LENS
+    assert map_digest(foreign.directory) == map_digest(tmp_path / "ours")
 
 
 def test_a_world_with_y_up_is_turned(frames: list[RecordedFrame], tmp_path: Path) -> None:
@@ -215,3 +235,10 @@ def test_what_is_wrong_with_a_recording_of_scannet_is_a_sentence(
         path.unlink()
     with pytest.raises(RecordingError, match=r"color holds no images"):
         read_recording(folder)
+
+
+def test_our_own_layout_comes_first(tmp_path: Path, frames: list[RecordedFrame]) -> None:
+    folder = tmp_path / "ours"
+    write_recording(folder, frames, LENS)
+    (folder / "rgb.txt").write_text("nothing\n")
+    assert read_recording(folder).digest == Recording.open(folder).digest

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
     ("module", "section", "reason"),
     [
         ("onemap_simulator", "simulator: {scene: flat}", "scene 'flat' is unknown"),
-        ("onemap_simulator.replay", "replay: {directory: nowhere}", "nowhere holds no recording"),
+        ("onemap_simulator.replay", "replay: {directory: nowhere}", "cannot read nowhere/frames"),
     ],
 )
 def test_what_cannot_be_opened_is_told_at_once(

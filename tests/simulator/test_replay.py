@@ -1,9 +1,12 @@
-"""Recordings: read, refused, and played like a robot."""
+"""Recordings: written, read, refused, and played like a robot."""
 
 from __future__ import annotations
 
 import itertools
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -14,10 +17,14 @@ from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.keys import RGBD_RECEIPTS, ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import FrameReceipt, Odometry, RgbdFrame
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recording import RecordedFrame, RecordingError, read_recording
+from onemap_simulator.replay.recording import (
+    RecordedFrame,
+    Recording,
+    RecordingError,
+    write_recording,
+)
 from onemap_simulator.replay.service import build
 from tests.memory_bus import MemoryRouter
-from tests.simulator.recordings import write_recording
 
 INTRINSICS = Intrinsics(10.0, 10.0, 4.0, 3.0)
 
@@ -36,33 +43,92 @@ def frames(count: int = 3) -> list[RecordedFrame]:
 
 @pytest.fixture
 def directory(tmp_path: Path) -> Path:
-    return write_recording(tmp_path / "recording", frames(), INTRINSICS)
+    write_recording(tmp_path / "recording", frames(), INTRINSICS)
+    return tmp_path / "recording"
+
+
+def test_what_was_written_is_read_again(directory: Path) -> None:
+    recording = Recording.open(directory)
+    assert len(recording) == 3
+    assert recording.intrinsics == INTRINSICS
+    for index, frame in enumerate(frames()):
+        read = recording.frame(index)
+        np.testing.assert_array_equal(read.rgb, frame.rgb)
+        np.testing.assert_array_equal(read.depth_mm, frame.depth_mm)
+        np.testing.assert_allclose(read.T_map_camera, frame.T_map_camera)
+
+
+def test_the_recorder_refuses_to_mix(directory: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="not empty"):
+        write_recording(directory, frames(), INTRINSICS)
+    with pytest.raises(ValueError, match="at least one frame"):
+        write_recording(tmp_path / "none", [], INTRINSICS)
+    small = RecordedFrame(np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16), np.eye(4))
+    with pytest.raises(ValueError, match="frame 3 is 2 x 2"):
+        write_recording(tmp_path / "mixed", [*frames(), small], INTRINSICS)
 
 
 def test_depth_of_another_scale_becomes_millimetres(directory: Path) -> None:
-    (directory / "camera.json").write_text('{"depth_scale_m": 0.01}')
-    depth = read_recording(directory).frame(0).depth_mm
+    edit(directory, lambda index: index["camera"].update(depth_scale_m=0.01))
+    depth = Recording.open(directory).frame(0).depth_mm
     tenfold = 10 * frames()[0].depth_mm.astype(int)
     np.testing.assert_array_equal(depth, np.where(tenfold <= 65535, tenfold, 0))
 
 
-def test_a_folder_without_a_recording_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"holds no recording: it needs the folders pose and"):
-        read_recording(tmp_path)
+def edit(directory: Path, change: Callable[[Any], object]) -> None:
+    path = directory / "frames.json"
+    index = json.loads(path.read_text())
+    change(index)
+    path.write_text(json.dumps(index))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda index: index.pop("camera"), "lacks the entry 'camera'"),
+        (lambda index: index["frames"].clear(), "no frames"),
+        (lambda index: index["camera"].update(fx=-1), "focal lengths must be positive"),
+        (lambda index: index["camera"].update(fx=[1]), "layout"),
+        (lambda index: index["camera"].update(depth_scale_m=0), "must be positive"),
+        (lambda index: index["frames"][1].pop("depth"), "lacks the entry 'depth'"),
+        (lambda index: index["frames"][1].update(T_map_camera=[[1, 2], [3, 4]]), r"shape \(2, 2\)"),
+        (
+            lambda index: index["frames"][1].update(T_map_camera=(2 * np.eye(4)).tolist()),
+            "frame 000001: T_map_camera is not rigid",
+        ),
+    ],
+)
+def test_a_bad_index_is_refused_in_a_sentence(
+    directory: Path, change: Callable[[Any], object], reason: str
+) -> None:
+    edit(directory, change)
+    with pytest.raises(RecordingError, match=reason):
+        Recording.open(directory)
+
+
+def test_a_missing_or_broken_index_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"cannot read .*frames\.json"):
+        Recording.open(tmp_path)
+    (tmp_path / "frames.json").write_text("{")
+    with pytest.raises(RecordingError, match="not valid JSON"):
+        Recording.open(tmp_path)
+    (tmp_path / "frames.json").write_text("[]")
+    with pytest.raises(RecordingError, match="layout"):
+        Recording.open(tmp_path)
 
 
 def test_bad_images_are_refused(directory: Path) -> None:
-    recording = read_recording(directory)
-    (directory / "color/0.png").unlink()
+    recording = Recording.open(directory)
+    (directory / "frame-000000.color.png").unlink()
     with pytest.raises(RecordingError, match="does not exist"):
         recording.frame(0)
-    (directory / "color/0.png").write_bytes(b"not a png")
+    (directory / "frame-000000.color.png").write_bytes(b"not a png")
     with pytest.raises(RecordingError, match="not an image"):
         recording.frame(0)
-    cv2.imwrite(str(directory / "depth/1.png"), np.zeros((6, 8), np.uint8))
+    cv2.imwrite(str(directory / "frame-000001.depth.png"), np.zeros((6, 8), np.uint8))
     with pytest.raises(RecordingError, match="is uint8 with 1 channels; depth must be uint16"):
         recording.frame(1)
-    cv2.imwrite(str(directory / "depth/2.png"), np.zeros((3, 4), np.uint16))
+    cv2.imwrite(str(directory / "frame-000002.depth.png"), np.zeros((3, 4), np.uint16))
     with pytest.raises(RecordingError, match=r"is 4 x 3, but the camera .* is 8 x 6"):
         recording.frame(2)
 
@@ -97,7 +163,7 @@ def test_plays_in_a_loop_with_poses(directory: Path) -> None:
 
 
 def test_an_unreadable_frame_is_left_out_and_counted(directory: Path) -> None:
-    (directory / "color/1.png").write_bytes(b"not a png")
+    (directory / "frame-000001.color.png").unlink()
     config = ReplayConfig(directory=directory, rate_hz=FAST)
     seen, _, unreadable = play(config, steps=15)
     assert [frame.sequence for frame in seen][:3] == [0, 2, 3]

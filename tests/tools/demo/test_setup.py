@@ -24,7 +24,7 @@ from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
-from onemap_simulator.replay.recording import RecordedFrame
+from onemap_simulator.replay.recording import RecordedFrame, write_recording
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.demo.setup import (
@@ -48,7 +48,6 @@ from onemap_tools.demo.summary import names_of_classes
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK
 from onemap_tools.processes.services import CORE
-from tests.simulator.recordings import write_recording
 from tests.simulator.test_inspection import room
 from tests.structure import ROOT
 
@@ -137,7 +136,7 @@ def test_a_recording_is_played_in_place_of_the_simulator(
 ) -> None:
     folder, frame = tmp_path / "drive", np.zeros((4, 4, 3), np.uint8)
     recorded = RecordedFrame(frame, frame[..., 0].astype(np.uint16), np.eye(4))
-    with pytest.raises(CliError, match=r"The replay cannot start: .*drive holds no recording"):
+    with pytest.raises(CliError, match=r"The replay cannot start: cannot read .*frames\.json"):
         set_up(options(tmp_path / "run", recording=folder))
     write_recording(folder, [recorded], Intrinsics(4.0, 4.0, 2.0, 2.0))
     monkeypatch.setenv(f"{PREFIX}REPLAY__RATE_HZ", "8")

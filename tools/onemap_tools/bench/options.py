@@ -133,8 +133,9 @@ class SceneBench(Options):
         Path,
         Argument(
             exists=True,
-            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder in the layout of ScanNet "
-            "or TUM RGB-D, an MCAP file of 'onemap record', or a bag of ROS 2.",
+            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json or in "
+            "the layout of TUM RGB-D or ScanNet, an MCAP file of 'onemap record', or a bag of "
+            "ROS 2.",
         ),
     ]
     labels: Annotated[

@@ -34,7 +34,8 @@ from onemap_shared.geometry import F32, F64, Bool, pose_2d
 from onemap_shared.messages import RgbdFrame, SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.replay.recording import RecordingError, is_recording, read_recording
+from onemap_simulator.replay.layouts import is_recording, read_recording
+from onemap_simulator.replay.recording import RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 from onemap_tools.bench.frames import FRAME_NS, answer, map_of, rendered_frames

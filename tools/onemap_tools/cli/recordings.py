@@ -78,7 +78,7 @@ def _is_images(path: Path) -> bool:
     if not path.is_dir():
         return False
     with requires_extra("simulator", "A folder of images"):
-        from onemap_simulator.replay.recording import is_recording
+        from onemap_simulator.replay.layouts import is_recording
     return is_recording(path)
 
 
@@ -88,8 +88,8 @@ def replay(
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder in the layout of ScanNet or TUM RGB-D, an MCAP file of "
-            "'onemap record', or a ROS 2 bag (file or folder).",
+            help="A folder with frames.json and PNG files or in the layout of TUM RGB-D or "
+            "ScanNet, an MCAP file of 'onemap record', or a ROS 2 bag (file or folder).",
         ),
     ] = None,
     config: Config = None,

@@ -14,7 +14,7 @@ class ReplayConfig(Params):
 
     directory: Path = Field(
         default=Path("recording"),
-        description="Folder of images and poses in ScanNet's or TUM's layout.",
+        description="Folder with frames.json and PNG files, or in TUM's or ScanNet's layout.",
     )
     rate_hz: float = Field(
         default=2.0,

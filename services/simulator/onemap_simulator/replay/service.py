@@ -16,7 +16,8 @@ from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recording import Recording, RecordingError, read_recording
+from onemap_simulator.replay.layouts import read_recording
+from onemap_simulator.replay.recording import Recording, RecordingError
 
 LOG = logging.getLogger("onemap.replay")
 RECEIPTS = 64  # between two frames there is one
