@@ -17,6 +17,7 @@ MAX_CORNERS = 64  # of a polygon; as many places of these fit into one message
 NO_ROOM = -1
 UNKNOWN_PLACES = -1  # in place of their version: they cannot be read
 MAX_ROOM_CHANGES = 100
+BACK = "back"  # in the place of a name: where the robot stood when the last search was accepted
 MIN_AREA_M2 = 0.01  # of a polygon: less covers no cell
 
 
@@ -113,6 +114,11 @@ class PlacesChange(Message):
 
     def _check(self) -> None:
         different_names(self.named)
+        if any(same_name(place.name, BACK) for place in self.named):
+            raise ValueError(
+                f"no place can have the name {BACK!r}, which sends the robot back to where it "
+                "stood when the last search began: give another name"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from pydantic import AfterValidator
 from onemap.place_replies import MapPlace, PlaceListReply
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problems import HttpProblem, problem_responses
-from onemap_gateway.http.schemas import PlaceRequest
+from onemap_gateway.http.schemas import HERE, PlaceRequest
 from onemap_gateway.present.places import place_list
 from onemap_shared import keys
 from onemap_shared import messages as m
@@ -26,11 +26,14 @@ def check_place_name(name: str) -> str:
     return m.PlacesChange(forgotten=(name,)).forgotten[0]
 
 
-Name = Annotated[
-    str,
-    AfterValidator(check_place_name),
-    Path(description="Its case does not matter.", examples=["kitchen"]),
-]
+def check_new_name(name: str) -> str:
+    """As ``check_place_name``; ValueError also for a name that means something else."""
+    return m.PlacesChange((m.Place(name, inside_m=HERE),)).named[0].name
+
+
+IN_PATH = Path(description="Its case does not matter.", examples=["kitchen"])
+Name = Annotated[str, AfterValidator(check_place_name), IN_PATH]
+NewName = Annotated[str, AfterValidator(check_new_name), IN_PATH]
 
 
 @router.get("/places", summary="Rooms and places", responses=problem_responses(503))
@@ -46,7 +49,7 @@ async def list_places(gateway: GatewayDep) -> PlaceListReply:
 @router.put(
     "/places/{name:path}", summary="Name a place", responses=problem_responses(404, 422, 503)
 )
-async def name_place(name: Name, request: PlaceRequest, gateway: GatewayDep) -> MapPlace:
+async def name_place(name: NewName, request: PlaceRequest, gateway: GatewayDep) -> MapPlace:
     """Name the room that holds a point, the room of the robot, or a polygon.
 
     A place that has the name is replaced. No robot enters a `keep_out` place from now on.

@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator, Awaitable
 from typing import Annotated
 
 import anyio
-import numpy as np
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
@@ -19,12 +18,11 @@ from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
+from onemap_gateway.present.places import inner_point_m
 from onemap_gateway.present.replies import search_replay, search_snapshot
 from onemap_shared import keys
-from onemap_shared.messages import PlacesRequest, SearchId, SearchListRequest, SearchStatus
+from onemap_shared.messages import BACK, PlacesRequest, SearchId, SearchListRequest, SearchStatus
 from onemap_shared.names import same_name
-
-BACK = "back"  # in the place of a name: where the robot stood when the last search was accepted
 
 
 async def search_events(
@@ -121,8 +119,7 @@ async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
         why = f"The map knows no place {name!r}: {which}, and 'back' is where the robot set out."
         raise HttpProblem("unknown_place", why, 422)
     place, _ = found
-    x_m, y_m = np.mean(place.corners_m or (place.inside_m,), axis=0).tolist()
-    return x_m, y_m
+    return inner_point_m(place.corners_m) if place.corners_m else place.inside_m
 
 
 @router.post(
