@@ -21,7 +21,7 @@ from starlette.testclient import TestClient
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.service import GatewayWorker, build
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import After, SearchState
 from tests.gateway.fakes import (
     PICTURE,
     FakeMapper,
@@ -103,7 +103,7 @@ def test_agents_of_new_and_old_revisions_see_the_tools(
         for name, tool in tools.items()
         if tool.annotations is not None and not tool.annotations.read_only_hint
     }
-    assert moving == {"start_search", "stop"}
+    assert moving == {"start_search", "go_to", "stop"}
     assert tools.keys() - moving == {
         "where_is", "list_objects", "list_places", "describe_map", "look_at", "search_status",
     }  # fmt: skip
@@ -157,6 +157,25 @@ def test_a_search_is_started_followed_and_stopped(
         "an agent: Started the sear",
         "an agent: Stopped the sear",
     ]
+
+
+def test_an_agent_sends_the_robot_to_a_place_and_back(
+    gateway: GatewayContext, planner: FakePlanner
+) -> None:
+    summary = said(gateway, "start_search", objects=["sofa"], after="return", **BUDGET)
+    assert summary.startswith("Started the search s1 for 'sofa', then back: the robot drives now")
+    assert planner.requests[-1].after == After.RETURN
+    busy = refusal(gateway, "go_to", place="kitchen", **BUDGET)
+    assert busy.startswith("The robot is busy with another search")
+    planner.move(SearchState.FOUND)
+    summary = said(gateway, "go_to", place="kitchen", **BUDGET)
+    assert "the place x 0.00 m, y 0.00 m: the robot drives now, at most 30 m" in summary
+    assert planner.requests[-1].place_m == (0.0, 0.0)
+    assert planner.requests[-1].max_time_s == 120
+    planner.move(SearchState.ARRIVED)
+    assert "no place 'attic'" in refusal(gateway, "go_to", place="attic", **BUDGET)
+    above = {**BUDGET, "max_distance_m": 1000}
+    assert "at most 100 m" in refusal(gateway, "go_to", place="kitchen", **above)
 
 
 def test_an_agent_gives_the_parts_of_what_it_seeks(

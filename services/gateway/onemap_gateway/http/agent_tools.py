@@ -50,8 +50,8 @@ logging.getLogger("mcp").setLevel(logging.WARNING)  # it reports the start and e
 AGENT_S_PER_M = 9.0  # time of a search for each metre: it looks around more than it drives
 INSTRUCTIONS = (
     "A robot that knows where things are. Ask 'where_is' and 'list_objects' first. Only "
-    "'start_search' moves the robot: give it a budget, tell people before you use it, and follow "
-    "it with 'search_status'. Places are x, y in metres of the map frame."
+    "'start_search' and 'go_to' move the robot: give them a budget, tell people before you use "
+    "them, and follow them with 'search_status'. Places are x, y in metres of the map frame."
 )
 R = TypeVar("R", bound=replies.Reply)
 
@@ -140,6 +140,10 @@ SoughtObject = Annotated[
         "{'text': 'lamp', 'near': 'bed', 'not_in': 'nursery'}. Leave out what is not said."
     ),
 ]
+Distance = Annotated[
+    schemas.Limit, Field(description="Metres that the robot may drive for all of it.")
+]
+Time = Annotated[schemas.Limit, Field(description="Seconds that all of it may take.")]
 WhichSearch = Annotated[
     str, Field(pattern=r"^[A-Za-z0-9_-]{0,64}$", description="Empty: the newest search.")
 ]
@@ -256,26 +260,54 @@ async def start_search(
         list[SoughtObject],
         Field(min_length=1, max_length=m.MAX_OBJECTS, description="What to find, in this order."),
     ],
-    max_distance_m: Annotated[
-        schemas.Limit, Field(description="Metres that the robot may drive for all of it.")
-    ],
-    max_time_s: Annotated[schemas.Limit, Field(description="Seconds that all of it may take.")],
+    max_distance_m: Distance,
+    max_time_s: Time,
+    after: schemas.After = "stay",
 ) -> Answer[search_replies.SearchSnapshot]:
     """MOVES THE ROBOT: explore until the objects are found or the budget of metres and seconds is
     spent. Returns at once; ask 'search_status' every few seconds. One search at a time.
     """
-    budget = {"max_distance_m": max_distance_m, "max_time_s": max_time_s}
+    request = schemas.SearchStart(
+        objects=objects, max_distance_m=max_distance_m, max_time_s=max_time_s, after=after
+    )
+    in_order = " in this order" if len(objects) > 1 else ""
+    return await _begun(gateway, request, in_order + (", then back" if after == "return" else ""))
+
+
+@tool(Role.SEARCH)
+async def go_to(
+    gateway: GatewayContext,
+    place: Annotated[
+        schemas.ObjectName,
+        Field(
+            description="A name of 'list_places', or 'back': where the robot stood when the last "
+            "search or drive began."
+        ),
+    ],
+    max_distance_m: Distance,
+    max_time_s: Time,
+) -> Answer[search_replies.SearchSnapshot]:
+    """MOVES THE ROBOT: drive to a place of the map by its name, within the budget of metres and
+    seconds. Returns at once; ask 'search_status' every few seconds. It counts as a search.
+    """
+    request = schemas.SearchStart(go_to=place, max_distance_m=max_distance_m, max_time_s=max_time_s)
+    return await _begun(gateway, request)
+
+
+async def _begun(
+    gateway: GatewayContext, request: schemas.SearchStart, how: str = ""
+) -> Answer[search_replies.SearchSnapshot]:
+    """The search that began; HttpProblem above the budget of an agent, or during another one."""
+    budget = {"max_distance_m": request.max_distance_m, "max_time_s": request.max_time_s}
     for name, limit, unit in budget_limits(gateway.config):
-        if budget[name] > limit:
+        given = budget[name] or limit
+        if given > limit:
             raise HttpProblem(
                 "invalid",
-                f"{name!r} is {budget[name]:g}, and one search of an agent may take at most "
+                f"{name!r} is {given:g}, and one search of an agent may take at most "
                 f"{limit:g} {unit} ('gateway.agent_max_distance_m'): give less.",
             )
     try:
-        request = schemas.SearchStart(
-            objects=objects, max_distance_m=max_distance_m, max_time_s=max_time_s
-        )
         search = await start(gateway, request)
     except HttpProblem as problem:
         if problem.code != "conflict":
@@ -285,11 +317,11 @@ async def start_search(
             "The robot is busy with another search: wait until 'search_status' says that it has "
             "ended, or end it with 'stop'.",
         ) from None
-    in_order = " in this order" if len(objects) > 1 else ""
+    understood = f" Understood as: {search.understood}." if search.understood else ""
     return Answer(
-        f"Started the search {search.id} for {_subject(search)}{in_order}: the robot drives now, "
-        f"at most {max_distance_m:g} m and {max_time_s:g} s. 'search_status' says how it goes, "
-        f"'stop' ends it. Understood as: {search.understood}.",
+        f"Started the search {search.id} for {_subject(search)}{how}: the robot drives now, at "
+        f"most {request.max_distance_m:g} m and {request.max_time_s:g} s. 'search_status' says "
+        f"how it goes, 'stop' ends it.{understood}",
         search,
     )
 

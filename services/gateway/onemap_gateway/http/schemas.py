@@ -305,6 +305,15 @@ class ComparedImage(RequestModel):
     image: ImageMember
 
 
+After = Annotated[
+    Literal["stay", "return"],
+    Field(
+        description="What the robot does when all objects are done, found or not: it stays, or "
+        "returns to where it set out, as a part of this search."
+    ),
+]
+
+
 class SearchStart(Parts):
     """What the robot is to do: exactly one of these.
 
@@ -338,11 +347,7 @@ class SearchStart(Parts):
         "search or drive was accepted.",
     )
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
-    after: Literal["stay", "return"] = Field(
-        default="stay",
-        description="What the robot does when all objects are done, found or not: it stays, or "
-        "returns to where it set out, as a part of this search.",
-    )
+    after: After = "stay"
     max_distance_m: Limit | None = Field(
         default=None,
         description="Metres that the robot may drive; then the search fails as distance_limit.",
