@@ -74,6 +74,10 @@ def test_an_interrupted_search_can_be_started_again(page: Page, robot: Robot) ->
     assert page.evaluate("document.getElementById('again').hidden")
     robot.planner.move(SearchState.INTERRUPTED, "interrupted at 12:00: the planner was stopped")
     page.wait_for("!document.getElementById('again').hidden")
+    robot.drives(0.3)  # another program
+    page.wait_for("document.getElementById('again').hidden")
+    robot.drives(0.0)
+    page.wait_for("!document.getElementById('again').hidden")
     page.click("#again")
     page.wait_for("document.body.classList.contains('searching')")
     assert robot.planner.status is not None

@@ -98,6 +98,8 @@ def test_an_answer_is_told_by_room_landmark_and_photograph(page: Page, robot: Ro
     page.click("#where")
     page.wait_for("document.querySelector('#regions-card canvas')")
     page.wait_for("document.querySelector('#finds button')")
+    label = page.evaluate("document.querySelector('#regions-card canvas').ariaLabel")
+    assert label.startswith("Photograph of the sofa")  # with the request until finds are there
     first, second = page.evaluate("""[...document.querySelectorAll("#regions-card li")].map(
       (row) => row.innerText.split("\\n"))""")
     assert first[1:3] == ["In the study, next to the desk", "✓ next to a desk: 0.4 m from the desk"]
@@ -169,6 +171,26 @@ def test_a_robot_that_another_program_drives_has_a_stop_button(page: Page, robot
     ]
 
 
+def test_a_search_that_the_page_does_not_know_yet_is_stopped_or_the_error_told(
+    page: Page, robot: Robot
+) -> None:
+    page.open(robot.address)
+    robot.drives(0.3)
+    page.wait_for("!document.getElementById('stop').hidden")
+    error = "document.getElementById('error').innerText"
+    robot.planner.status = fakes.search("s7")  # no live message tells of it
+    page.click("#stop")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
+    assert page.evaluate(error) == ""
+    page.wait_for(
+        "!document.getElementById('stop').hidden && !document.getElementById('stop').disabled"
+    )
+    robot.router.servers[keys.SEARCH_CANCEL.key].clear()  # the planner is away
+    page.click("#stop")
+    page.wait_for(f"{error} !== ''")
+    assert "planner" in page.evaluate(error)
+
+
 def test_a_find_is_told_by_a_notification_that_was_allowed(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     page.evaluate("""(() => {
@@ -176,7 +198,9 @@ def test_a_find_is_told_by_a_notification_that_was_allowed(page: Page, robot: Ro
       window.Notification = class {
         static permission = "default";
         static requestPermission = async () => (Notification.permission = "granted");
-        constructor(title, { body }) { told.push([title, body]); }
+        constructor(title, { body } = {}) {
+          if (Notification.permission === "granted") told.push([title, body]);
+        }
       };
     })()""")
     start_search(page, "red sofa")
@@ -188,6 +212,27 @@ def test_a_find_is_told_by_a_notification_that_was_allowed(page: Page, robot: Ro
     robot.planner.move(m.SearchState.FOUND)
     page.wait_for("told.length === 1")
     assert page.evaluate("told") == [["Found the red sofa", "seen twice"]]
+
+
+def test_a_browser_whose_notifications_cannot_be_made_loses_nothing(
+    page: Page, robot: Robot
+) -> None:
+    page.open(robot.address)
+    page.evaluate("""window.Notification = class {
+      static permission = "default";
+      constructor() { throw new TypeError("Illegal constructor."); }
+    }""")
+    start_search(page, "sofa")
+    assert page.evaluate("document.getElementById('notify').hidden")
+    page.evaluate("void (Notification.permission = 'granted')")
+    assert robot.planner.status is not None
+    found = fakes.find_result("sofa", 1.0, 1.0)
+    robot.planner.status = replace(robot.planner.status, results=(found,))
+    robot.planner.move(m.SearchState.FOUND)
+    page.wait_for(
+        "document.querySelector('#objects .found') && !document.getElementById('back').hidden"
+    )
+    assert page.errors == []
 
 
 def test_stop_is_in_sight_on_a_small_phone(page: Page, robot: Robot) -> None:

@@ -358,8 +358,11 @@ by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
   act(by("stop"), async () => {
     if (state.search?.active) return stop(state.search.id);
-    await stop("current").catch(() => {}); // there may be none
-    throw new Error(UNSTOPPED);
+    const known = state.search?.id;
+    const newest = await stop("current").catch((problem) => {
+      if (problem.status !== 404) throw problem; // 404: there is no search
+    });
+    if (newest?.id === known) throw new Error(UNSTOPPED); // else one had begun since the last message
   }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));

@@ -99,7 +99,7 @@ export function showSearch(search, moves, where) {
   by("search-reason").textContent = capital(search.reason);
   by("back").hidden = moves || search.active;
   showPassed(search.passed);
-  by("again").hidden = search.state !== "interrupted";
+  by("again").hidden = moves || search.state !== "interrupted";
   by("search-numbers").textContent =
     `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
   const rows = search.requests.map((request, index) => describe(search, request, index, where));
@@ -194,7 +194,7 @@ function regionRow(region, onRegion, find) {
     element("span", { className: "rank", text: String(region.rank) }),
     words,
   ]);
-  if (region.picture) button.append(photograph(find ?? { name: "what was found", picture: region.picture }));
+  if (region.picture) button.append(photograph({ picture: region.picture, ...find }));
   button.type = "button";
   button.addEventListener("click", () => onRegion(region));
   return element("li", {}, [button]);
@@ -207,7 +207,8 @@ function photograph(find) {
 }
 
 function answerRows(answer, { onRegion, onWord, find }) {
-  const rows = answer.regions.map((region) => regionRow(region, onRegion, find(region)));
+  const name = answer.request || "thing in the picture";
+  const rows = answer.regions.map((region) => regionRow(region, onRegion, find(region) ?? { name }));
   if (!rows.length) {
     const text = capital(answer.message) + (answer.refused ? "" : " “Go and find” explores further.");
     rows.push(element("li", { className: "none", text }));

@@ -17,7 +17,7 @@ export function blankThumbnail({ name }) {
 
 // Draw what the find's box holds over the whole square canvas; whether there is a photograph.
 export async function paintThumbnail(canvas, { picture, last_seen_ns: seen, box_px: box }) {
-  const { bitmap } = await fetchImage(`${picture}?seen=${seen}`).catch(() => ({}));
+  const { bitmap } = await fetchImage(seen ? `${picture}?seen=${seen}` : picture).catch(() => ({}));
   if (!bitmap) return false;
   const [x0, y0, x1, y1] = box ?? [0, 0, bitmap.width, bitmap.height];
   const side = Math.min(Math.max(x1 - x0, y1 - y0) * (1 + 2 * MARGIN), bitmap.width, bitmap.height);
