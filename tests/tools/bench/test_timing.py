@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from onemap_tools.bench import clients, fusion, planning, query
-from onemap_tools.bench.options import FusionBench, PlanningBench, QueryBench
+from onemap_tools.bench import clients, fusion, query
+from onemap_tools.bench.options import FusionBench, QueryBench
 from tests.tools.fake_gateway import fake_gateway
 
 
@@ -42,10 +42,3 @@ def test_every_query_of_every_client_is_counted() -> None:
     assert sum(each["queries"] for each in counted) >= 3
     assert all(each["refused"] == 0 for each in counted)
     assert all(each["p50_ms"] <= each["p99_ms"] for each in counted if each["queries"])
-
-
-def test_all_times_of_planning_are_measured() -> None:
-    result = planning.run(PlanningBench(side=20, steps=2), untold)
-    assert result["comparing_steps"] > 0
-    assert min(result["frontiers"], result["regions"]) > 0
-    assert all(value > 0 for name, value in result.items() if name.endswith("_ms"))

@@ -96,22 +96,6 @@ class QueryBench(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanningBench(Options):
-    """How long a planning step takes on a large map, inside the planner.
-
-    A robot searches in a drawn building: rooms with doors and furniture, some not
-    seen yet, things that look like the object. Steps that compare all goals count
-    apart from those that follow one. Parts: of the last map. Processor time.
-    """
-
-    module = "planning"
-    extra = "planner"
-    side: Annotated[float, Option(min=10, max=200, help="Of the building, in metres.")] = 50.0
-    steps: Annotated[int, Option(min=1, help="Of planning.")] = 300
-    seed: Annotated[int, Option(min=0, help="Of the building.")] = 0
-
-
-@dataclass(frozen=True, kw_only=True)
 class SceneBench(Options):
     """What an encoder sees in a scene of your own: right, wrong and missing answers.
 
@@ -285,7 +269,6 @@ BENCHMARKS: tuple[type[Options], ...] = (
     SceneBench,
     FusionBench,
     QueryBench,
-    PlanningBench,
     SystemBench,
     HabitatBench,
 )
