@@ -144,16 +144,8 @@ def test_what_is_fetched_is_what_was_shown(hub: LocalHub, source: Path) -> None:
     newer = Path(model_store.client().snapshot_download(REPO, allow_patterns=list(NEEDED)))
     assert newer != folder
     assert model_store.locate(REPO, NEEDED) == folder
-    assert model_store.locate(REPO, NEEDED, runs_code=True) == folder
     again = model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED)
-    assert model_store.locate(REPO, NEEDED, runs_code=True) == again == newer
-
-
-def test_code_that_nobody_was_shown_is_not_located(cache: Path) -> None:
-    folder = put_in_cache(cache)  # by another program
-    assert model_store.locate(REPO) == folder
-    with pytest.raises(BackendError, match=f"onemap models use {REPO}"):
-        model_store.locate(REPO, runs_code=True)
+    assert model_store.locate(REPO, NEEDED) == again == newer
 
 
 def test_without_the_hubs_client_the_error_says_what_to_install(

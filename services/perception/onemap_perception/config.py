@@ -60,7 +60,6 @@ class NetworkParams(Params):
 
     package: ClassVar[Package]
     tested: ClassVar[tuple[KnownModel, ...]]  # the first is the one that its name stands for
-    runs_code: ClassVar[bool] = False  # Python that comes with the weights
 
     backend: str = Field(description="Chooses this network.")
     model: str = Field(
@@ -177,33 +176,6 @@ class Tipsv2Params(TorchEncoderParams):
         return load_tipsv2(path, device)
 
 
-class RadioParams(TorchEncoderParams):
-    """C-RADIO with its SigLIP2 adaptor."""
-
-    package = Package("transformers", TRANSFORMERS, "transformers", "AutoModel")
-    tested = (
-        KnownModel(
-            "nvidia/C-RADIOv3-B", "radio", "NVIDIA Open Model", None, (*TRANSFORMERS_FILES, "*.py")
-        ),
-    )
-    runs_code = True
-
-    backend: Literal["radio"] = Field(
-        default="radio", description="Chooses this encoder: any word; needs allow_remote_code."
-    )
-    allow_remote_code: bool = Field(
-        default=False,
-        description="Run the Python that comes with the weights, which may use the network.",
-    )
-    long_side_px: LongSide = 640
-
-    def load(self, path: Path, device: torch.device) -> VisionLanguageModel:
-        """See ``TorchEncoderParams``."""
-        from onemap_perception.encoders.radio import load_radio
-
-        return load_radio(self, path, device)
-
-
 class PluginEncoderParams(ChannelParams):
     """An encoder of another package; see docs/encoders.md."""
 
@@ -216,7 +188,7 @@ class PluginEncoderParams(ChannelParams):
     )
 
 
-TorchParams = OpenClipConvNextParams | Tipsv2Params | RadioParams
+TorchParams = OpenClipConvNextParams | Tipsv2Params
 EncoderParams = Annotated[
     MiniParams | TorchParams | PluginEncoderParams, Field(discriminator="backend")
 ]

@@ -60,7 +60,7 @@ def _make_encoder(params: EncoderParams) -> ImageEncoder:
     if isinstance(params, PluginEncoderParams):
         plugin: ImageEncoder = load_plugin("encoder", params.name, params.options)
         return plugin
-    path = locate(params.model, params.files, runs_code=params.runs_code)
+    path = locate(params.model, params.files)
     from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
 

@@ -153,11 +153,10 @@ def cache_folder() -> Path:
     return Path(constants.HF_HUB_CACHE)
 
 
-def locate(model: str, files: tuple[str, ...] = ("*",), *, runs_code: bool = False) -> Path:
+def locate(model: str, files: tuple[str, ...] = ("*",)) -> Path:
     """The folder or file of a path or a hub id; raises BackendError with the command to run.
 
-    files: patterns of those that are needed. runs_code: of the hub only the version that
-    'onemap models use' showed: another program that uses the cache may have fetched a newer one.
+    files: patterns of those that are needed.
     """
     try:
         place = Path(model).expanduser()
@@ -170,7 +169,7 @@ def locate(model: str, files: tuple[str, ...] = ("*",), *, runs_code: bool = Fal
     try:
         if not HUB_ID.fullmatch(model):
             raise ValueError("it is no hub id either")
-        folder = cached(model, files, (SHOWN,) if runs_code else NEWEST)
+        folder = cached(model, files)
     except ValueError as problem:  # the hub has rules of its own
         raise BackendError(f"the model {model} does not exist: correct the path") from problem
     if folder is not None:
@@ -181,7 +180,7 @@ def locate(model: str, files: tuple[str, ...] = ("*",), *, runs_code: bool = Fal
 
 
 HUB_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*/[A-Za-z0-9_-][A-Za-z0-9._-]*")
-# In the cache, beside its client's "main": the commit whose licence and code were shown.
+# In the cache, beside its client's "main": the commit whose licence was shown.
 SHOWN = "onemap"
 NEWEST = (SHOWN, "main")
 

@@ -24,7 +24,7 @@ ROUTED = {"backend": "routed", "model": OPEN, "device": "cpu"}
 
 def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[str, Any]:
     """The section after these names; it is valid."""
-    after = perception_section(before, choose(names), device, allow_remote_code=False)
+    after = perception_section(before, choose(names), device)
     PerceptionConfig.model_validate(after)
     return after
 
@@ -45,8 +45,11 @@ def test_hub_ids_and_an_encoder_with_a_detector() -> None:
         (["tipsv3"], "There is no model 'tipsv3'; did you mean 'tipsv2'?"),
         (["Google/TIPSv2-B14x"], "did you mean 'google/tipsv2-b14'?"),
         (["openclip"], "did you mean 'openclip_convnext'?"),
-        (["zzzz"], "there are openclip_convnext, tipsv2, radio, coco, open_vocabulary, routed"),
-        (["tipsv2", "radio"], "tipsv2 and radio are both encoders: name one"),
+        (["zzzz"], "there are openclip_convnext, tipsv2, coco, open_vocabulary, routed"),
+        (
+            ["tipsv2", "openclip_convnext"],
+            "tipsv2 and openclip_convnext are both encoders: name one",
+        ),
         (["coco", "open_vocabulary"], "both detectors: name one, or routed to run both"),
     ],
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import stat
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -16,7 +15,7 @@ from onemap_tools.models.choice import choose
 
 
 def drafted(path: Path, *names: str) -> config_file.ConfigDraft:
-    return config_file.draft(path, choose(names or ["tipsv2"]), "cpu", allow_remote_code=False)
+    return config_file.draft(path, choose(names or ["tipsv2"]), "cpu")
 
 
 def test_a_file_keeps_its_permissions_and_its_link(tmp_path: Path) -> None:
@@ -36,7 +35,7 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CliError, match="folder is a folder; name a file"):
         drafted(tmp_path / "folder")
     for parent in ("nowhere", "file"):
-        with pytest.raises(CliError, match=f"cannot be written: there is no folder .*{parent}"):
+        with pytest.raises(CliError, match=f"cannot be written: .*{parent}"):
             drafted(tmp_path / parent / "robot.yaml")
 
 
@@ -47,15 +46,6 @@ def test_a_file_that_is_read_only_is_refused(tmp_path: Path) -> None:
     path.chmod(0o400)
     with pytest.raises(CliError, match="it is read-only"):
         config_file.check_writable(path)
-
-
-def test_a_file_that_somebody_changed_meanwhile_is_left_alone(tmp_path: Path) -> None:
-    path = tmp_path / "robot.yaml"
-    made = drafted(path)
-    path.write_text("log: {level: debug}\n")
-    with pytest.raises(CliError, match="was changed by somebody else meanwhile"):
-        config_file.write(made)
-    assert path.read_text() == "log: {level: debug}\n"
 
 
 def test_the_environment_does_not_reach_the_file(
@@ -72,65 +62,40 @@ bus:
 perception:
     # the camera is slow
     variance: paper
+
     encoder: {backend: mini, channels: 9} # small
+# the page
 gateway:
     token: "0123"
-    hosts:
-        - a
-        - b
-log: {level: info}
+log: {level: info, words: on, number: 010}
 """
 SECTION = {"variance": "paper", "encoder": {"backend": "tipsv2", "model": "google/tipsv2-b14"}}
 
 
-def rewritten(text: str, section: dict[str, Any] | None = None) -> str:
-    return config_file.with_section(text, "perception", section or SECTION, source="robot.yaml")
+def rewritten(text: str) -> str:
+    return config_file.with_section(text, SECTION, Path("robot.yaml"))
 
 
-def test_only_the_lines_that_differ_change() -> None:
-    after = rewritten(TEXT)
-    assert config_file.changed_lines(TEXT, after) == [
-        "-     encoder: {backend: mini, channels: 9} # small",
-        "+     encoder: {backend: tipsv2, model: google/tipsv2-b14} # small",
-    ]
-    assert yaml.safe_load(after) == {**yaml.safe_load(TEXT), "perception": SECTION}
-
-
-@pytest.mark.parametrize("text", ["", "# nothing yet\n", "perception:\n", "log: {}\n# end\n"])
-def test_a_section_that_was_not_there_is_added(text: str) -> None:
+@pytest.mark.parametrize(
+    "text", [TEXT, TEXT.replace("perception:", "other:"), "perception: {}", ""]
+)
+def test_the_section_is_replaced_or_added_and_all_else_stays(text: str) -> None:
     after = rewritten(text)
-    assert yaml.safe_load(after)["perception"] == SECTION
-    assert [line for line in text.splitlines() if line.startswith("#")] == [
-        line for line in after.splitlines() if line.startswith("#")
-    ]
-
-
-def test_words_that_two_versions_of_yaml_read_differently_stay() -> None:
-    text = "replay: {loop: on, start: 010, name: 1_000}\n"
-    after = rewritten(text)
-    assert after.startswith(text)
-    assert yaml.safe_load(after)["replay"] == yaml.safe_load(text)["replay"]
+    assert yaml.safe_load(after) == {**(yaml.safe_load(text) or {}), "perception": SECTION}
+    own = config_file.BLOCK.sub("", text).splitlines() if text == TEXT else []
+    assert [line for line in after.splitlines() if line in own] == own
+    assert rewritten(after) == after
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        "mapper: &same {variance: paper}\nperception: *same\n",  # both would change
-        "log: {level: info}\nlog: {level: debug}\n",
+        "mapper: &same {variance: paper}\nperception: *same\nlog: *same\n'perception': {}\n",
+        "{perception: {variance: paper}}\n",
+        "perception: {}\nlog: {level: info}\nperception: {}\n",
+        "log: |\n perception:\nperception: {\nvariance: paper}\n",
     ],
 )
 def test_a_file_that_would_lose_something_is_refused(text: str) -> None:
     with pytest.raises(CliError, match=r"write this section into it yourself:\nperception:\n  "):
         rewritten(text)
-
-
-def test_secrets_are_not_shown() -> None:
-    before = "gateway:\n  token: old\n  read_token: x\n  name: a\n"
-    after = "gateway:\n  token: new\n  name: b\n"
-    assert config_file.changed_lines(before, after) == [
-        "-   token: ***",
-        "-   read_token: ***",
-        "-   name: a",
-        "+   token: ***",
-        "+   name: b",
-    ]

@@ -96,11 +96,9 @@ def test_one_command_makes_a_configuration_that_runs(hub: LocalHub) -> None:
     assert answer.document["next"] == "onemap up --config robot.yaml"
     assert answer.document["note"].startswith("Scores of this encoder are not fitted with labels: ")
     assert [each["model"] for each in answer.document["models"]] == [TIPS, COCO, OPEN]
-    memory = answer.document["memory"]["cpu"]
-    assert memory["needed_bytes"] > 1e9
-    assert memory["used_bytes"] > 1e8
-    written = Path("robot.yaml").read_text()
-    assert answer.document["changed_lines"] == [f"+ {line}" for line in written.splitlines()]
+    assert answer.document["memory"]["cpu"]["needed_bytes"] > 1e9
+    written = yaml.safe_load(Path("robot.yaml").read_text())
+    assert written == {"perception": answer.document["perception"]}
     _, _, config = load(Path("robot.yaml"), "perception", PerceptionConfig)
     assert make_encoder(config.encoder).encoder_id.startswith("tipsv2-")
     assert CliRunner().invoke(app, ["config", "check", "--config", "robot.yaml"]).exit_code == 0
@@ -121,16 +119,15 @@ def test_the_papers_encoder_with_a_detector(
 def test_a_file_keeps_its_settings_and_the_same_command_again_changes_nothing(
     hub: LocalHub,
 ) -> None:
-    text = "# hall\nlog: {level: debug}  # loud\nperception:\n  variance: paper # slow\n"
+    text = "# hall\nlog: {level: debug}  # loud\nperception:\n  variance: paper\n"
     Path("robot.yaml").write_text(text)
     answer = use("coco", "--device", "cpu", "--yes")
     assert answer.code == EXIT_OK, answer.text
     assert answer.document["note"] == ""  # the encoder is mini still
     written, asked = Path("robot.yaml").read_text(), downloads(hub)
     assert written.startswith(text)
-    assert len(answer.document["changed_lines"]) == 4
     answer = use("coco", "--device", "cpu", "--yes")
-    assert (answer.code, answer.document["changed_lines"]) == (EXIT_OK, [])
+    assert (answer.code, answer.document["changed"]) == (EXIT_OK, False)
     assert "robot.yaml has it all already." in answer.text
     assert (Path("robot.yaml").read_text(), downloads(hub)) == (written, asked)
 
@@ -140,14 +137,11 @@ def test_what_is_not_allowed_or_cannot_be_written_is_refused_before_anything_is_
 ) -> None:
     sentence = refused("coco", "--device", "cpu", code=EXIT_USAGE_ERROR)
     assert sentence.endswith("read them, then give --yes.")
-    sentence = refused("radio", "--yes", code=EXIT_USAGE_ERROR)
-    assert "runs Python that comes with its weights" in sentence
-    assert sentence.endswith("then give --allow-remote-code")
     hub.gated.add(COCO)
     assert "given only to accounts that accepted its licence" in refused("coco", "--yes")
     hub.down = True
     sentence = refused("coco", "--yes", "--config", "nowhere/robot.yaml")
-    assert sentence.startswith("nowhere/robot.yaml cannot be written: there is no folder ")
+    assert sentence.startswith("nowhere/robot.yaml cannot be written: ")
     assert downloads(hub) == 0
 
 
@@ -181,25 +175,6 @@ def test_a_version_that_comes_while_the_user_reads_is_not_fetched(
     assert f"https://huggingface.co/{COCO}/tree/{COMMIT}" in answer.text
     config = model_store.locate(COCO) / "config.json"
     assert config.read_bytes() == (checkpoints / "coco" / "config.json").read_bytes()
-
-
-def test_a_disk_that_is_too_small_is_refused(
-    hub: LocalHub, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usage = shutil.disk_usage("/")._replace(free=1000)
-    monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
-    assert "GB of disk and" in refused("coco", "--device", "cpu", "--yes")
-    assert downloads(hub) == 0
-
-
-def test_a_missing_package_is_named(hub: LocalHub, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "ruamel.yaml", None)
-    for name in ("setup", "config_file"):
-        monkeypatch.delitem(sys.modules, f"onemap_tools.models.{name}", raising=False)
-    sentence = refused("coco", "--yes", code=EXIT_USAGE_ERROR)
-    assert sentence == (
-        "'onemap models use' needs the package 'ruamel': pip install -e '.[transformers]'"
-    )
 
 
 def test_a_checkpoint_that_does_not_load_leaves_the_file_alone(

@@ -31,7 +31,7 @@ def use(
     names: Annotated[
         list[str],
         typer.Argument(
-            help="An encoder (tipsv2, openclip_convnext, radio), a detector (coco, "
+            help="An encoder (tipsv2, openclip_convnext), a detector (coco, "
             "open_vocabulary, routed), one of each, or hub ids of 'onemap models list'."
         ),
     ],
@@ -42,10 +42,6 @@ def use(
     device: Annotated[
         str, typer.Option(help="cpu, cuda or cuda:N; default: cuda if there is one.")
     ] = "",
-    allow_remote_code: Annotated[
-        bool,
-        typer.Option("--allow-remote-code", help="Run the Python that radio's weights come with."),
-    ] = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Accept the licences without being asked.")
     ] = False,
@@ -54,9 +50,11 @@ def use(
     """Fetch models, check that they run here and write the configuration that uses them.
 
     Shows licence and size and asks; refuses a device with too little memory. The file is
-    written last, after the models were loaded and saw one image; its other settings and its
-    comments stay.
+    written last, after the models were loaded and saw one image; its section perception is
+    written anew, all else stays.
     """
+    import yaml
+
     with requires_extra("transformers", "'onemap models use'"):
         from onemap_tools.models.setup import set_up
 
@@ -64,14 +62,15 @@ def use(
         names,
         config,
         device,
-        allow_remote_code=allow_remote_code,
         confirm=lambda: None if yes else _agree(),
         console=progress_console(),
     )
     console = result_console(as_json)
-    console.print(f"{config}:" if document["changed_lines"] else f"{config} has it all already.")
-    for line in document["changed_lines"]:
-        console.print(f"  {line}", soft_wrap=True)
+    if document["changed"]:
+        lines = yaml.safe_dump({"perception": document["perception"]}, sort_keys=False)
+        console.print(f"{config} has now:\n{lines.rstrip()}", soft_wrap=True)
+    else:
+        console.print(f"{config} has it all already.")
     if document["note"]:
         console.print(document["note"], soft_wrap=True)
     console.print(f"Next: {document['next']}", soft_wrap=True)

@@ -84,9 +84,7 @@ def _default_model(backend: str) -> str:
     return next((model.repo for model in KNOWN_MODELS if model.backend == backend), "")
 
 
-def perception_section(
-    before: Section, choice: ModelChoice, device: str, *, allow_remote_code: bool
-) -> dict[str, Any]:
+def perception_section(before: Section, choice: ModelChoice, device: str) -> dict[str, Any]:
     """The section ``perception`` with the chosen models on ``device``; all else as it was.
 
     An encoder without calibrated scores cannot have the detector ``patches``: it gets a routed
@@ -97,8 +95,6 @@ def perception_section(
     if choice.encoder:
         chosen: dict[str, Any] = {"backend": choice.encoder, "model": choice.encoder_model}
         chosen["device"] = device
-        if ENCODER_NETWORKS[choice.encoder].runs_code and allow_remote_code:
-            chosen["allow_remote_code"] = True
         fields = ENCODER_NETWORKS[choice.encoder].model_fields
         lasting = [key for key in LASTING_ENCODER_KEYS if key in fields]
         after["encoder"] = merged(after.get("encoder") or {}, chosen, lasting)

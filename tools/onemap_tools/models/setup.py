@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import resource
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,15 +20,15 @@ from onemap_perception.config import (
     NetworkParams,
     PerceptionConfig,
     PluginParams,
-    RadioParams,
     TorchEncoderParams,
 )
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_shared.params import masked
+from onemap_tools.errors import CliError
 from onemap_tools.models.choice import check_packages, choose, networks_of
-from onemap_tools.models.config_file import changed_lines, draft, write
+from onemap_tools.models.config_file import draft, write
 from onemap_tools.models.known import MEGABYTE, download, model_errors
 
 GIGABYTE = 1e9
@@ -87,13 +85,6 @@ def _cgroup_bytes(name: str) -> int | None:
     return None
 
 
-def used_memory(device: str) -> int:
-    """Most bytes of the device that this process has held so far; of a GPU those for tensors."""
-    if device == "cpu":
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    return torch.cuda.max_memory_reserved(torch.device(device))
-
-
 @dataclass(frozen=True, slots=True)
 class WantedModel:
     """A network of the configuration. model, listing: None for files of the user's own."""
@@ -114,7 +105,6 @@ def set_up(
     path: Path,
     device: str,
     *,
-    allow_remote_code: bool,
     confirm: Callable[[], None],
     console: Console,
 ) -> dict[str, Any]:
@@ -123,14 +113,13 @@ def set_up(
     device: empty for the best of this machine. confirm: raises CliError if the user disagrees.
     """
     device = device or ("cuda" if torch.cuda.is_available() else "cpu")
-    drafted = draft(path, choose(names), device, allow_remote_code=allow_remote_code)
+    drafted = draft(path, choose(names), device)
     with model_errors():
         _check_machine(drafted.perception)
         wanted = [_look_up(params) for params in networks_of(drafted.perception)]
         needed = needed_memory([(each.params.device, each.parameters) for each in wanted])
         present = {each: device_memory(each) for each in needed}
         check_memory(needed, present)
-        _check_disk(wanted)
         _describe(wanted, console)
         for each, there in present.items():
             console.print(
@@ -143,24 +132,17 @@ def set_up(
                 download(model.model, model.listing)
         console.print("Loading them for one image ...")
         try_out(drafted.perception)
-        used = {each: used_memory(each) for each in needed}
-        for each, most in used.items():
-            of = f"about {needed[each] / GIGABYTE:.1f} GB of {each}"
-            console.print(f"  used at most {most / GIGABYTE:.1f} of {of}")
     write(drafted)
     return {
         "config": str(path),
-        "changed_lines": changed_lines(drafted.before, drafted.after),
+        "changed": drafted.after != drafted.before,
+        "perception": masked(drafted.section),
         "models": [
             {"model": each.params.model, "device": each.params.device, "numbers": each.parameters}
             for each in wanted
         ],
         "memory": {
-            each: {
-                "needed_bytes": needed[each],
-                "free_bytes": present[each].free_bytes,
-                "used_bytes": used[each],
-            }
+            each: {"needed_bytes": needed[each], "free_bytes": present[each].free_bytes}
             for each in needed
         },
         "note": UNCALIBRATED if isinstance(drafted.perception.encoder, TorchEncoderParams) else "",
@@ -169,14 +151,7 @@ def set_up(
 
 
 def _check_machine(config: PerceptionConfig) -> None:
-    """Raises unless the packages and the devices are there and the licence's code may run."""
-    if isinstance(config.encoder, RadioParams) and not config.encoder.allow_remote_code:
-        raise CliError(
-            "radio runs Python that comes with its weights, in this process and with your rights: "
-            f"read it at https://huggingface.co/{config.encoder.model}, then give "
-            "--allow-remote-code",
-            EXIT_USAGE_ERROR,
-        )
+    """Raises unless the packages and the devices are there."""
     check_packages(config)
     for params in networks_of(config):
         open_device(params.device)
@@ -217,20 +192,6 @@ def check_memory(needed: Mapping[str, int], present: Mapping[str, DeviceMemory])
             )
 
 
-def _check_disk(wanted: Sequence[WantedModel]) -> None:
-    missing = sum(each.missing_bytes for each in wanted)
-    if not missing:
-        return
-    cache = model_store.cache_folder()
-    there = next(place for place in (cache, *cache.parents) if place.exists())
-    free = shutil.disk_usage(there).free
-    if missing > free:
-        raise CliError(
-            f"The models need {missing / GIGABYTE:.1f} GB of disk and {there} has "
-            f"{free / GIGABYTE:.1f} GB free: make room, or set HF_HOME to a larger disk."
-        )
-
-
 def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
     """Print licence, size and what is missing of every model."""
     for each in wanted:
@@ -244,9 +205,6 @@ def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
         page = f"https://huggingface.co/{each.model.repo}/tree/{each.listing.commit}"
         console.print(f"{each.model.repo} for {each.params.backend}")
         console.print(f"  licence: {licence}; {page}", soft_wrap=True)
-        code = [file.path for file in each.listing.files if file.path.endswith(".py")]
-        if code:
-            console.print(f"  runs its own code: {', '.join(code)}", soft_wrap=True)
         console.print(f"  size: {size:.1f} MB, to fetch: {each.missing_bytes / MEGABYTE:.1f} MB")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config import EncoderParams, MiniParams, PluginEncoderParams, RadioParams
+from onemap_perception.config import EncoderParams, MiniParams, PluginEncoderParams
 from onemap_perception.encoders.tipsv2 import DenseTips
 from onemap_perception.encoders.torch_encoder import (
     CAMERA_PX,
@@ -43,10 +43,6 @@ def export_encoder(
         )
     if isinstance(config, PluginEncoderParams):
         raise CliError("Only the package of this encoder can export it.", EXIT_USAGE_ERROR)
-    if isinstance(config, RadioParams):
-        raise CliError(
-            "RADIO runs code from its model folder, which OneMap cannot export.", EXIT_USAGE_ERROR
-        )
     plain = config.model_copy(update={"device": "cpu", "exported": None, "channels": 0})
     with model_errors():
         encoder = make_encoder(plain)
