@@ -86,7 +86,6 @@ MAP_LIST = Procedure("map/list/v1", m.MapListRequest, m.MapList)
 MAP_DELETE = Procedure("map/delete/v1", m.MapFile, m.SavedMap)
 MAP_MERGE = Procedure("map/merge/v1", m.MapMerge, m.MapSummary)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
-MAP_DIGEST = Procedure("map/digest/v1", m.MapDigestRequest, m.MapDigest)
 MAP_PLACES = Procedure("map/places/v1", m.PlacesRequest, m.MapPlaces)
 MAP_CHANGE_PLACES = Procedure("map/change_places/v1", m.PlacesChange, m.MapPlaces)
 MAP_REMEMBER = Procedure("map/remember/v1", m.ObjectFind, m.KeptObject)
@@ -182,7 +181,7 @@ ROLES: Mapping[str, Access] = {
         subscribes=(FIELD,),
         serves=(
             *(*QUERIES, *FILES, *OBJECTS, *PLACES),
-            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_DIGEST, MAP_REMEMBER),
+            *(MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
         ),
         calls=(EMBED_TEXT, EMBED_IMAGE),
     ),
@@ -205,6 +204,6 @@ ROLES: Mapping[str, Access] = {
     "tools": Access(
         names=("doctor", "status", "demo", "recorder", "viewer"),
         subscribes=(*WATCHED, FIELD),
-        calls=(MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
+        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS),
     ),
 }

@@ -521,15 +521,6 @@ def test_saving_beyond_the_quota_is_refused(rig: Rig, tmp_path: Path) -> None:
     assert rig.client.call(keys.MAP_SAVE, m.MapFile("a")).created
 
 
-def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
-    rig.feed(sofa_ahead(0), sofa_ahead(1))
-    before = rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest())
-    assert (before.revision, before.frames_fused) == (rig.newest().revision, 2)
-    assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()) == before
-    rig.client.call(keys.MAP_SEARCH_RESET, m.SearchReset("s1"))
-    assert rig.client.call(keys.MAP_DIGEST, m.MapDigestRequest()).sha256 != before.sha256
-
-
 IMAGE = m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image"))
 
 

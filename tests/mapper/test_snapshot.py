@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.storage.snapshot import (
     MapSnapshot,
-    digest_of,
     restore,
-    sha256_of,
     take,
 )
 from tests.mapper import scenes
@@ -75,18 +72,3 @@ def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
 def made(config: MapParams, frames: int = 3) -> BeliefMap:
     fields = (scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)) for k in range(frames))
     return scenes.mapped(*fields, params=config)
-
-
-@pytest.fixture(scope="module")
-def snapshot() -> MapSnapshot:
-    return take(made(MapParams()))
-
-
-def test_the_settings_make_the_same_map_again() -> None:
-    config = MapParams(cell_size_m=0.2)
-    belief = made(config)
-    digest = digest_of(take(belief), revision=belief.revision, params=config)
-    assert (digest.revision, digest.frames_fused, digest.encoder_id) == (3, 3, "encoder-a")
-    again = made(MapParams(**json.loads(digest.settings)))
-    assert sha256_of(take(again)) == digest.sha256
-    assert "torch" in digest.versions

@@ -117,8 +117,6 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchReset("s1"),
     m.MapFile("flat"),
     m.MapClear(),
-    m.MapDigestRequest(),
-    m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
     m.PlacesRequest(),
     m.PlacesChange((ZONE,), ("hall",)),
     m.MapPlaces(2, 4, (m.Place("hall", inside_m=(0.0, 0.4)), ZONE), (0, -1), GRID, IDS,

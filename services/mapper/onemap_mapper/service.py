@@ -35,7 +35,7 @@ from onemap_mapper.storage.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper, ObjectMemory
-from onemap_mapper.storage.snapshot import digest_of, restore
+from onemap_mapper.storage.snapshot import restore
 from onemap_mapper.storage.worlds import FolderWorld, WorldChange, set_aside
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
@@ -44,8 +44,6 @@ from onemap_shared.messages import (
     FeatureField,
     ImageSimilarityRequest,
     MapClear,
-    MapDigest,
-    MapDigestRequest,
     MapFile,
     MapSummary,
     Place,
@@ -117,7 +115,6 @@ class Mapper:
         shared.serve(keys.MAP_LOAD, self.load)
         SavedMaps(shared, config, self._objects, self._places, self._edit)
         shared.serve(keys.MAP_CLEAR, self.clear)
-        shared.serve(keys.MAP_DIGEST, self.digest)
         if kept is not None or self._places.version:
             self._announce_kept()  # zones hold before the first frame
 
@@ -266,11 +263,6 @@ class Mapper:
         """Start an empty map, without found objects and places."""
         self._world.waits = False
         return self._exchange(BeliefMap(self._config.map))
-
-    def digest(self, _request: MapDigestRequest) -> MapDigest:
-        """What the map holds, as one number; frames are fused while it is copied and read."""
-        taken, revision = self._live.whole()
-        return digest_of(taken, revision=revision, params=self._config.map)
 
     def _rooms(self) -> Rooms:
         """The rooms of the map; frames are fused while they are cut."""

@@ -6,7 +6,6 @@ it. It names the view that it holds, and gets the cells that changed since.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, TypeAlias
@@ -21,7 +20,6 @@ from onemap_shared.messages.details import Colour, Negatives
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 
-SHA256 = re.compile(r"[0-9a-f]{64}")
 MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
 FileText: TypeAlias = Annotated[str, checks.chars(MAX_FILE_TEXT_CHARS)]
 Sought: TypeAlias = Annotated[str, checks.cleaned(optional=True)]
@@ -286,37 +284,6 @@ class MapSummary:
     file_bytes: int = 0
     created: bool = False
     places_stayed: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class MapDigestRequest:
-    """Request for the digest of the map in use, with which a recording is checked."""
-
-
-@dataclass(frozen=True, slots=True)
-class MapDigest(checks.Message):
-    """What the map holds, as one number, and how it was made.
-
-    Attributes:
-        frames_fused: frames in the map.
-        sha256: 64 hexadecimal digits, of cells, features, confidences and occupancy; two maps
-            with the same digest are equal bit for bit.
-        settings: the mapper's section of the configuration as JSON, without its folder.
-        versions: of the libraries that compute the map; others may round otherwise.
-    """
-
-    revision: int
-    sequence: int
-    stamp_ns: int
-    encoder_id: str
-    frames_fused: int
-    sha256: str
-    settings: str
-    versions: str
-
-    def _check(self) -> None:
-        if not SHA256.fullmatch(self.sha256):
-            raise ValueError(f"sha256 is {self.sha256[:80]!r}; it has 64 hexadecimal digits")
 
 
 TILE_CELLS = 64  # cells along the edge of a tile: of 6.4 m at 0.1 m, a camera sees two to four

@@ -16,7 +16,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_ros2.config import Ros2Config
 from onemap_shared import keys
-from onemap_shared.messages import RgbdFrame, TextEmbeddings, TextRequest
+from onemap_shared.messages import RgbdFrame
 from onemap_tools.recording.bag_file import BagWriter
 from onemap_tools.recording.record import BagRecorder, subscribed
 from onemap_tools.recording.ros2_frames import read_topics
@@ -25,17 +25,6 @@ from tests.memory_bus import MemoryRouter
 from tests.ros2.robot_messages import camera_info, image, transforms
 
 SECOND_NS, MS = 10**9, 10**6
-CHANNELS = 16  # of the fields of this room
-
-
-def embedded(request: TextRequest) -> TextEmbeddings:
-    """What a perception answers for which all texts mean the same."""
-    vectors = np.tile(np.eye(1, CHANNELS, dtype=np.float32), (len(request.texts), 1))
-    nothing = np.zeros((0, CHANNELS), np.float32)
-    mask = np.zeros((len(request.texts), 0), np.uint8)
-    return TextEmbeddings(
-        "encoder-a", "space-a", request.texts, vectors, nothing, mask, temperature=1.0
-    )
 
 
 class RecordedRobot:
@@ -56,7 +45,7 @@ class RecordedRobot:
         recording = self.router.bus("recorder")
         streams = subscribed(recording, images=self._images)
         self.writer = BagWriter(self.path, {"onemap": {"version": "1"}})
-        self.recorder = BagRecorder(recording, streams, self.writer)
+        self.recorder = BagRecorder(streams, self.writer)
 
     def see(self, *numbers: int, fused: bool = True) -> None:
         """Frames and their fields; the mapper takes the newest unless it is busy."""
@@ -73,10 +62,9 @@ class RecordedRobot:
                 self.mapper.step(0.0)
 
     def update(self) -> None:
-        """Record what came, the digest of the map and its layers."""
+        """Record what came."""
         self.now_ns += SECOND_NS
         self.recorder.update(self.now_ns)
-        self.recorder.snapshot(self.now_ns)
 
     def end(self) -> Path:
         self.update()

@@ -13,7 +13,7 @@ import typer
 
 from onemap_tools.cli.options import FIRST, RECORDINGS, Config, Json, version
 from onemap_tools.cli.terminal import print_json, progress_console, result_console
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
+from onemap_tools.errors import requires_extra
 
 app = typer.Typer()
 
@@ -26,12 +26,6 @@ def record(
     ] = None,
     *,
     config: Config = None,
-    clear_map: Annotated[
-        bool,
-        typer.Option(
-            "--clear-map", help="Clear the map first, so that a replay begins where it begins."
-        ),
-    ] = False,
     images: Annotated[
         bool, typer.Option(help="Also the images; a map is rebuilt from the features alone.")
     ] = True,
@@ -52,9 +46,7 @@ def record(
         from onemap_tools.recording import record as command
 
     path = out or Path("runs/recordings") / f"{datetime.now():%Y%m%d-%H%M%S}.mcap"
-    options = command.RecordOptions(
-        path, config, images, clear_map, seconds, keep_free, version=version()
-    )
+    options = command.RecordOptions(path, config, images, seconds, keep_free, version=version())
     document = command.record(options, progress_console())
     for key, count in document["missed"].items():
         progress_console().print(f"{count} messages on {key} are missing in it.")
@@ -109,11 +101,10 @@ def replay(
 ) -> None:
     """A recording: a folder in place of a robot, or the map of a bag once more.
 
-    A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
-    this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
-    one differs or none could be compared, 2 if the file cannot be read; with --reencode nothing
-    is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
-    topics and frames.
+    A folder is published like a robot until Ctrl-C. Of an MCAP file the map of all recorded
+    features is computed, in this process alone, with the settings of --config. Exit code 2 if the
+    file cannot be read. Of a ROS 2 bag the images are encoded; the section ros2 of --config names
+    its topics and frames.
     """
     if path is not None and not _is_images(path):
         with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
@@ -121,8 +112,7 @@ def replay(
 
         document = command.replay(command.ReplayOptions(path, config, reencode, out))
         _show(document, command.describe, as_json)
-        done = document["same"] or document["reencoded"]
-        raise typer.Exit(EXIT_OK if done else EXIT_FAILED)
+        return
     if path is not None:
         os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
     from onemap_tools.processes.services import run

@@ -21,7 +21,6 @@ from mcap.writer import Writer
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import MapDigest
 from onemap_shared.wire import Packet, WireError, decode, encode, schema
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
@@ -37,15 +36,12 @@ CUT_OFF = "It was cut off: the recorder was killed, or the disk was full."
 FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
 QUEUE = 512  # odometry at 50 Hz for ten seconds
 
-# Answers of services, recorded as if they were published.
-DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
-FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
-# What is recorded, and how many messages wait. A map's revision names the frame that it fused:
-# taken before the features, it is never recorded without a frame that was there when it was.
+FIELDS, FRAMES = keys.FIELD, keys.ROBOT_RGBD
+# What is recorded, and how many messages wait.
 RECORDED: tuple[tuple[Topic[Any], int], ...] = (
     (FRAMES, FRAMES_HELD),
-    (REVISIONS, QUEUE),
     (FIELDS, FRAMES_HELD),
+    (keys.MAP_REVISION, QUEUE),
     (keys.ROBOT_ODOMETRY, QUEUE),
     (keys.ROBOT_CMD_VEL, QUEUE),
     (keys.DETECTIONS, QUEUE),

@@ -18,29 +18,18 @@ from rich.console import Console
 
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.keys import Procedure, Topic
-from onemap_shared.messages import (
-    FeatureField,
-    Heartbeat,
-    MapClear,
-    MapDigestRequest,
-    MapRevision,
-    SearchStatus,
-    SearchViewRequest,
-)
+from onemap_shared.keys import Topic
+from onemap_shared.messages import Heartbeat
 from onemap_shared.params import masked
-from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.session import temporary_session
 from onemap_tools.recording.bag_file import FRAMES, RECORDED, BagError, BagWriter
 
 CONNECT_S = 5.0
-SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded
 UPDATE_S = 0.05
-LATE_S = 1.0  # for features that arrive after the revision of the map that fused them
 SYNC_S = 1.0  # what a killed recorder loses at most, and how often the disk is looked at
-DIGEST_S = 10.0  # the mapper computes it while it does not fuse: seldom
 MEGABYTE = 10**6
 COUNTED = (keys.ROBOT_RGBD, keys.ROBOT_ODOMETRY)  # their sequences have no gaps of their own
 
@@ -54,7 +43,6 @@ class RecordOptions:
     path: Path
     config: Path | None = None
     images: bool = True
-    clear_map: bool = False
     seconds: float | None = None
     keep_free_mb: int = 1000
     version: str = ""
@@ -69,19 +57,16 @@ def record(options: RecordOptions, console: Console) -> dict[str, Any]:
     ):
         started_ns = time.time_ns()
         streams = subscribed(bus, images=options.images)
-        if options.clear_map:
-            _clear_map(bus)
         writer = BagWriter(options.path, _metadata(options.version, sections))
-        recorder = BagRecorder(bus, streams, writer)
+        recorder = BagRecorder(streams, writer)
         console.print(f"Recording to {options.path}; Ctrl-C ends it.", soft_wrap=True)
-        ended = _run(recorder, writer, options, stop, console)
+        ended = _run(recorder, writer, options, stop)
     document = {
         "file": str(writer.path),
         "seconds": round((time.time_ns() - started_ns) / 1e9, 1),
         "bytes": writer.size,
         "messages": dict(sorted(recorder.recorded.items())),
         "missed": recorder.missed,
-        "problems": recorder.problems,
     }
     if ended:
         raise CliError(ended, document=document)
@@ -95,20 +80,6 @@ def subscribed(bus: Bus, *, images: bool) -> Streams:
         for topic, capacity in RECORDED
         if images or topic is not FRAMES
     ]
-
-
-def _clear_map(bus: Bus) -> None:
-    """Clear the map once features arrive, so that none of the new map's frames is missed.
-
-    With the second of them, the mapper has got the first: what waits there was recorded.
-    """
-    fields = bus.subscribe(keys.FIELD)
-    if fields.take(SETTLE_S) is not None:
-        fields.take(SETTLE_S)
-    try:
-        bus.call(keys.MAP_CLEAR, MapClear())
-    except CallError as problem:
-        raise CliError(f"The map was not cleared, so nothing is recorded: {problem}.") from problem
 
 
 def _metadata(version: str, sections: Mapping[str, Any]) -> dict[str, dict[str, str]]:
@@ -130,46 +101,23 @@ def _metadata(version: str, sections: Mapping[str, Any]) -> dict[str, dict[str, 
     }
 
 
-def _run(
-    recorder: BagRecorder,
-    writer: BagWriter,
-    options: RecordOptions,
-    stop: Event,
-    console: Console,
-) -> str:
+def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop: Event) -> str:
     """Record until the end; returns why it ended by itself, empty if it was stopped."""
     ends_s = time.monotonic() + (options.seconds or float("inf"))
-    sync_s = digest_s = time.monotonic()
-    problem, warned = "", options.clear_map  # then what arrives first is the map before
+    sync_s, problem = time.monotonic(), ""
     try:
         while not problem and not stop.wait(UPDATE_S) and (now_s := time.monotonic()) < ends_s:
             recorder.update(time.time_ns())
-            if not warned and (warning := recorder.problems.get(keys.MAP_REVISION.key)):
-                warned = True
-                console.print(warning, soft_wrap=True)
-            if now_s >= digest_s:
-                digest_s = now_s + DIGEST_S
-                recorder.snapshot(time.time_ns())
             if now_s >= sync_s:
                 sync_s = now_s + SYNC_S
                 writer.sync()
                 problem = _disk_problem(options)
         if not problem:
-            _finish(recorder)
+            recorder.update(time.time_ns())
         writer.close({"ended": problem or "stopped", "missed": json.dumps(recorder.missed)})
     except BagError as error:
         return str(error)
     return problem
-
-
-def _finish(recorder: BagRecorder) -> None:
-    """Record what is still on its way: a revision and its features travel apart."""
-    recorder.update(time.time_ns())
-    late_s = time.monotonic() + LATE_S
-    while not recorder.whole and time.monotonic() < late_s:
-        time.sleep(UPDATE_S)
-        recorder.update(time.time_ns())
-    recorder.snapshot(time.time_ns())
 
 
 def _disk_problem(options: RecordOptions) -> str:
@@ -184,19 +132,12 @@ def _disk_problem(options: RecordOptions) -> str:
 
 
 class BagRecorder:
-    """Call ``update`` several times a second and ``snapshot`` now and then; both raise BagError.
+    """Call ``update`` several times a second; it raises BagError."""
 
-    problems: why services did not answer, by key; the last of each.
-    """
-
-    def __init__(self, bus: Bus, streams: Streams, writer: BagWriter) -> None:
-        self._bus = bus
+    def __init__(self, streams: Streams, writer: BagWriter) -> None:
         self._streams = streams
         self._writer = writer
-        self._target = ""
-        self._fused_ns = self._field_ns = 0  # newest that a revision names, and that a field has
         self.recorded: Counter[str] = Counter()
-        self.problems: dict[str, str] = {}
 
     def update(self, now_ns: int) -> None:
         """Write all messages since the last update."""
@@ -204,32 +145,8 @@ class BagRecorder:
             while (message := subscription.take(0.0)) is not None:
                 beat = isinstance(message, Heartbeat)
                 key = keys.heartbeat(message.service).key if beat else topic.key
-                self._write(key, message, now_ns)
-                match message:
-                    case SearchStatus():
-                        self._target = message.target
-                    case MapRevision():
-                        self._check_beginning(message)
-                        self._fused_ns = message.stamp_ns
-                    case FeatureField():
-                        self._field_ns = message.stamp_ns
-
-    def _check_beginning(self, revision: MapRevision) -> None:
-        """Note that the map holds frames from before the recording, until it is cleared."""
-        key = keys.MAP_REVISION.key
-        if revision.frames_fused == 0:
-            self.problems.pop(key, None)
-        elif self.recorded[key] == 1 and revision.revision > 1:
-            self.problems[key] = (
-                f"The map holds {revision.frames_fused} frames from before this recording, so that "
-                "'onemap replay' can compare nothing until it is cleared: begin again with "
-                "--clear-map, or run 'onemap map clear'."
-            )
-
-    @property
-    def whole(self) -> bool:
-        """Whether the features of the newest recorded revision are recorded too."""
-        return self._field_ns >= self._fused_ns
+                self._writer.write(key, message, now_ns)
+                self.recorded[key] += 1
 
     @property
     def missed(self) -> dict[str, int]:
@@ -240,19 +157,3 @@ class BagRecorder:
             lost = counters.missed if topic in COUNTED else counters.skipped
             counts[topic.key] = lost + counters.refused
         return {key: count for key, count in counts.items() if count}
-
-    def snapshot(self, now_ns: int) -> None:
-        """Write the map's digest and its layers, with the similarity to what is sought now."""
-        self._ask(keys.MAP_DIGEST, MapDigestRequest(), now_ns)
-        self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), now_ns)
-
-    def _ask(self, procedure: Procedure[Any, Any], request: object, now_ns: int) -> None:
-        """Write a service's answer under its own key, as if it had been published."""
-        try:
-            self._write(procedure.key, self._bus.call(procedure, request), now_ns)
-        except CallError as problem:
-            self.problems[procedure.key] = str(problem)
-
-    def _write(self, key: str, message: object, now_ns: int) -> None:
-        self._writer.write(key, message, now_ns)
-        self.recorded[key] += 1

@@ -43,7 +43,6 @@ from onemap_mapper.storage.snapshot import (
     MapHeader,
     MapSnapshot,
     outline,
-    take,
 )
 from onemap_mapper.transfers import to_host
 from onemap_shared.atomic_file import replacing
@@ -375,12 +374,6 @@ class LiveMap:
                 return write(content, path, self._feature_parts(belief, content))
             except MapReplaced:
                 continue
-
-    def whole(self) -> tuple[MapSnapshot, int]:
-        """A copy of one whole revision, and its number; frames wait for it."""
-        with self.lock:
-            belief = self.current()
-            return take(belief), belief.revision
 
     def height_m(self, extent_m: Extent) -> tuple[float, ...]:
         """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""

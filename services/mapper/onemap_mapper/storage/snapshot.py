@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import platform
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -26,7 +25,7 @@ from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_c
 from onemap_mapper.transfers import to_host
 from onemap_shared.colours import packed, unpacked
 from onemap_shared.geometry import I64
-from onemap_shared.messages import MAX_FILE_TEXT_CHARS, MapDigest, Place
+from onemap_shared.messages import MAX_FILE_TEXT_CHARS, Place
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
@@ -332,23 +331,3 @@ def sha256_of(snapshot: MapSnapshot) -> str:
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.reshape(-1).view(np.uint8).data)
     return digest.hexdigest()
-
-
-def digest_of(snapshot: MapSnapshot, *, revision: int, params: MapParams) -> MapDigest:
-    """The digest of a map, with what is needed to compute the same map again."""
-    header = snapshot.header
-    return MapDigest(
-        revision=revision,
-        sequence=header.sequence,
-        stamp_ns=header.stamp_ns,
-        encoder_id=header.encoder_id,
-        frames_fused=header.frames_fused,
-        sha256=sha256_of(snapshot),
-        settings=json.dumps({each.name: getattr(params, each.name) for each in fields(MapParams)}),
-        versions=versions(),
-    )
-
-
-def versions() -> str:
-    """The libraries and the processor that a map's last bits depend on."""
-    return f"torch {torch.__version__}, numpy {np.__version__}, {platform.machine()}"
