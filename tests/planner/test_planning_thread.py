@@ -25,7 +25,7 @@ from onemap_shared.messages import (
 from onemap_shared.transport import RequestRejected
 from tests.planner.drawn_maps import search_view_of
 from tests.planner.one_room import candidate
-from tests.planner.simulated_services import ROOM, SimulatedServices, confirm, moves
+from tests.planner.simulated_services import CLOCK_NS, ROOM, SimulatedServices, confirm, moves
 from tests.shared.samples import SAMPLES
 
 KEPT = next(sample for sample in SAMPLES if isinstance(sample, KeptObject))
@@ -171,7 +171,7 @@ def test_a_pose_bomb_stops_the_robot_with_a_reason(services: SimulatedServices) 
 
     def bomb() -> bool:
         pose = pose_2d(90_000.0, 90_000.0, 0.0)
-        stamp_ns = services.count * 50_000_000
+        stamp_ns = CLOCK_NS + services.count * 50_000_000
         services.odometry.put(Odometry(services.count, stamp_ns, pose, 0.0, 0.0))
         services.planner.step(0.0)
         return "m outside the map" in services.get().reason
