@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
@@ -18,8 +17,6 @@ from onemap_mapper.storage.map_file import read, write
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
 from tests.chaos.report import Attack
 from tests.mapper import scenes
-
-pytestmark = pytest.mark.slow
 
 KILLS = 100
 LONGEST_S = 0.06  # from the first save to the kill; a save takes about 10 ms

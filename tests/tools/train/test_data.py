@@ -31,6 +31,7 @@ Augmentation = Callable[[U8, U8, tuple[int, int], np.random.Generator], tuple[U8
 def _one_room(monkeypatch: pytest.MonkeyPatch) -> None:
     room = box_room()
     monkeypatch.setattr("onemap_tools.train.frames.generate_apartment", lambda *_: room)
+    monkeypatch.setattr("onemap_tools.train.frames.worker_pool", PicklingPool)
 
 
 @pytest.mark.usefixtures("_one_room")
@@ -47,10 +48,7 @@ def test_an_interrupted_rendering_continues(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("_one_room")
-def test_several_processes_render_the_same_frames(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("onemap_tools.train.frames.worker_pool", PicklingPool)
+def test_several_processes_render_the_same_frames(tmp_path: Path) -> None:
     for processes in (1, 2):
         done = render_frames(tmp_path / str(processes), CLASSES[:2], SPEC, processes)
         assert list(done) == [2, 4]

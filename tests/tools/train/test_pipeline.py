@@ -25,6 +25,7 @@ from onemap_tools.train.network import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingFolders, frame_sets
 from onemap_tools.train.trainer import TrainingRecord, TrainState
 from tests.simulator.scenes import box_room
+from tests.tools.processes.pickling_pool import PicklingPool
 from tests.tools.train.tiny import embed, published, tiny_frames, tiny_params
 
 
@@ -73,6 +74,7 @@ def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
     frames = "onemap_tools.train.frames"
     monkeypatch.setattr(f"{frames}.generate_apartment", lambda *_: box_room())  # else two seconds
+    monkeypatch.setattr(f"{frames}.worker_pool", PicklingPool)  # else it is not this room
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: None)  # for this process's sake

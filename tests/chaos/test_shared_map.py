@@ -21,7 +21,7 @@ from onemap_simulator.generation.style import STYLES
 from onemap_simulator.parts import scene_truth
 from tests.end_to_end.system import START_S, System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(1500)]
+pytestmark = pytest.mark.timeout(1500)
 
 SEED, THING = 2, "refrigerator"  # in the kitchen; the apartment's start is in the living room
 ROBOTS = {"r1": "site/r1", "r2": "site/r2"}

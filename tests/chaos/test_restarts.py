@@ -18,7 +18,7 @@ from onemap_tools.processes.launch import onemap_command
 from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System
 from tests.end_to_end.test_faults import absent_object
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
+pytestmark = pytest.mark.timeout(1200)
 
 PLANNER_ENDED, DRIVER = "the planner ended before", "driver was started anew"
 WATCHED_S = 4.0
