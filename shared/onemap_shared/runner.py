@@ -177,12 +177,14 @@ class Connect(Protocol):
 class ProcessLife:
     """What ends the process of a service: ``stop``, and ``crashed`` when one of its threads died.
 
-    imported: set once the service is. progress: of its main loop.
+    imported: set once the service is; built: once its worker is, which has to be closed.
+    progress: of its main loop.
     """
 
     def __init__(self, service: str, clock: Clock) -> None:
         self.service, self.clock, self.progress = service, clock, LoopProgress()
-        self.stop, self.imported, self.crashed = clock.event(), clock.event(), clock.event()
+        self.stop, self.crashed = clock.event(), clock.event()
+        self.imported, self.built = clock.event(), clock.event()
         clock.on_dead_thread(self._died)
 
     def _died(self, name: str, problem: BaseException) -> None:
@@ -210,6 +212,7 @@ def serve(
             stopped = life.stop.is_set() and not life.crashed.is_set()
             return EXIT_OK if stopped else EXIT_CRASHED
         worker = parts.build(bus, settings)
+        life.built.set()
         start.end()
         code = _work(HeartbeatPublisher(life.service, bus, life.progress), worker, life.stop)
     except UnreadableFile as problem:
@@ -470,7 +473,7 @@ def _stop_on_signals(life: ProcessLife) -> None:
     def handle(signum: int, _frame: FrameType | None) -> None:
         if next(signals):  # the second signal: exit at once
             os._exit(128 + signum)
-        if not life.imported.is_set():  # nothing has begun that would have to be ended
+        if not life.built.is_set():  # what is half built, a kill may end at any time too
             os._exit(EXIT_OK)
         life.stop.set()
 

@@ -160,15 +160,20 @@ def test_a_main_loop_that_hangs_ends_its_process(space: Router) -> None:
     assert "in step" in stderr  # where it stood
 
 
-@pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
-def test_one_signal_ends_a_service_that_hangs_elsewhere(space: Router, mode: str) -> None:
-    bus = join(space, "gateway")
-    process = start(space, mode, stop_s=1.0)
+def test_a_signal_ends_at_once_what_is_still_built(space: Router) -> None:
+    process = start(space, "hang at the start")
     assert process.stdout is not None
-    if mode == "hang at the start":
-        process.stdout.readline()
-    else:
-        eventually(lambda: "mapper" in bus.alive() or None)
+    assert process.stdout.readline() == "building\n"
+    process.send_signal(signal.SIGTERM)
+    stdout, stderr = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, stdout) == (0, "")
+    assert "it has not stopped" not in stderr
+
+
+def test_one_signal_ends_a_service_that_hangs_at_its_end(space: Router) -> None:
+    bus = join(space, "gateway")
+    process = start(space, "hang at the end", stop_s=1.0)
+    eventually(lambda: "mapper" in bus.alive() or None)
     process.send_signal(signal.SIGTERM)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
