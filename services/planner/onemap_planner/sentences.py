@@ -244,6 +244,17 @@ def no_way(zones: Sequence[str]) -> str:
     return f"no way leads there{kept}"
 
 
+def outside(place: str, by_m: float, bounds_m: tuple[float, float, float, float]) -> str:
+    """Why the robot does not set out: the place is that far outside of the map (x_min, y_min,
+    x_max, y_max), all in metres."""
+    x_min, y_min, x_max, y_max = bounds_m
+    return (
+        f"{place} is {by_m:.0f} m outside of the map, which reaches from x {x_min:.0f} to "
+        f"{x_max:.0f} m and from y {y_min:.0f} to {y_max:.0f} m: correct the place, or explore "
+        "nearer to it first"
+    )
+
+
 PLANNER_STOPPED = "the planner was stopped"
 PLANNER_ENDED = "the planner ended before the search did"
 DRIVER_CHANGED = "the robot's driver was started anew, or another one drives the robot"

@@ -100,6 +100,16 @@ def test_the_middle_of_furniture_cannot_be_reached() -> None:
     )
 
 
+def test_a_place_far_outside_of_the_map_is_refused_before_the_robot_moves() -> None:
+    run = start_drive(in_two_rooms(), Destination(SearchKind.GO_TO, (100.0, 100.0)))
+    while run.state.search.active and run.now_s < 60.0:
+        run.step()
+    assert outcome(run) is SearchState.FAILED
+    assert run.world.odometer_m == 0.0
+    assert "m outside of the map, which reaches from x -" in run.state.search.reason
+    assert "explore nearer to it first" in run.state.search.reason
+
+
 def test_a_place_in_another_room_is_looked_at_through_the_door_at_most() -> None:
     run = drive(in_two_rooms(), view_of(1.0, 6.7))  # the middle of the bed
     assert outcome(run) is SearchState.ARRIVED

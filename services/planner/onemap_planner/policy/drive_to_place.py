@@ -28,7 +28,7 @@ from onemap_planner.policy.viewpoints import (
 )
 from onemap_planner.policy.ways import FLOOR_FARTHEST_M, end_near, option_on_way
 from onemap_planner.search.state_machine import Destination, Ending, without_choice
-from onemap_planner.sentences import driving, no_way, onward
+from onemap_planner.sentences import driving, no_way, onward, outside
 from onemap_planner.world.distances import distance_cells
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FailureCode, SearchKind, SearchState, subject_of
@@ -39,11 +39,22 @@ INTO_M = 1.5  # from which a place inside an obstacle is looked at, at most
 # Metres from a place where the robot cannot stand that still count as there: from its centre to
 # what an arm or a voice reaches.
 PLACE_TOLERANCE_M = 0.5
+# Metres outside of the map from which a place is none to explore the way to: what no camera at its
+# edge could show as floor.
+OUTSIDE_M = 8.0
 FACED_FROM_M = 0.25  # nearer to the place the robot stands on it and faces nothing
 
 
 def drive_to_place(state: PlannerState, destination: Destination, context: PlanningContext) -> Move:
-    """Drive to the best goal; without one for ``SETTLE_S`` the drive has failed."""
+    """Drive to the best goal; without one for ``SETTLE_S`` the drive has failed.
+
+    It fails at once where the place is far outside of the map.
+    """
+    away_m = _outside_m(destination.xy, context)
+    if away_m > OUTSIDE_M:
+        place = subject_of("", destination.xy)
+        why = outside(place, away_m, context.map_view.grid.bounds_m)
+        return Move(event=Ending(SearchState.FAILED, why, FailureCode.UNREACHABLE))
     state.give_up_finished()
     goal = _select(state, destination, context)
     if goal is None:
@@ -124,6 +135,13 @@ def nearest_reachable_m(xy: tuple[float, float], context: PlanningContext) -> fl
     cells = np.argwhere(context.reachable)
     away = np.hypot(*(context.costmap.grid.centres(cells) - np.asarray(xy)).T)
     return float(away.min(initial=np.inf))
+
+
+def _outside_m(xy: tuple[float, float], context: PlanningContext) -> float:
+    """Metres from a place to the box around what the map knows; 0 inside."""
+    x_min, y_min, x_max, y_max = context.map_view.grid.bounds_m
+    x, y = xy
+    return float(np.hypot(max(x_min - x, x - x_max, 0.0), max(y_min - y, y - y_max, 0.0)))
 
 
 def _known(xy: tuple[float, float], context: PlanningContext) -> bool:
