@@ -23,10 +23,7 @@ PAGE_TEXT = re.compile(r'(?:title|aria-label|placeholder|alt)="([^"]+)"|>([^<>]+
 NOT_SAID = re.compile(
     r"\(\?|\\[bws]|^[{\[]\s*\"|'self'|^\(?[a-z-]+: |[=;{]$|=>|^\d+ \d+px|-> Tensor"
 )
-CODE = {  # patterns, and a document with a test of its own
-    "shared/onemap_shared/phrasing.py",
-    "tools/onemap_tools/message_reference.py",
-}
+CODE = {"shared/onemap_shared/phrasing.py"}  # patterns
 
 
 @dataclass(frozen=True, slots=True)
