@@ -43,18 +43,6 @@ DRAW = 0.5
 ROOM_GROWTH_M = 1.0  # from the free floor of a room into its furniture: half a bed's width and more
 
 
-@dataclass(frozen=True, slots=True)
-class Layers:
-    """What a map says of one thing.
-
-    similarity (nx, ny): probability, or by rank, NaN where not observed; guidance (nx, ny): rank
-    of the cells in [0, 1], NaN likewise.
-    """
-
-    similarity: F32
-    guidance: F32
-
-
 def by_rank(guidance: F32) -> F32:
     """Similarity (nx, ny) by rank: 0 up to the 90th percentile of the map, 1 for its best cell.
 
@@ -102,13 +90,11 @@ def _grown(values: F32, *, corners: bool) -> F32:
 class JointBelief:
     """How a description fits each cell, for every similarity of the target.
 
-    fits (nx, ny): M(x) product of K(x), in [0, 1]; guidance (nx, ny): mean rank of target and
-    anchors, where the places allow it; likeness (nx, ny): of the cell's colour, 1 where any will
-    do; located: whether anything is said of where the target is.
+    fits (nx, ny): M(x) product of K(x), in [0, 1]; likeness (nx, ny): of the cell's colour, 1 where
+    any will do; located: whether anything is said of where the target is.
     """
 
     fits: F32
-    guidance: F32
     likeness: F32
     located: bool
 
@@ -125,8 +111,7 @@ class JointBelief:
 
 
 def joint_belief(
-    target: Layers,
-    anchors: Mapping[str, Layers],
+    anchors: Mapping[str, F32],
     detail: Detail,
     *,
     places: F64,
@@ -135,17 +120,16 @@ def joint_belief(
 ) -> JointBelief:
     """The belief in a target that is described.
 
-    anchors: of every anchor of the detail; places (nx, ny): as of ``place_weights``; likeness
-    (nx, ny): of the cell's colour, NaN where it is not known, None: any colour.
+    anchors: similarity (nx, ny) of every anchor of the detail; places (nx, ny): as of
+    ``place_weights``; likeness (nx, ny): of the cell's colour, NaN where it is not known, None: any
+    colour.
     """
     fits = places.astype(np.float32)
     for relation in detail.relations:
         for name in relation.anchors:
-            fits *= relation_belief(relation.kind, anchors[name].similarity, cell_size_m)
-    ranks = [target.guidance, *(anchors[name].guidance for name in detail.anchors)]
-    guidance: F32 = (np.mean(ranks, axis=0) * places).astype(np.float32)
+            fits *= relation_belief(relation.kind, anchors[name], cell_size_m)
     known = np.ones_like(fits) if likeness is None else np.nan_to_num(likeness, nan=1.0)
-    return JointBelief(fits, guidance, known, detail.located)
+    return JointBelief(fits, known, detail.located)
 
 
 def place_masks(detail: Detail, places: MapPlaces, grid: GridSpec) -> dict[str, Bool]:

@@ -101,13 +101,3 @@ def nearest_of(mask: Bool, cell: I64) -> tuple[float, tuple[int, int]]:
     away = ((math.dist(cell, (x, y)), y, x) for x, y in np.argwhere(mask).tolist())
     distance, y, x = min(away, default=(math.inf, -1, -1))
     return distance, (x, y)
-
-
-def sum_around(layer: F64, cell: tuple[int, int], reach: int) -> float:
-    """Sum of a layer over the square of ``reach`` cells to all sides of a cell."""
-    inside = (
-        float(layer[x, y])
-        for x, y in np.ndindex(layer.shape)
-        if abs(x - cell[0]) <= reach and abs(y - cell[1]) <= reach
-    )
-    return sum(inside)

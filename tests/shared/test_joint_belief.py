@@ -19,7 +19,6 @@ from onemap_shared.joint_belief import (
     REACH_M,
     UNSEEN,
     JointBelief,
-    Layers,
     joint_belief,
     kernel,
     place_masks,
@@ -39,14 +38,7 @@ def layer(value: float, shape: tuple[int, int] = SHAPE) -> F32:
 
 
 def believed(detail: m.Detail, **anchors: F32) -> JointBelief:
-    rank = layer(0.5)
-    return joint_belief(
-        Layers(layer(0.5), rank),
-        {name: Layers(anchor, rank) for name, anchor in anchors.items()},
-        detail,
-        places=np.ones(SHAPE),
-        cell_size_m=CELL_M,
-    )
+    return joint_belief(anchors, detail, places=np.ones(SHAPE), cell_size_m=CELL_M)
 
 
 def related(kind: m.RelationKind) -> m.Detail:

@@ -22,7 +22,6 @@ from onemap_planner.world.candidates import ObjectCandidate, ViewpointTally
 from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.description import Description
 from onemap_planner.world.regions import UndetectedViews
-from onemap_shared.joint_belief import Layers
 from onemap_shared.messages import Detail, Relation, RelationKind
 from onemap_shared.places import NOWHERE, polygon_mask
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
@@ -90,7 +89,7 @@ def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_el
     None
 ):
     state, here = doubtful(rank=0.95, hits=8)
-    nowhere = Layers(np.zeros_like(here.map_view.similarity), here.map_view.guidance)
+    nowhere = np.zeros_like(here.map_view.similarity)
     detail = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
     here = replace(here, description=Description(detail, {"bed": nowhere}, None, NOWHERE, {}))
     state = replace(state, search=replace(SEARCH, details=(detail,) * len(SEARCH.objects)))

@@ -27,7 +27,7 @@ from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, whereabout
 from onemap_shared.colours import likeness
 from onemap_shared.conditions import Surroundings
 from onemap_shared.geometry import F32, U8, Bool
-from onemap_shared.joint_belief import Layers, by_rank, joint_belief, place_masks, place_weights
+from onemap_shared.joint_belief import by_rank, joint_belief, place_masks, place_weights
 from onemap_shared.messages import (
     NO_DETAIL,
     NO_VIEW,
@@ -147,8 +147,7 @@ def _candidates(
         best_score = min(float(regions.scores.max(initial=0.0)), 1.0)  # rounding
         return scoring_at_least(regions, scored.floor), best_score, own_scores
     joint = joint_belief(
-        _layers(version, asked.own),
-        {name: _layers(version, scores) for name, scores in asked.anchors.items()},
+        {name: _similarity(version, scores) for name, scores in asked.anchors.items()},
         detail,
         places=place_weights(detail, place_masks(detail, places, version.grid), version.grid),
         cell_size_m=version.grid.cell_size_m,
@@ -175,8 +174,8 @@ def _surroundings(
         version.grid,
         version.occupancy_grid(),
         (version.layers() & Layer.EXPLORED) > 0,
-        _layers(version, asked.own).similarity,
-        {name: _layers(version, scores).similarity for name, scores in anchors},
+        _similarity(version, asked.own),
+        {name: _similarity(version, scores) for name, scores in anchors},
         known.places,
         place_masks(detail, known.places, version.grid),
         known.things(detail.anchors, version.grid),
@@ -191,11 +190,12 @@ def _within(inside: Bool | None, grid_scores: F32) -> F32:
     return np.where(inside, grid_scores, np.float32(np.nan)).astype(np.float32)
 
 
-def _layers(version: MapVersion, text: CellScores) -> Layers:
-    """What the map says of an object, by rank if its scores are no probabilities."""
-    rank = version.to_grid((ranks(guiding(text)) - np.float32(1.0)) / np.float32(RANKS - 1))
-    return Layers(
-        version.to_grid(text.scores) if text.query.has_probabilities else by_rank(rank), rank
+def _similarity(version: MapVersion, text: CellScores) -> F32:
+    """Similarity (nx, ny) to an object, by rank if its scores are no probabilities."""
+    if text.query.has_probabilities:
+        return version.to_grid(text.scores)
+    return by_rank(
+        version.to_grid((ranks(guiding(text)) - np.float32(1.0)) / np.float32(RANKS - 1))
     )
 
 

@@ -211,8 +211,8 @@ def _seen(
 
 def _take_in_anchors(evidence: Evidence, detections: Detections, context: PlanningContext) -> None:
     """Take in what a frame shows of the other things that the target's description names."""
-    for name, layers in context.description.anchors.items() if context.description else ():
-        shown = replace(context.map_view, similarity=layers.similarity)
+    for name, similarity in context.description.anchors.items() if context.description else ():
+        shown = replace(context.map_view, similarity=similarity)
         shown = replace(shown, margin=np.full_like(shown.margin, np.inf))
         seen = [s for s in _seen(name, detections, shown, context) if s.supported]
         evidence.anchors[name] = merge_sightings(evidence.anchors.get(name, ()), seen)

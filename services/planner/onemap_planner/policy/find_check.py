@@ -57,7 +57,7 @@ def _surroundings(
         map_view.occupancy,
         map_view.explored,
         map_view.similarity,
-        {name: layers.similarity for name, layers in description.anchors.items()},
+        dict(description.anchors),
         description.places,
         description.shown,
         {name: [each for each in known if len(each.cells)] for name, known in things.items()},

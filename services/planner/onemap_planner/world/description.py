@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
-from onemap_shared.geometry import Bool
+from onemap_shared.geometry import F32, Bool
 from onemap_shared.grid import onto
 from onemap_shared.joint_belief import (
     JointBelief,
-    Layers,
     joint_belief,
     place_masks,
     place_weights,
@@ -24,13 +23,13 @@ from onemap_shared.messages import Detail, MapPlaces
 class Description:
     """What is said of the object that is sought, and what the map shows of it.
 
-    anchors: the layers of each other object that is named, on the grid of the map view; joint: None
-    if nothing that the map shows is said of the object; places: of the map; shown: the cells
+    anchors: similarity (nx, ny) to each other object that is named, NaN where not observed; joint:
+    None if nothing that the map shows is said of the object; places: of the map; shown: the cells
     (nx, ny) of those that are named and that the map shows.
     """
 
     detail: Detail
-    anchors: Mapping[str, Layers]
+    anchors: Mapping[str, F32]
     joint: JointBelief | None
     places: MapPlaces
     shown: Mapping[str, Bool]
@@ -45,15 +44,14 @@ class Description:
         return mask
 
     def believed(self, map_view: MapView, *, drawn: bool = False) -> MapView:
-        """The map view with the joint belief as similarity and guidance.
+        """The map view with the joint belief as similarity.
 
         drawn: with what the anchors alone let expect where nobody looked.
         """
         if self.joint is None:
             return map_view
         looked = map_view.explored if drawn else None
-        similarity = self.joint.similarity(map_view.similarity, looked)
-        return replace(map_view, similarity=similarity, guidance=self.joint.guidance)
+        return replace(map_view, similarity=self.joint.similarity(map_view.similarity, looked))
 
 
 def described(
@@ -74,13 +72,11 @@ def described(
     anchors = {}
     for name in detail.anchors:
         around = map_view_around(by_name[name], np.asarray(robot_xy))
-        layers = (around.similarity, around.guidance)
-        anchors[name] = Layers(*(onto(grid, around.grid, each, np.nan) for each in layers))
+        anchors[name] = onto(grid, around.grid, around.similarity, np.nan)
     shown = place_masks(detail, places, grid)
     joint = None
     if detail.located or map_view.likeness is not None:
         joint = joint_belief(
-            Layers(map_view.similarity, map_view.guidance),
             anchors,
             detail,
             places=place_weights(detail, shown, grid),

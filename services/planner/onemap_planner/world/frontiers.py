@@ -33,12 +33,6 @@ VIEW_M = 4.0
 # Square metres of unknown space in view for which the prior is expected: a room. More counts in
 # proportion: a pocket behind a chair shows 0.3.
 VIEW_SCALE_M2 = 16.0
-# Metres around a frontier, to each side, whose likeness to the object says what may be beyond: a
-# small room.
-HINT_M = 2.5
-# Part of the prior that the surroundings may add or take: with 1, between nothing beside what is
-# least like the object and twice the prior beside what is most like it.
-HINT_WEIGHT = 1.0
 # Similarity that a cell beyond the border loses per metre of way from it: a certain match counts
 # for 2.7 m, one below the prior of the unknown sooner.
 DECAY_PER_M = 0.3
@@ -264,39 +258,11 @@ def _middles_beyond(segments: _Segments, beyond: Bool, grid: GridSpec) -> F64:
     return middles
 
 
-def _hints(map_view: MapView, cells: I64) -> F64:
-    """Factors (N,) of the prior at cells (N, 2), by how much the surroundings are like the object.
-
-    The mean rank of the observed cells around, 0.5 where there are none: what stands near is
-    often of the same room.
-    """
-    known = np.isfinite(map_view.guidance)
-    reach = int(HINT_M / map_view.grid.cell_size_m)
-    count = _sums_around(known.astype(np.float64), cells, reach)
-    total = _sums_around(np.where(known, map_view.guidance, 0.0), cells, reach)
-    mean = np.where(count > 0, total / np.maximum(count, 1), 0.5)
-    factor: F64 = 1.0 + HINT_WEIGHT * (2.0 * mean - 1.0)
-    return factor
-
-
-def _sums_around(layer: F64, cells: I64, reach: int) -> F64:
-    """Sums (N,) of a layer (nx, ny) over the squares of ``reach`` cells to all sides of cells."""
-    table = np.zeros(np.add(layer.shape, 1))  # of each corner, the sum over all cells before it
-    np.cumsum(layer, axis=0, out=table[1:, 1:])
-    np.cumsum(table[1:, 1:], axis=1, out=table[1:, 1:])
-    x0, y0 = np.maximum(cells - reach, 0).T
-    x1, y1 = np.minimum(cells + reach + 1, layer.shape).T
-    sums: F64 = table[x1, y1] - table[x0, y1] - table[x1, y0] + table[x0, y0]
-    return sums
-
-
 def _expected(segments: _Segments, map_view: MapView, telling: Bool) -> F64:
     """What may be expected (S,) beyond segments of the border of the unknown.
 
     In proportion to the telling area in view from the middle of the frontier, which is the chance
-    that the object is in it, and by the surroundings.
+    that the object is in it.
     """
     area_m2 = area_in_view(map_view, telling, segments.middles, VIEW_M)
-    near = segments.means(_hints(map_view, segments.cells))
-    expected = UNKNOWN_PRIOR * near * area_m2 / VIEW_SCALE_M2
-    return np.minimum(expected, MOST_EXPECTED)
+    return np.minimum(UNKNOWN_PRIOR * area_m2 / VIEW_SCALE_M2, MOST_EXPECTED)
