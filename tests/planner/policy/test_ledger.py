@@ -59,7 +59,7 @@ def test_a_goal_is_offered_again_when_what_is_around_it_changes(
 
 def test_a_place_is_offered_again_a_few_times_only() -> None:
     views = (ROOM, with_cells(30, Occupancy.OCCUPIED))
-    ledger, offered = known(), 0
+    ledger, offered = Ledger(), 0
     for change in range(1, 9):
         there = goal(PLACE[0] + 0.05 * change)  # the border lies a little elsewhere each time
         ledger.give_up(there)

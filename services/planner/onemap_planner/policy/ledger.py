@@ -45,8 +45,7 @@ class Attempt:
     """What was tried: a place xy, from a viewpoint from_xy, metres.
 
     around: of what was given up, the occupancy uint8 of its surroundings then, row by row; empty
-    until the next view of the map. returns: how often it was offered again before; offered:
-    whether it is offered again now.
+    until the next view of the map. offered: whether it was offered again since.
     """
 
     kind: GoalKind
@@ -54,7 +53,6 @@ class Attempt:
     from_xy: Xy
     ended: Ended
     around: bytes = b""
-    returns: int = 0
     offered: bool = False
 
     @property
@@ -167,23 +165,17 @@ class Ledger:
         What was in the way may have been a person, a chair or a closed door. Unknown floor that
         becomes known is no such change: then the border lies elsewhere and is another goal.
         """
-        offered = [each for each in self.attempts if each.offered]
-        known = {each.xy: each for each in self.attempts if each.given_up and each.around}
-        attempts = []
-        for each in self.attempts:
-            then = known.get(each.xy)
+        before = [each for each in self.attempts if each.offered]
+
+        def now(each: Attempt) -> Attempt:
             if not each.given_up:
-                attempts.append(each)
-            elif then is None:
-                near = [o.returns + 1 for o in offered if o.is_near(each.xy, AROUND_M)]
-                around = surroundings(map_view, each.xy).tobytes()
-                attempts.append(replace(each, around=around, returns=max(near, default=0)))
-            else:
-                again = then.returns < MAX_RETURNS and _changed(then, map_view)
-                now = replace(each, around=then.around, returns=then.returns, offered=again)
-                attempts.append(now)
-        tried = {each.xy for each in self.attempts if each.given_up}
-        self.attempts = tuple(e for e in attempts if e not in offered or e.xy not in tried)
+                return each
+            if not each.around:
+                return replace(each, around=surroundings(map_view, each.xy).tobytes())
+            returns = sum(other.is_near(each.xy, AROUND_M) for other in before)
+            return replace(each, offered=returns < MAX_RETURNS and _changed(each, map_view))
+
+        self.attempts = tuple(now(each) for each in self.attempts)
 
     def _given_up(self, kind: GoalKind) -> list[Attempt]:
         return [each for each in self.attempts if each.given_up and each.kind is kind]
