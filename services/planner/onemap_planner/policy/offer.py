@@ -28,7 +28,7 @@ from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import MIN_LENGTH_M, find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
-from onemap_shared.messages import MAX_GOAL_OPTIONS, Holds, all_hold
+from onemap_shared.messages import Holds, all_hold
 
 CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the way: a doorway
 MAX_UNREACHED = 2  # candidates to which ways are planned, the most similar ones
@@ -110,23 +110,26 @@ def _region_goals(
     regions: tuple[SimilarRegion, ...],
     others: Sequence[Goal],
 ) -> list[Goal]:
-    """The goals of the regions that may be among the best of these and others, and the present
+    """The goals of the regions that may be among the best two of these and others, and the present
     one: viewpoints of all of them took most of the time of planning."""
+    best = nlargest(2, (goal.utility.total for goal in others))
     active, tried_xy = state.active_goal, state.ledger.tried_xy(GoalKind.REGION)
     present = grown(active.goal.cells) if active else frozenset()
-    best = nlargest(MAX_GOAL_OPTIONS, (goal.utility.total for goal in others))
+
+    def is_present(region: SimilarRegion) -> bool:
+        x, y = region.peak_xy.tolist()
+        near = active is not None and active.goal.looks_at((x, y), SAME_GOAL_M)
+        return near or not present.isdisjoint(context.map_view.world_cells(region.cells))
+
     goals = []
     worth = [(most_worth(region, context), region) for region in regions]
     for most, region in sorted(worth, key=lambda pair: -pair[0]):
-        if len(best) == MAX_GOAL_OPTIONS and most < best[-1]:
-            x, y = region.peak_xy.tolist()
-            near = active is not None and active.goal.looks_at((x, y), SAME_GOAL_M)
-            if not near and present.isdisjoint(context.map_view.world_cells(region.cells)):
-                continue
+        if len(best) == 2 and most < best[-1] and not is_present(region):
+            continue
         goal = region_goal(region, context, tried_xy=tried_xy)
         if goal is not None and not state.ledger.is_given_up(goal):
             goals.append(goal)
-            best = nlargest(MAX_GOAL_OPTIONS, [*best, goal.utility.total])
+            best = nlargest(2, [*best, goal.utility.total])
     return goals
 
 
