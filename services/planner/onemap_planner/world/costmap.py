@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
+import cv2
 import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
@@ -343,5 +344,5 @@ def _component_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
     """Area of the component of N around the robot; 0 if the robot is outside N."""
     if not navigable[tuple(robot)]:
         return 0.0
-    parts, _ = ndimage.label(navigable, CONNECTIVITY_8)
+    _, parts = cv2.connectedComponents(navigable.astype(np.uint8), connectivity=8)
     return float((parts == parts[tuple(robot)]).sum() * cell_area_m2)

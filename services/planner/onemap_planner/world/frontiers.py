@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
@@ -159,10 +159,9 @@ class _Segments:
 
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
     """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
-    labels, _ = ndimage.label(mask, CONNECTIVITY_8)
-    part = labels[mask]
-    kept: Bool = mask.copy()
-    kept[mask] = (np.bincount(part) * cell_area_m2 >= least_m2)[part]
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    large = stats[:, cv2.CC_STAT_AREA] * cell_area_m2 >= least_m2
+    kept: Bool = mask & large[labels]
     return kept
 
 
@@ -207,13 +206,11 @@ def _beside(mask: Bool) -> Bool:
 
 def _segments(border: Bool, cell_size_m: float) -> _Segments:
     """Each component that is long enough, along its principal axis, cut to the longest allowed."""
-    labels, count = ndimage.label(border, CONNECTIVITY_8)
-    cells, number = np.argwhere(border), labels[border] - 1
-    low, high = np.full((count, 2), max(border.shape)), np.full((count, 2), -1)
-    np.minimum.at(low, number, cells)
-    np.maximum.at(high, number, cells)
-    extent = high - low + 1
-    kept = (extent.max(axis=1, initial=0) * cell_size_m >= MIN_LENGTH_M)[number]
+    marked = border.astype(np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(marked, connectivity=8)
+    cells, number, count = np.argwhere(border), labels[border] - 1, len(stats) - 1
+    extent = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1, initial=0)
+    kept = (extent * cell_size_m >= MIN_LENGTH_M)[number]
     cells, number = cells[kept], number[kept]
     if not len(cells):
         return _Segments(cells, np.zeros(0, np.int64))

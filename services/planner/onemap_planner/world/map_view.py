@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, onto
@@ -28,11 +28,10 @@ CONNECTIVITY_8 = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
 
 def components(mask: Bool) -> list[I64]:
     """Cells (K, 2) of each 8-connected component of the mask (nx, ny), row by row."""
-    labels, count = ndimage.label(mask, CONNECTIVITY_8)
-    cells = np.argwhere(mask)
-    label = labels[mask]
-    sizes = np.bincount(label, minlength=count + 1)[1:]
-    return np.split(cells[np.argsort(label, kind="stable")], np.cumsum(sizes))[:count]
+    count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    cells, label = np.argwhere(mask), labels[mask]
+    sizes = np.bincount(label, minlength=count)[1:]
+    return np.split(cells[np.argsort(label, kind="stable")], np.cumsum(sizes))[: count - 1]
 
 
 SIMILARITY, COSINE, RIVAL = range(3)  # rows of the values of a message
