@@ -89,18 +89,6 @@ def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> No
     assert [(tally.hits, tally.frames) for tally in candidate.near_views] == [(2, 3)]
 
 
-@pytest.mark.parametrize(("independent", "beside"), [(True, 2), (False, 0)])
-def test_detections_beside_what_the_map_supports_are_counted_for_it(
-    independent: bool, beside: int
-) -> None:
-    state = having_seen(PlannerState(SEARCH), (frame(),), similar_to_sofa())
-    (before,) = state.evidence.candidates
-    frames = (replace(frame(), independent=independent), frame("bed")) * 2
-    (after,) = having_seen(state, frames, doubtful()).evidence.candidates
-    assert (after.sightings, after.cells) == (before.sightings, before.cells)
-    assert (before.beside, after.beside) == (0, beside)
-
-
 def test_a_detector_that_reads_the_map_s_features_cannot_outweigh_the_map() -> None:
     dependent = replace(frame(), independent=False)
     after = having_seen(PlannerState(SEARCH), (dependent,), doubtful())

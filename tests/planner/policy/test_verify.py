@@ -56,12 +56,10 @@ def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
     assert state.evidence.candidates == ()
 
 
-@pytest.mark.parametrize(
-    ("more", "beside", "sure"), [(5, 0, False), (6, 0, True), (2, 3, False), (2, 4, True)]
-)
-def test_enough_new_detections_confirm(more: int, beside: int, sure: bool) -> None:
-    then = replace(candidate(1.7, 1.7, 4), beside=7)
-    now = replace(then, sightings=4 + more, beside=7 + beside)
+@pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])
+def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
+    then = candidate(1.7, 1.7, 4)
+    now = replace(then, sightings=4 + more)
     _, _, event = decided(confirm, planner_state(now), sm.Confirming(then, 0.0), context())
     assert event == (sm.Confirmed(now) if sure else None)
 

@@ -194,8 +194,6 @@ def _take_in(state: PlannerState, detections: Detections, context: PlanningConte
         names=(target, *evidence.anchors),
         map_view=context.map_view,
     )
-    if detections.independent:
-        evidence.candidates = _count_beside(evidence.candidates, seen)
     detected = [sighting.cells for sighting in seen]
     evidence.undetected = with_frame(evidence.undetected, context, detected)
     if detections.independent:
@@ -216,23 +214,6 @@ def _take_in_anchors(evidence: Evidence, detections: Detections, context: Planni
         shown = replace(shown, margin=np.full_like(shown.margin, np.inf))
         seen = [s for s in _seen(name, detections, shown, context) if s.supported]
         evidence.anchors[name] = merge_sightings(evidence.anchors.get(name, ()), seen)
-
-
-def _count_beside(
-    candidates: tuple[ObjectCandidate, ...], seen: Sequence[Sighting]
-) -> tuple[ObjectCandidate, ...]:
-    """The candidates, with a frame counted that shows one only beside what the map supports.
-
-    From near, a box holds what stands before the object: the map knows that as something else.
-    """
-
-    def is_beside(candidate: ObjectCandidate) -> bool:
-        same = [sighting for sighting in seen if is_same_object(candidate, sighting)]
-        return bool(same) and not any(sighting.supported for sighting in same)
-
-    return tuple(
-        replace(each, beside=each.beside + 1) if is_beside(each) else each for each in candidates
-    )
 
 
 def _unsupported(

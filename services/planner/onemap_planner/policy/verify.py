@@ -123,7 +123,7 @@ def _confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext
     if not candidate.supported:
         return Move(motion, _weigh(state, phase.candidate, candidate, context, waited_s))
     before = phase.candidate
-    agreeing = candidate.sightings + candidate.beside - before.sightings - before.beside
+    agreeing = candidate.sightings - before.sightings
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= CONFIRM_SIGHTINGS and agreeing > contradictions:
         return Move(event=_sure(state, candidate, context))

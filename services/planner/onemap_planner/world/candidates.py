@@ -162,8 +162,7 @@ class ObjectCandidate:
     there and this one was not; recent: the last ``RECENT_SIGHTINGS`` sightings; best_view: the
     frame with the highest score of the detector; supported: whether the map agrees; near_views:
     in how many of them it was detected; independent: whether a detector found it that does not
-    read the map's features; beside: frames in which such a one detected it only on cells beside
-    those that the map supports.
+    read the map's features.
     """
 
     xyz: tuple[float, float, float]
@@ -179,7 +178,6 @@ class ObjectCandidate:
     supported: bool = True
     near_views: tuple[ViewpointTally, ...] = ()
     independent: bool = True
-    beside: int = 0
 
     @property
     def agreement(self) -> Agreement:
