@@ -27,7 +27,7 @@ from onemap_planner.sentences import ONWARD, onward
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import MIN_LENGTH_M, find_frontiers
 from onemap_planner.world.map_view import components
-from onemap_planner.world.regions import SimilarRegion, discounted, find_regions, remaining_regions
+from onemap_planner.world.regions import SimilarRegion, discounted, find_regions
 from onemap_shared.messages import Holds, all_hold
 
 CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the way: a doorway
@@ -47,7 +47,7 @@ def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandida
     """The goals to choose from: ways to candidates without a viewpoint, frontiers, candidates
     that are not sure yet, regions.
 
-    Without any: the way to floor that no path leads to; else what looks a little like the object.
+    Without any: the way to floor that no path leads to.
     """
     goals = _in_place(frontier_goals(candidates.frontiers, context), context)
     goals += _detection_goals(_unconfirmed(state, context), state, context)
@@ -56,10 +56,7 @@ def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandida
     if worthwhile:
         return worthwhile
     way_out = _way_to_cut_off(state, context)
-    if way_out is not None:
-        return [way_out]
-    left = remaining_regions(context.believed(context.map_view))
-    return _region_goals(state, context, left, [])
+    return [] if way_out is None else [way_out]
 
 
 def _ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[Goal]:

@@ -10,10 +10,6 @@ from onemap_planner.world.map_view import MapView, components
 from onemap_shared.geometry import F32, F64, I64
 
 SIMILAR = 0.3  # similarity from which a cell may show the object
-# The same when everything has been searched: the best match of an object that was there, but badly
-# seen, was 0.2 to 0.5 on the map of a weak encoder.
-LAST_SIMILAR = 0.1
-LAST_LOOKS = 5  # places to look at again then, the best ones: a minute of driving
 MIN_REGION_M2 = 0.01  # square metres: one map cell of 10 cm; a cup is not larger
 
 
@@ -28,19 +24,7 @@ class SimilarRegion:
 
 def find_regions(map_view: MapView) -> tuple[SimilarRegion, ...]:
     """Components of similarity above the threshold in O, best first."""
-    return _clusters(map_view, SIMILAR)
-
-
-def remaining_regions(map_view: MapView) -> tuple[SimilarRegion, ...]:
-    """The best ``last_looks`` regions from ``last_threshold`` on.
-
-    Before an object counts as not found, what looks a little like it is viewed from nearby.
-    """
-    return _clusters(map_view, LAST_SIMILAR)[:LAST_LOOKS]
-
-
-def _clusters(map_view: MapView, threshold: float) -> tuple[SimilarRegion, ...]:
-    similar = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
+    similar = np.nan_to_num(map_view.similarity, nan=0.0) >= SIMILAR
     regions = []
     for cells in components(similar & map_view.observed):
         if len(cells) * map_view.cell_area_m2 < MIN_REGION_M2:
