@@ -25,8 +25,8 @@ AROUND_M = 1.0  # metres around a place, on all sides, in which changes count: a
 # Square metres that have become free or occupied: half a person; noise at the rims of furniture
 # changes less.
 CHANGED_M2 = 0.3
-# How often one place is offered again in a search, also a candidate to which the way was closed:
-# people who walk through a room change it all the time.
+# How often one place is offered again in a search: people who walk through a room change it all the
+# time.
 MAX_RETURNS = 2
 
 Xy = tuple[float, float]
@@ -37,7 +37,6 @@ class Ended(Enum):
 
     GIVEN_UP = "seen in vain, or not reached in time"
     NOT_CONFIRMED = "seen, and not confirmed as the object"
-    NO_WAY = "no way led there"
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,19 +138,6 @@ class Ledger:
         looked_from = [each.from_xy for each in looks]
         tried = [*candidate.exhausted_viewpoints, *self.doubted_from(place), *looked_from]
         return find_viewpoint(candidate, context, tried)
-
-    def close_off(self, candidate: ObjectCandidate) -> bool:
-        """No way leads to a candidate; whether it may be tried again once there is one.
-
-        Somebody who stands in a door closes the way for a moment; ``MAX_RETURNS`` limits how often
-        that is believed.
-        """
-        place = candidate.xyz[:2]
-        before = [each for each in self.attempts if each.ended is Ended.NO_WAY]
-        if sum(each.is_near(place, MERGE_M) for each in before) >= MAX_RETURNS:
-            return False
-        self._add(Attempt(GoalKind.DETECTION, place, place, Ended.NO_WAY))
-        return True
 
     def forget_looks(self) -> None:
         """Forget regions and candidates that were given up."""

@@ -48,7 +48,10 @@ def approach(state: PlannerState, phase: sm.Approaching, context: PlanningContex
     if viewpoint_xy is None:
         if state.idle_s() <= SETTLE_S:
             return Move()
-        _leave(state, candidate, context)
+        closed = candidate.supported and find_viewpoint(candidate, context) is None
+        if not closed:  # by what came into the way: it is kept until there is one
+            state.reject(candidate, NO_WAY_TO)
+        state.idle_since_s = None
         return Move(event=sm.Rejected())
     state.idle_since_s = None
     at, motion = arrive(context.drive_to(viewpoint_xy, candidate.xyz[:2]), context)
@@ -192,12 +195,3 @@ def _weigh(
 def _telling(candidate: ObjectCandidate) -> int:
     """Near views that tell something: from each place, up to ``VIEWS_PER_VIEWPOINT``."""
     return sum(min(tally.frames, VIEWS_PER_VIEWPOINT) for tally in candidate.near_views)
-
-
-def _leave(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> None:
-    """Without a way to a candidate of the map, keep it until there is one; else reject it."""
-    closed = candidate.supported and find_viewpoint(candidate, context) is None
-    if closed and state.ledger.close_off(candidate):
-        state.idle_since_s = None
-    else:
-        state.reject(candidate, NO_WAY_TO)
