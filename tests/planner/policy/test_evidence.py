@@ -3,19 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.ledger import MAX_LOOKS
-from onemap_planner.policy.limits import handle_stuck
 from onemap_planner.policy.state import Evidence, PlannerState
-from onemap_planner.search.state_machine import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import detections_of
-from tests.planner.one_room import POSE, SEARCH, candidate, context, doubted, having_seen, rejecting
+from tests.planner.one_room import SEARCH, context, having_seen, rejecting
 
 SOFA: WorldCells = frozenset((x, y) for x in range(20, 24) for y in range(20, 24))
 
@@ -43,41 +38,6 @@ def doubtful() -> PlanningContext:
 def frame(name: str = "sofa") -> Detections:
     points = [[(x + 0.5) / 10, (y + 0.5) / 10, 0.5] for x, y in sorted(SOFA)]
     return detections_of({name: points}, independent=True)
-
-
-@pytest.mark.parametrize(
-    ("looks", "back"),
-    [(((1.0, 1.0),), False), (((3.4, 3.4),), True), (((3.4, 3.4),) * MAX_LOOKS, False)],
-)
-def test_a_rejected_candidate_comes_back_when_it_is_seen_from_another_side(
-    looks: tuple[tuple[float, float], ...], back: bool
-) -> None:
-    seen = similar_to_sofa()
-    state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    ledger = doubted(candidate(2.2, 2.2), *looks)
-    state = replace(state, evidence=Evidence(rejected=state.evidence.candidates), ledger=ledger)
-    for _ in range(2):
-        state = having_seen(state, (frame(),), seen)
-    sightings = [candidate.sightings for candidate in state.evidence.candidates]
-    assert sightings == ([2] if back else [])
-
-
-@pytest.mark.parametrize(("seen_from", "back"), [((1.5, 1.0), False), ((2.5, 1.0), True)])
-def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewhere(
-    seen_from: tuple[float, float], back: bool
-) -> None:
-    """Behind somebody who stands in a doorway, say: that tells nothing about the candidate."""
-    seen = similar_to_sofa()
-    state = having_seen(PlannerState(SEARCH), (frame(),), seen)
-    (sofa,) = state.evidence.candidates
-    stuck = ProgressMonitor(POSE, 0.0, stuck_count=MAX_STUCK_COUNT, stuck_at=POSE)
-    approaching = replace(SEARCH, phase=Approaching(sofa))
-    state = replace(state, search=approaching, progress=stuck).copy()
-    handle_stuck(state)
-    assert state.evidence.candidates == ()
-    seen = replace(seen, pose=Pose2d(*seen_from, 0.0))
-    after = having_seen(state, (frame(),), seen)
-    assert bool(after.evidence.candidates) == back
 
 
 def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import dist
 
 import numpy as np
 
 from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import VIEW_FARTHEST_M
-from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.names import conflicting_object, count_contradictions
 from onemap_planner.policy.state import Evidence, FoundObject, PlannerState
 from onemap_planner.policy.viewpoints import own_cells, seen_from_side
@@ -155,9 +153,6 @@ def _is_in_view(cells: I64, context: PlanningContext) -> bool:
     return line_is_clear(clear, context.cell_at(pose.xy), middle)
 
 
-OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 degrees
-
-
 def update_evidence(
     state: PlannerState,
     frames: Iterable[Detections],
@@ -239,20 +234,9 @@ def _unsupported(
 
 
 def _is_rejected(sighting: Sighting, state: PlannerState) -> bool:
-    """Rejected candidates stay rejected, those with the map's support and those without.
-
-    A supported one is taken up again when it is seen from a side from which it was not looked at.
-    """
-    evidence = state.evidence
-    if not _is_any(sighting, (c for c in evidence.rejected if c.supported == sighting.supported)):
-        return False
-    if not sighting.supported:
-        return True
-    if _is_any(sighting, evidence.candidates):
-        return False
-    looks = state.ledger.doubted_from(sighting.xyz[:2])
-    elsewhere = all(dist(xy, sighting.seen_from) > OTHER_SIDE_M for xy in looks)
-    return not (elsewhere and 0 < len(looks) < MAX_LOOKS)
+    """Rejected candidates stay rejected, those with the map's support and those without."""
+    rejected = (c for c in state.evidence.rejected if c.supported == sighting.supported)
+    return _is_any(sighting, rejected)
 
 
 def _is_any(sighting: Sighting, candidates: Iterable[ObjectCandidate]) -> bool:
