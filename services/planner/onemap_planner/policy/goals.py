@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -182,26 +182,16 @@ def most_worth(region: SimilarRegion, context: PlanningContext) -> float:
     return GoalUtility.of(region.score, max(away_m - VIEW_FARTHEST_M - size_m, 0.0)).total
 
 
-def detection_goals(
-    candidates: Iterable[tuple[ObjectCandidate, float]],
+def detection_goal(
+    candidate: ObjectCandidate,
+    score: float,
+    viewpoint_xy: tuple[float, float],
     context: PlanningContext,
-    *,
-    viewpoint_of: Callable[[ObjectCandidate], tuple[float, float] | None],
-) -> list[Goal]:
-    """A closer look at each candidate that is not sure enough to be approached.
-
-    candidates: each with its score, in units of similarity. viewpoint_of: from where to look at
-    one, metres, if there is such a place.
-    """
-    goals = []
-    for candidate, score in candidates:
-        viewpoint_xy = viewpoint_of(candidate)
-        if viewpoint_xy is None:
-            continue
-        utility = GoalUtility.of(score, _travel_m(context.cell_at(viewpoint_xy), context))
-        doing, there = SEEN if candidate.supported else DOUBTED, candidate.xyz[:2]
-        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, doing, candidate.cells))
-    return goals
+) -> Goal:
+    """A look at a candidate from a viewpoint, metres; score: in units of similarity."""
+    utility = GoalUtility.of(score, _travel_m(context.cell_at(viewpoint_xy), context))
+    doing, there = SEEN if candidate.supported else DOUBTED, candidate.xyz[:2]
+    return Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, doing, candidate.cells)
 
 
 def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> tuple[I64, I64]:

@@ -15,7 +15,7 @@ from onemap_planner.policy.goals import (
     Goal,
     GoalCandidates,
     GoalKind,
-    detection_goals,
+    detection_goal,
     frontier_goals,
     grown,
     most_worth,
@@ -44,14 +44,13 @@ def borders_and_regions(state: PlannerState, context: PlanningContext) -> GoalCa
 
 
 def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandidates) -> list[Goal]:
-    """The goals to choose from: ways to candidates without a viewpoint, frontiers, candidates
-    that are not sure yet, regions.
+    """The goals to choose from: frontiers, candidates, ways to those without a viewpoint, regions.
 
     Without any: the way to floor that no path leads to.
     """
     goals = _in_place(frontier_goals(candidates.frontiers, context), context)
-    goals += _detection_goals(_unconfirmed(state, context), state, context)
-    worthwhile = _ways_to_candidates(state, context) + _not_given_up(state, goals)
+    looks, ways = _candidate_goals(state, context)
+    worthwhile = ways + _not_given_up(state, goals + looks)
     worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
     if worthwhile:
         return worthwhile
@@ -59,23 +58,25 @@ def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandida
     return [] if way_out is None else [way_out]
 
 
-def _ways_to_candidates(state: PlannerState, context: PlanningContext) -> list[Goal]:
-    """The ways to the most similar candidates without a viewpoint: seen through a door, or over a
-    table."""
-    often = [(candidate, candidate.similarity) for candidate in agreed(state)]
-    unreached = [
-        (candidate, score)
-        for candidate, score in often + _unconfirmed(state, context)
-        if state.ledger.next_viewpoint(candidate, context) is None
-    ]
-    options = []
+def _candidate_goals(
+    state: PlannerState, context: PlanningContext
+) -> tuple[list[Goal], list[Goal]]:
+    """A look at each candidate, and the ways to the most similar ones without a viewpoint: seen
+    through a door, or over a table."""
+    ledger, looks, unreached = state.ledger, list[Goal](), list[tuple[ObjectCandidate, float]]()
+    sure = [(candidate, candidate.similarity) for candidate in agreed(state)]
+    for candidate, score in sure + _unconfirmed(state, context):
+        viewpoint_xy = ledger.next_viewpoint(candidate, context)
+        if viewpoint_xy is None:
+            unreached.append((candidate, score))
+        else:
+            looks.append(detection_goal(candidate, score, viewpoint_xy, context))
+    ways = []
     for candidate, score in sorted(unreached, key=lambda pair: -pair[1])[:MAX_UNREACHED]:
-        viewpoint_xy = state.ledger.next_viewpoint(candidate, context.optimistic)
-        if viewpoint_xy is not None:
-            looked_xy = state.ledger.looked_xy
-            option = option_on_way(viewpoint_xy, context, looked_xy, doing=ONWARD, score=score)
-            options += [option] if option else []
-    return options
+        end_xy = ledger.next_viewpoint(candidate, context.optimistic)
+        if end_xy is not None:
+            ways.append(option_on_way(end_xy, context, ledger.looked_xy, doing=ONWARD, score=score))
+    return looks, [way for way in ways if way is not None]
 
 
 def _in_place(borders: list[Goal], context: PlanningContext) -> list[Goal]:
@@ -128,15 +129,6 @@ def _region_goals(
             goals.append(goal)
             best = nlargest(2, [*best, goal.utility.total])
     return goals
-
-
-def _detection_goals(
-    scored: list[tuple[ObjectCandidate, float]], state: PlannerState, context: PlanningContext
-) -> list[Goal]:
-    def viewpoint_of(candidate: ObjectCandidate) -> tuple[float, float] | None:
-        return state.ledger.next_viewpoint(candidate, context)
-
-    return detection_goals(scored, context, viewpoint_of=viewpoint_of)
 
 
 def _way_to_cut_off(state: PlannerState, context: PlanningContext) -> Goal | None:

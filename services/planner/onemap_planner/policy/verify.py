@@ -12,7 +12,7 @@ from onemap_planner.policy.arrival import ArrivalState, arrive, comes_no_nearer,
 from onemap_planner.policy.context import APPROACH_LAST_RESORT_M, APPROACH_LIMIT_M, PlanningContext
 from onemap_planner.policy.evidence import object_probability
 from onemap_planner.policy.find_check import check_find
-from onemap_planner.policy.goals import detection_goals
+from onemap_planner.policy.goals import detection_goal
 from onemap_planner.policy.ledger import MAX_LOOKS
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, PlannerState
@@ -62,9 +62,9 @@ def approach(state: PlannerState, phase: sm.Approaching, context: PlanningContex
     if at is ArrivalState.NO_VIEW:
         state.ledger.doubt(candidate, viewpoint_xy)
         return Move()
-    scored, sightings = [(candidate, candidate.similarity)], candidate.sightings
-    (goal,) = detection_goals(scored, context, viewpoint_of=lambda _: viewpoint_xy)
-    state.search = explain_candidate(state.search, goal, sightings, state.landmarks(context))
+    goal = detection_goal(candidate, candidate.similarity, viewpoint_xy, context)
+    around = state.landmarks(context)
+    state.search = explain_candidate(state.search, goal, candidate.sightings, around)
     return Move(motion, sm.Arrived(candidate) if there else None)
 
 
